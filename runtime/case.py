@@ -21,6 +21,7 @@ from .inputs import Table, constant
 from .limits_of_time import check_finite, check_size
 from .outcome import SimulationError
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
+from .rows import IN_MEMORY, Storage
 from .settings import settable
 from .start.initial import Assembled, assemble
 
@@ -81,6 +82,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
         bool, settable("Make a second, tighter run that estimates the error.", "flag")
     ] = True
     dense: bool = True
+    storage: Storage = IN_MEMORY
     reproducible: Annotated[bool, settable("The same bits on every machine, in C and in Python.", "flag")] = (
         False
     )

@@ -21,6 +21,7 @@ from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.results.accuracy import Accuracy
+from ..runtime.results.evaluate import Columns
 from ..runtime.results.solution import Motion
 from ..solution import Solution
 from .guard import Limits, Lost, guarded
@@ -221,7 +222,7 @@ def _solution(made: Simulated) -> Solution:
     motion = Motion(
         problem,
         instants,
-        columns,
+        Columns(problem, instants, columns),
         at,
         interpolation="linear between output points",
         experiment="",

@@ -16,12 +16,13 @@ from ..native import kernel as native
 from ..native.kernel import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
+from ..rows import AT_ONCE, Passing, passed
 from .event_log import EventLog
 from .interruption import noted_interruptions
 from .kernel_failure import kernel_failure
 from .solver import Solver
 from .solver_options import SolverOptions
-from .trajectory import DenseOutput, Statistics, Trajectory, with_last_point
+from .trajectory import DenseOutput, Reader, Statistics, Trajectory
 
 SLICE_SECONDS = 0.05
 FIRST_SLICE = 256
@@ -32,27 +33,35 @@ UNTROUBLED = (Status.RUNNING, Status.RECORD_FULL, Status.EVENTS_FULL, Status.REA
 """What a run that was interrupted may have come to: also its end, for what would follow it is not begun then."""
 
 
-def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
-    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
+def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None) -> Trajectory:
+    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed.
+
+    A ``reader`` reads the rows while they are written, and only the last one is kept.
+    """
     problem, model = case.problem, case.functions.struct
     assert model is not None
     kernel = native.kernel_for(model, options.reproducible, options.method)
     with (
-        Solver(kernel, case, options.method, options.tolerance, options.atol, options.step or 0.0) as solver,
+        Solver(
+            kernel,
+            case,
+            options.method,
+            options.tolerance,
+            options.atol,
+            options.step or 0.0,
+            options.storage if reader is None else Passing(),
+        ) as solver,
         noted_interruptions() as interrupted,
     ):
         record = _Record(solver, min(options.dense_kept, DENSE_LIMIT)) if options.dense else None
         log = EventLog(solver, problem) if problem.hybrid is not None else None
+        heard = _listen(solver, reader)
         status = _advance(solver, case, options, record, log, interrupted)
         report, y = solver.report()
-        t, rows = solver.grid_rows(report.n_grid)
-        count = t.size
-        if status != Status.REACHED:
-            t, rows = with_last_point(t, rows, report.t, y)
+        t, rows, z = _written(solver, status, reader, heard)
         happened, ended = None, ""
         if log is not None:
-            z = solver.grid_discretes(count)
-            z = z if count == t.size else np.vstack([z, solver.discretes()])
+            assert z is not None
             happened = log.finish(case.begin, t, z)
             if status == Status.TERMINATED and problem.hybrid is not None:
                 ended = problem.hybrid.branches[report.failed_index].message or ""
@@ -66,6 +75,52 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
             happened=happened,
             terminated=ended if status == Status.TERMINATED else None,
         )
+
+
+def _written(
+    solver: Solver, status: Status, reader: Reader | None, heard: Callable[[int], None] | None
+) -> tuple[Array, Array, Array | None]:
+    """Give times, states and discrete variables of all rows with the point where a run stopped; the last row, where the
+    others were read already."""
+    report, now = solver.report()
+    count = report.n_grid
+    t, y, z = solver.rows
+    early = status != Status.REACHED and not (count and t[count - 1] >= report.t)
+    if reader is None or heard is None:
+        times = t[:count]
+        if early:
+            count, times = solver.add_last(count), np.append(times, report.t)
+        return times, y[:count], None if z is None else z[:count]
+    if early:
+        heard(count)
+        last = np.array([report.t]), now[None], None if z is None else solver.discretes()[None]
+        reader.read(count, *last)
+        return last
+    row = slice(max(count - 1, 0), count)
+    last = t[row], y[row].copy(), None if z is None else z[row].copy()
+    heard(count)
+    return last
+
+
+def _listen(solver: Solver, reader: Reader | None) -> Callable[[int], None] | None:
+    """Let a reader read rows as they are written; what is given reads the rest. Rows in files leave the memory."""
+    t, y, z = solver.rows
+    if reader is None:
+        if y.shape[0] > AT_ONCE:
+            solver.listen(lambda count: passed(t, y, z), AT_ONCE)
+        return None
+    done = 0
+
+    def read(count: int) -> None:
+        nonlocal done
+        rows = slice(done, count)
+        reader.read(done, t[rows], y[rows], None if z is None else z[rows])
+        passed(y, z)
+        done = count
+
+    if y.shape[0] > AT_ONCE:
+        solver.listen(read, AT_ONCE)
+    return read
 
 
 def _advance(

@@ -18,7 +18,7 @@ from ..outcome import Failure, assertion_failed, given_up, not_finite, step_too_
 from ..problem import Array
 from .interruption import noted_interruptions
 from .solver_options import SolverOptions
-from .trajectory import Statistics, Trajectory, with_last_point, with_unit_rotations
+from .trajectory import Reader, Statistics, Trajectory, with_last_point, with_unit_rotations
 
 PREFIX = "scipy:"
 SLICE_SECONDS = 0.05
@@ -114,8 +114,8 @@ class _Rows:
         return _Pieces(np.array(self._ends), tuple(self._polynomials)) if self._ends else None
 
 
-def run_scipy(case: Case, options: SolverOptions) -> Trajectory:
-    """Run ``case`` by "rk4" or "scipy:NAME"."""
+def run_scipy(case: Case, options: SolverOptions, reader: Reader | None = None) -> Trajectory:
+    """Run ``case`` by "rk4" or "scipy:NAME"; a ``reader`` reads the rows."""
     system = _System(case)
     stops = np.unique(np.concatenate([[case.stop], *(table.kinks() for table in case.tables.values())]))
     ends = [float(t) for t in stops if case.begin < t <= case.stop]
@@ -151,9 +151,12 @@ def run_scipy(case: Case, options: SolverOptions) -> Trajectory:
     times, states = rows.grid()
     if failure or stopped:
         times, states = with_last_point(times, states, t, y)
+    states = system.normalised(states)
+    if reader is not None:
+        reader.read(0, times, states, None)
     return Trajectory(
         t=times,
-        y=system.normalised(states),
+        y=states,
         dense=rows.pieces() if options.dense else None,
         statistics=Statistics(
             method=options.method,

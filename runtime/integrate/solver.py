@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from ..inputs import Table
 from ..native import kernel as native
 from ..native.kernel import Status
 from ..problem import Array
+from ..rows import IN_MEMORY, Storage
 from .events import noted_type
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ class Solver:
         tolerance: float,
         atol: Array,
         step: float = 0.0,
+        storage: Storage = IN_MEMORY,
     ) -> None:
         struct = case.functions.struct
         assert struct is not None
@@ -53,11 +55,12 @@ class Solver:
             "p": np.ascontiguousarray(case.p),
             "stops": stops[stops > case.begin],
             "grid": np.ascontiguousarray(case.grid),
-            "grid_y": np.empty((case.grid.size, self.ny)),
+            "grid_y": storage.empty(case.grid.size + 1, self.ny),  # and the point where a run stops
         }
         self.nz = case.z.size
         if struct.hybrid:
-            self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
+            self._arrays["grid_z"] = storage.empty(case.grid.size + 1, self.nz)
+        self._listener: object = None
         self._record = np.empty(0)
         options = native.OptionsStruct(
             method=index,
@@ -126,6 +129,23 @@ class Solver:
     def grid_rows(self, count: int) -> tuple[Array, Array]:
         return self._arrays["grid"][:count], self._arrays["grid_y"][:count]
 
+    def add_last(self, count: int) -> int:
+        """Put the state where a run stopped behind ``count`` rows of the grid; give the number of rows then."""
+        self._arrays["grid_y"][count] = self.report()[1]
+        if "grid_z" in self._arrays:
+            self._arrays["grid_z"][count] = self.discretes()
+        return count + 1
+
+    @property
+    def rows(self) -> tuple[Array, Array, Array | None]:
+        """Times, states and, where something switches, discrete variables of the grid, as far as they are written."""
+        return self._arrays["grid"], self._arrays["grid_y"], self._arrays.get("grid_z")
+
+    def listen(self, listener: Callable[[int], None], every: int) -> None:
+        """Have ``listener`` called with the number of rows that are written, whenever there are about ``every`` more."""
+        self._listener = native.LISTENER(listener)
+        self._kernel.mech_listen(self._handle, ctypes.cast(self._listener, ctypes.c_void_p), every)
+
     def start_record(self, capacity: int) -> None:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
@@ -183,9 +203,6 @@ class Solver:
         z = np.empty(self.nz)
         self._kernel.mech_read_discretes(self._handle, z.ctypes.data)
         return z
-
-    def grid_discretes(self, count: int) -> Array:
-        return self._arrays["grid_z"][:count]
 
     def recorded(self, count: int) -> Array:
         return self._record[:count]

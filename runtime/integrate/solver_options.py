@@ -8,6 +8,7 @@ from msgspec import Struct
 
 from ..case import Progress
 from ..problem import Array
+from ..rows import IN_MEMORY, Storage
 
 
 class SolverOptions(Struct, frozen=True, eq=False):
@@ -28,6 +29,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     reproducible: bool = False
     progress: Progress | None = None
     dense_kept: float = math.inf
+    storage: Storage = IN_MEMORY
 
     @property
     def atol(self) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 from msgspec import Struct
 
@@ -54,6 +55,13 @@ class DenseOutput(Struct, frozen=True, eq=False):
         for k in range(c.shape[1] - 2, -1, -1):
             y = c[step, k] + (1 - s if k % 2 else s) * y
         return y
+
+
+class Reader(Protocol):
+    """Whoever reads the rows of a run while they are written."""
+
+    def read(self, first: int, t: Array, y: Array, z: Array | None) -> None:
+        """Take further rows, of which the first has the number ``first``: times, states and discrete variables."""
 
 
 class Trajectory(Struct, frozen=True, eq=False):

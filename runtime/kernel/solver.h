@@ -147,6 +147,9 @@ MECH_API int mech_advance(mech_solver *solver, mech_real t_end, long max_steps);
 MECH_API void mech_read(const mech_solver *solver, mech_report *report, mech_real *y);
 MECH_API void mech_write(mech_solver *solver, const mech_real *y); /* a new state at the present time */
 MECH_API void mech_restart(mech_solver *solver);
+/* Tells `listener` whenever about so many further rows of the grid are written, with the number of all of them: it may read
+   them, not call the solver. */
+MECH_API void mech_listen(mech_solver *solver, void (*listener)(long n_grid), long every);
 MECH_API void mech_set_record(mech_solver *solver, mech_real *record, long capacity);
 /* out[n_position + n_velocity]: the largest residual of each constraint before projection, in its own unit. */
 MECH_API void mech_drift(const mech_solver *solver, mech_real *out);

@@ -35,16 +35,8 @@ MODEL_VERSION = 5
 KERNEL_VERSION = 1
 
 EVENT_KINDS = (
-    "when",
-    "impact",
-    "rest",
-    "lift-off",
-    "slip",
-    "stick",
-    "crossing",
-    "reflection",
-    "release",
-    "engage",
+    *("when", "impact", "rest", "lift-off", "slip"),
+    *("stick", "crossing", "reflection", "release", "engage"),
 )
 
 INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
@@ -84,6 +76,7 @@ class Status(IntEnum):
 
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
+LISTENER = ctypes.CFUNCTYPE(None, c_long)
 PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
 
 
@@ -282,6 +275,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_read": (None, (c_void_p, POINTER(ReportStruct), c_void_p)),
     "mech_write": (None, (c_void_p, c_void_p)),
     "mech_restart": (None, (c_void_p,)),
+    "mech_listen": (None, (c_void_p, c_void_p, c_long)),
     "mech_set_record": (None, (c_void_p, c_void_p, c_long)),
     "mech_drift": (None, (c_void_p, c_void_p)),
     "mech_set_events": (None, (c_void_p, c_void_p, c_long, c_void_p, c_long)),

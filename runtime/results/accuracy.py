@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..arrays.choice import np
 from ..outcome import Failure
-from ..problem import Array, Problem
+from ..problem import Array, Problem, Quantity
 from .doubts import Contradiction
 
 COMPANION_RATIO = 100.0
 LOWEST_COMPANION = 1e-14
-AT_ONCE = 65_536
-"""Rows that are looked at together."""
-
 EPSILON = sys.float_info.epsilon
 
 
@@ -101,19 +99,9 @@ def companion_step(step: float, order: int, parts: float) -> tuple[float, float]
     return step / parts, 1 / (1 - share)
 
 
-def compare(
-    problem: Problem, y: Array, companion: Array, nominal: Array, factor: float, steps: int, tolerance: float
-) -> ErrorEstimate:
-    """Estimate errors from two runs on one grid, [n, ny] each; never below the growth of rounding errors."""
-    floor = EPSILON * np.sqrt(max(steps, 1))
-
-    def error(rows: slice) -> Array:
-        size = nominal + np.abs(companion[rows])
-        return np.asarray(np.maximum(factor * np.abs(y[rows] - companion[rows]) / size, floor))
-
+def compare(problem: Problem, largest: Array, last: Array, nominal: Array, tolerance: float) -> ErrorEstimate:
+    """Estimate errors from what two runs are apart: of each state [ny] the largest, and at their ends."""
     names = [quantity.name for quantity in problem.states]
-    largest = np.max([error(rows).max(axis=0) for rows in _slices(len(y))], axis=0)
-    last = error(slice(-1, None))[0]
     return ErrorEstimate(
         largest=float(largest.max()),
         at_end=float(last.max()),
@@ -139,52 +127,68 @@ def worse(one: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
     )
 
 
-def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
-    """Largest change of total + dissipated - supplied energy; ``outputs`` [n, n_outputs]."""
-    if not problem.energy_balance:
-        return None
+def drifts_of(problem: Problem, parts: Iterable[Array]) -> tuple[Drift | None, tuple[Drift, ...]]:
+    """Give the largest change of total + dissipated - supplied energy, where the model has that balance, and of all that is
+    conserved; ``parts`` [n, n_outputs] of the outputs in the order of time."""
+    kept = [_Kept(problem.outputs[index], partial(_column, index)) for index in problem.conserved]
+    energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
+    energies += [i for i in problem.energy_balance if i >= 0]
+    balance = None
+    if problem.energy_balance:
+        balance = _Kept(problem.outputs[problem.energy_balance[0]], partial(_balance, problem))
+    for part in parts:
+        for one in kept:
+            one.read(part)
+            one.size = max(one.size, _largest(one.of(part)))
+        if balance is not None:
+            balance.read(part)
+            balance.size = max(balance.size, _largest(part[:, energies]))
+    drifts = [one.drift() for one in kept]
+    # What is nothing but its own drift is zero: a share of it says nothing.
+    conserved = tuple(
+        replace(d, relative=None) if d.relative is not None and d.relative > 0.5 else d for d in drifts
+    )
+    return None if balance is None else balance.drift(), conserved
+
+
+def _column(index: int, outputs: Array) -> Array:
+    return outputs[:, index]
+
+
+def _balance(problem: Problem, outputs: Array) -> Array:
     total, dissipated, supplied = problem.energy_balance
     balance = outputs[:, total].copy()
     if dissipated >= 0:
         balance += outputs[:, dissipated]
     if supplied >= 0:
         balance -= outputs[:, supplied]
-    energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
-    energies += [i for i in problem.energy_balance if i >= 0]
-    size = max((_largest(outputs[rows][:, energies]) for rows in _slices(len(outputs))), default=0.0)
-    return _drift(problem, total, balance, size)
+    return balance
 
 
-def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
-    drifts = [
-        _drift(problem, index, outputs[:, index], _largest(outputs[:, index])) for index in problem.conserved
-    ]
-    # What is nothing but its own drift is zero: a share of it says nothing.
-    return tuple(
-        replace(d, relative=None) if d.relative is not None and d.relative > 0.5 else d for d in drifts
-    )
+class _Kept:
+    """Something ``of`` outputs that ought to stay what it is first."""
 
+    def __init__(self, quantity: Quantity, of: Callable[[Array], Array]) -> None:
+        self._quantity, self.of = quantity, of
+        self._first, self._absolute = math.nan, math.nan
+        self.size = 0.0
 
-def _drift(problem: Problem, index: int, values: Array, size: float) -> Drift:
-    quantity = problem.outputs[index]
-    first = float(values[0]) if values.size else math.nan
-    if not math.isfinite(first):
-        defined = np.isfinite(values)
-        first = float(values[np.argmax(defined)]) if defined.any() else math.nan
-    absolute = math.nan if math.isnan(first) else _largest(values, first)
-    return Drift(quantity.name, quantity.unit, absolute, absolute / size if size > 0 else None)
+    def read(self, part: Array) -> None:
+        values = self.of(part)
+        if math.isnan(self._first):
+            defined = np.isfinite(values)
+            if not defined.any():
+                return
+            self._first, self._absolute = float(values[np.argmax(defined)]), 0.0
+        self._absolute = max(self._absolute, _largest(values, self._first))
+
+    def drift(self) -> Drift:
+        q, absolute = self._quantity, self._absolute
+        return Drift(q.name, q.unit, absolute, absolute / self.size if self.size > 0 else None)
 
 
 def _largest(values: Array, about: float = 0.0) -> float:
-    """Largest distance [n] from ``about`` among the numbers: at the surface of a contact, within rounding, an energy may be
+    """Largest distance from ``about`` among the numbers: at the surface of a contact, within rounding, an energy may be
     undefined."""
-    found = 0.0
-    for rows in _slices(len(values)):
-        apart = np.abs(values[rows] - about)
-        found = max(found, float(apart[np.isfinite(apart)].max(initial=0.0)))
-    return found
-
-
-def _slices(count: int) -> list[slice]:
-    """Take rows apart, so that what is computed of many points on the way needs no memory of their number."""
-    return [slice(begin, begin + AT_ONCE) for begin in range(0, count, AT_ONCE)]
+    apart = np.abs(values - about)
+    return float(apart[np.isfinite(apart)].max(initial=0.0))

@@ -13,15 +13,21 @@ It contradicts the estimate where it is more than ``FACTOR`` times one of two bo
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from ..arrays.choice import np
 from ..case import Case
 from ..problem import Array, Problem
+from ..rows import slices
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
 from .doubts import Contradiction
 from .evaluate import evaluate_rows
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 
 FACTOR = 10.0
 """What an estimate may be off by. With the second bound that is an error of which a run that is 100 times tighter
@@ -58,15 +64,14 @@ class Check(Struct, frozen=True):
 
 
 class Pair(Struct, frozen=True, eq=False):
-    """Both runs at the times ``t`` [n], of which the last ones may differ: states [n, ny] and discrete variables, None
-    without events."""
+    """Both runs at the ``count`` times that they share, of which the last ones may differ: the rows of the main run (times,
+    states, discrete variables, None without events), and the checks [count, k] of the companion."""
 
     t: Array
-    their_t: Array
-    ours: Array
+    y: Array
+    z: Array | None
+    count: int
     theirs: Array
-    our_z: Array | None
-    their_z: Array | None
     steps: int
     """Of the longer one of both runs."""
     factor: float
@@ -74,6 +79,14 @@ class Pair(Struct, frozen=True, eq=False):
     tolerance: float
     """Of the companion, relative to the sizes of the states: what its single steps may be off by, and share with those of
     the main run. Zero for methods of fixed step, of which no step is the same in both."""
+
+    def ours(self, rows: slice | NDArray[np.intp]) -> tuple[Array, Array, Array | None]:
+        """Give rows of the main run; the last one is its end."""
+        if isinstance(rows, slice) and rows.stop == self.count < self.t.size:
+            rows = np.arange(rows.start, rows.stop)
+        if not isinstance(rows, slice):
+            rows = np.where(rows == self.count - 1, self.t.size - 1, rows)
+        return self.t[rows], self.y[rows], None if self.z is None else self.z[rows]
 
 
 def checks(problem: Problem, *, as_stated: bool) -> tuple[Check, ...]:
@@ -125,13 +138,15 @@ def compared(
     """Compare every check with the estimated errors: what would be said of it, and the largest ratio of both."""
     listed = checks(case.problem, as_stated=as_stated)
     found = [_constraint(drift, estimate) for drift in drifts]
-    if listed and pair.t.size > 1:
-        ours = _values(case, listed, pair.t, pair.ours, pair.our_z)
-        theirs = _values(case, listed, pair.their_t, pair.theirs, pair.their_z)
+    if listed and pair.count > 1:
         scales = _scales(case, listed, pair, estimate)
-        found += [
-            _compared(check, pair, ours[:, k], theirs[:, k], scales[k]) for k, check in enumerate(listed)
-        ]
+        looks = [_Look(check, pair.factor, *scale) for check, scale in zip(listed, scales, strict=True)]
+        for rows in slices(pair.count, pair.t, pair.y, pair.z, pair.theirs):
+            at = pair.ours(rows)
+            ours = values_of(case, listed, *at)
+            for k, look in enumerate(looks):
+                look.read(at[0], ours[:, k], pair.theirs[rows, k])
+        found += [look.told() for look in looks]
     return found
 
 
@@ -142,36 +157,53 @@ def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contra
     return made, drift.after / expected
 
 
-def _compared(
-    check: Check, pair: Pair, ours: Array, theirs: Array, scale: tuple[float, float]
-) -> tuple[Contradiction, float]:
-    """Compare one check [n] of both runs; ``scale``: by the stated errors, and by what both share."""
-    stated, shared = scale
-    defined = np.isfinite(ours) & np.isfinite(theirs)
-    t, ours, theirs = pair.t[defined], ours[defined], theirs[defined]
-    if not check.anchored:
-        ours, theirs = ours - ours[:1], theirs - theirs[:1]
-    off = np.abs(ours)
-    own = np.maximum.accumulate(pair.factor * np.abs(ours - theirs))
-    expected = np.minimum(stated, own + shared)
-    ratio = np.divide(off, expected, out=np.where(off > 0, np.inf, 0.0), where=expected > 0)
-    beyond = np.flatnonzero(ratio > FACTOR)
-    if not beyond.size:
-        return Contradiction(check.kind, check.name, check.unit, 0.0, 0.0, None, None), _largest(ratio)
-    at = int(beyond[np.argmax(off[beyond])])
-    made = Contradiction(
-        check.kind,
-        check.name,
-        check.unit,
-        float(off[at]),
-        float(FACTOR * expected[at]),
-        float(t[beyond[0]]),
-        bool(np.abs(theirs[at]) > HELD * off[at]),
-    )
-    return made, float(ratio.max())
+class _Look:
+    """Compares one check of both runs, a slice after the other, with what the ``stated`` errors do to it and what both
+    runs ``shared``."""
+
+    def __init__(self, check: Check, factor: float, stated: float, shared: float) -> None:
+        self._check, self._factor, self._stated, self._shared = check, factor, stated, shared
+        self._anchors: tuple[Array, Array] | None = None
+        self._own = 0.0
+        self._ratio = 0.0
+        self._since: float | None = None
+        self._worst = (0.0, 0.0, 0.0)
+
+    def read(self, t: Array, ours: Array, theirs: Array) -> None:
+        defined = np.isfinite(ours) & np.isfinite(theirs)
+        t, ours, theirs = t[defined], ours[defined], theirs[defined]
+        if not t.size:
+            return
+        if not self._check.anchored:
+            self._anchors = self._anchors or (ours[:1].copy(), theirs[:1].copy())
+            ours, theirs = ours - self._anchors[0], theirs - self._anchors[1]
+        off = np.abs(ours)
+        own = np.maximum(np.maximum.accumulate(self._factor * np.abs(ours - theirs)), self._own)
+        self._own = float(own[-1])
+        expected = np.minimum(self._stated, own + self._shared)
+        ratio = np.divide(off, expected, out=np.where(off > 0, np.inf, 0.0), where=expected > 0)
+        self._ratio = max(self._ratio, _largest(ratio))
+        beyond = np.flatnonzero(ratio > FACTOR)
+        if not beyond.size:
+            return
+        if self._since is None:
+            self._since = float(t[beyond[0]])
+        at = int(beyond[np.argmax(off[beyond])])
+        if off[at] > self._worst[0]:
+            self._worst = float(off[at]), float(expected[at]), float(np.abs(theirs[at]))
+
+    def told(self) -> tuple[Contradiction, float]:
+        check = self._check
+        if self._since is None:
+            return Contradiction(check.kind, check.name, check.unit, 0.0, 0.0, None, None), self._ratio
+        off, expected, theirs = self._worst
+        made = Contradiction(
+            check.kind, check.name, check.unit, off, FACTOR * expected, self._since, theirs > HELD * off
+        )
+        return made, self._ratio
 
 
-def _values(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Array | None) -> Array:
+def values_of(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Array | None) -> Array:
     """Give the checks [n, k] at times [n] and states [n, ny]."""
     outputs = evaluate_rows(case, "outputs", t, y, z)
     columns = []
@@ -190,9 +222,8 @@ def _scales(
     problem = case.problem
     ny = problem.ny
     count = int(np.clip(MOST_ROWS // (2 * (ny + 1)), 4, MOST_POINTS))
-    chosen = np.linspace(0, pair.t.size - 1, min(count, pair.t.size)).astype(int)  # at least 1 apart
-    t, y = pair.t[chosen], pair.ours[chosen]
-    z = None if pair.our_z is None else pair.our_z[chosen]
+    chosen = np.linspace(0, pair.count - 1, min(count, pair.count)).astype(int)  # at least 1 apart
+    t, y, z = pair.ours(chosen)
     names = [q.name for q in problem.states]
     floor = EPSILON * np.sqrt(max(pair.steps, 1))  # rounding adds up like a random walk
     size = np.array([estimate.nominal[n] for n in names]) + np.abs(y)
@@ -222,7 +253,7 @@ def spread(case: Case, rows: tuple[Array, Array, Array | None], estimate: ErrorE
         Check("output", q.name, q.unit, {i: 1.0}, {}, anchored=True)
         for i, q in enumerate(case.problem.outputs)
     )
-    pair = Pair(t, t, y, y, z, z, steps, 1.0, 0.0)
+    pair = Pair(t, y, z, t.size, np.empty((t.size, 0)), steps, 1.0, 0.0)
     return np.array([stated for stated, _ in _scales(case, listed, pair, estimate)])
 
 
@@ -232,7 +263,7 @@ def _slopes(
     """Give |dB/dy_i| [n, ny + 1, k] by differences to both sides, the larger one; the last is the derivative by time."""
     t, y, z = at
     n, many = step.shape
-    here = _values(case, listed, t, y, z)
+    here = values_of(case, listed, t, y, z)
     slopes = np.zeros((n, many, here.shape[1]))
     at_once = max(1, MOST_NUMBERS // (2 * n * many))
     for begin in range(0, many, at_once):
@@ -244,7 +275,7 @@ def _slopes(
         states = (y[:, None, None, :] + moved[..., :-1]).reshape(-1, many - 1)
         times = (t[:, None, None] + moved[..., -1]).ravel()
         held = None if z is None else np.repeat(z, 2 * len(which), axis=0)
-        there = _values(case, listed, times, states, held)
+        there = values_of(case, listed, times, states, held)
         change = np.abs(there.reshape(n, 2, len(which), -1) - here[:, None, None, :]).max(axis=1)
         width = step[:, part, None]
         np.divide(change, width, out=slopes[:, part], where=width > 0)

@@ -15,7 +15,8 @@ from ..outcome import (
     time_text,
     value_text,
 )
-from ..problem import Array, Problem, Quantity
+from ..problem import Array, Problem
+from .evaluate import Table
 from .reach import with_reach
 
 ZERO = 1e-13
@@ -107,49 +108,46 @@ def mass_matrix(case: Case, t: float, y: Array) -> Array | None:
     return mass if np.isfinite(mass).all() else None
 
 
-def undefined_energy(problem: Problem, times: Array, states: Array, outputs: Array) -> Failure | None:
+def undefined_energy(problem: Problem, table: Table) -> Failure | None:
     """Give a failure where an energy is undefined from some time to the end, though the accelerations are not.
 
     Steps may cross a wall of the potential that is thinner than they are; what lies behind is no motion of the model.
-    ``states`` [n, ny] and ``outputs`` [n, n_outputs] at ``times`` [n].
     """
-    for index, quantity in _undefined_last(problem, outputs):
-        values = outputs[:, index]
-        if quantity.kind != "energy":
-            continue
-        defined = np.flatnonzero(np.isfinite(values))
-        first = int(defined[-1]) + 1 if defined.size else 0
-        if first == values.size - 1 and first > 0:
+    for index, first in _undefined_last(problem, table, "energy"):
+        if first == len(table) - 1 and first > 0:
             continue  # at the last point only: a singular place that the motion just reaches
-        at = time_text(problem, float(times[first]))
+        time, quantity = float(table.t[first]), problem.outputs[index]
+        value = float(table.outputs_at(slice(first, first + 1))[0, index])
         message = (
-            f"'{quantity.name}' is {value_text(float(values[first]))} from {at} on: "
+            f"'{quantity.name}' is {value_text(value)} from {time_text(problem, time)} on: "
             "the motion has left the places where the model is defined"
         )
-        state = state_at(problem, states[first])
-        return Failure("not finite", float(times[first]), quantity.name, message, quantity.origin, state)
+        state = state_at(problem, table.y[first])
+        return Failure("not finite", time, quantity.name, message, quantity.origin, state)
     return None
 
 
-def _undefined_last(problem: Problem, outputs: Array) -> list[tuple[int, Quantity]]:
-    """List the outputs that are no numbers at the end, with their places."""
-    if not len(outputs):
+def _undefined_last(problem: Problem, table: Table, kind: str) -> list[tuple[int, int]]:
+    """List the outputs of a kind that are no numbers at the end, with the row from which on they are none."""
+    if not len(table):
         return []
-    wrong = np.flatnonzero(~np.isfinite(outputs[-1])).tolist()
-    return [(index, problem.outputs[index]) for index in wrong]
+    last = table.outputs_at(slice(len(table) - 1, len(table)))[0]
+    wrong = [i for i in np.flatnonzero(~np.isfinite(last)).tolist() if problem.outputs[i].kind == kind]
+    since = dict.fromkeys(wrong, 0)
+    for rows, outputs in table.parts() if wrong else ():
+        for index in wrong:
+            defined = np.flatnonzero(np.isfinite(outputs[:, index]))
+            since[index] = rows.start + int(defined[-1]) + 1 if defined.size else since[index]
+    return list(since.items())
 
 
-def undefined_outputs(problem: Problem, times: Array, outputs: Array) -> tuple[str, ...]:
+def undefined_outputs(problem: Problem, table: Table) -> tuple[str, ...]:
     """Say of outputs that are no numbers at the end since when they are none; the motion does not depend on them."""
     since: dict[int, list[str]] = {}
-    for index, quantity in _undefined_last(problem, outputs):
-        values = outputs[:, index]
-        if quantity.kind != "output":
-            continue
-        defined = np.flatnonzero(np.isfinite(values))
-        since.setdefault(int(defined[-1]) + 1 if defined.size else 0, []).append(f"'{quantity.name}'")
+    for index, first in _undefined_last(problem, table, "output"):
+        since.setdefault(first, []).append(f"'{problem.outputs[index].name}'")
     return tuple(
-        f"no number at the end, from {time_text(problem, float(times[first]))} on: {', '.join(names)}"
+        f"no number at the end, from {time_text(problem, float(table.t[first]))} on: {', '.join(names)}"
         for first, names in since.items()
     )
 

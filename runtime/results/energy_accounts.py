@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from ..arrays.choice import np
+from ..rows import slices
 
 if TYPE_CHECKING:
     from ..problem import Array, Problem
+    from .evaluate import Table
 
 
 class EnergyAccounts(Struct, frozen=True):
@@ -30,33 +31,41 @@ class EnergyAccounts(Struct, frozen=True):
     dissipated_at_events: float
 
 
-def energy_accounts(problem: Problem, time: Array, values: Mapping[str, Array]) -> EnergyAccounts | None:
+def energy_accounts(problem: Problem, table: Table) -> EnergyAccounts | None:
     """Read the accounts from the results of a run, in which both sides of each event are rows.
 
     None where the model has no balance, or where nothing is supplied or dissipated.
     """
-    if not problem.energy_balance or not len(time):
+    if not problem.energy_balance or not len(table):
         return None
-    total, *accounts = problem.energy_balance
-    dissipated, supplied = (values[problem.outputs[i].name] if i >= 0 else None for i in accounts)
-    if dissipated is None and supplied is None:
+    total, dissipated, supplied = problem.energy_balance
+    if dissipated < 0 and supplied < 0:
         return None
-    energy = values[problem.outputs[total].name]
+    first, last = (table.outputs_at(slice(row, row + 1))[0] for row in (0, len(table) - 1))
+    jumps = _at_events(table)
+
+    def change(account: int) -> float | None:
+        return float(last[account] - first[account]) if account >= 0 else None
+
+    def at_events(account: int) -> float:
+        return float(jumps[:, account].sum()) if account >= 0 else 0.0
+
     return EnergyAccounts(
         unit=problem.outputs[total].unit,
-        start=float(energy[0]),
-        end=float(energy[-1]),
-        supplied=_change(supplied),
-        dissipated=_change(dissipated),
-        supplied_at_events=_at_events(time, supplied),
-        dissipated_at_events=_at_events(time, dissipated),
+        start=float(first[total]),
+        end=float(last[total]),
+        supplied=change(supplied),
+        dissipated=change(dissipated),
+        supplied_at_events=at_events(supplied),
+        dissipated_at_events=at_events(dissipated),
     )
 
 
-def _change(account: Array | None) -> float | None:
-    return None if account is None else float(account[-1] - account[0])
-
-
-def _at_events(time: Array, account: Array | None) -> float:
-    """Sum of the jumps between rows of one time."""
-    return 0.0 if account is None else float(np.diff(account)[np.diff(time) == 0].sum())
+def _at_events(table: Table) -> Array:
+    """Give the jumps [m, n_outputs] of all outputs between rows of one time."""
+    found = [
+        rows.start + np.flatnonzero(np.diff(table.t[rows.start : rows.stop + 1]) == 0)
+        for rows in slices(len(table), table.t)
+    ]
+    before = np.concatenate(found)
+    return table.outputs_at(before + 1) - table.outputs_at(before)

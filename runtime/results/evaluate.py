@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, overload
+from typing import TYPE_CHECKING, Literal
 
 from msgspec.structs import replace
 
@@ -12,7 +13,8 @@ from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..integrate.solver import table_structs
 from ..native import kernel as native
-from ..problem import Array
+from ..problem import Array, Problem
+from ..rows import AT_ONCE, IN_MEMORY, Storage, slices
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,37 +83,93 @@ def input_rows(case: Case, t: Array) -> Array:
     return rows
 
 
-class Blocks:
-    """Columns [n, m] that stand side by side in several arrays, so that none is copied: ``blocks[:, i]``, ``blocks[rows]``."""
+class Table:
+    """States, outputs, inputs and discrete variables at the times t [n], from y [n, ny] and z [n, nz], one column each.
 
-    def __init__(self, *blocks: Array) -> None:
-        self.blocks = blocks
+    Nothing is copied, and what is computed of many rows only where somebody asks for its column: reports read ``parts``.
+    """
+
+    def __init__(
+        self, case: Case, t: Array, y: Array, z: Array | None = None, storage: Storage = IN_MEMORY
+    ) -> None:
+        self._case, self._storage = case, storage
+        self.t, self.y, self.z = t, y, z
+        self._problem = problem = case.problem
+        own = sum(quantity.kind != "mode" for quantity in problem.discretes)
+        self._widths = (problem.ny, len(problem.outputs), len(problem.inputs), own)
+
+    def __len__(self) -> int:
+        return len(self.t)
 
     @cached_property
-    def _places(self) -> list[tuple[Array, int]]:
-        return [(block, i) for block in self.blocks for i in range(block.shape[1])]
+    def outputs(self) -> Array:
+        if len(self) <= AT_ONCE:
+            return evaluate_rows(self._case, "outputs", self.t, self.y, self.z)
+        return self._filled(self._widths[1], self._computed)
 
-    @overload
-    def __getitem__(self, key: tuple[slice, int]) -> Array: ...
-    @overload
-    def __getitem__(self, key: NDArray[np.bool_]) -> Array: ...
-    def __getitem__(self, key: tuple[slice, int] | NDArray[np.bool_]) -> Array:
-        if not isinstance(key, tuple):
-            return np.hstack([block[key] for block in self.blocks])
-        rows, column = key
-        block, i = self._places[column]
-        return block[rows, i]
+    @cached_property
+    def inputs(self) -> Array:
+        if len(self) <= AT_ONCE:
+            return input_rows(self._case, self.t)
+        return self._filled(self._widths[2], lambda rows: input_rows(self._case, self.t[rows]))
+
+    @cached_property
+    def discretes(self) -> Array:
+        own = self._widths[3]
+        return np.broadcast_to(self._case.z[:own], (len(self), own)) if self.z is None else self.z[:, :own]
+
+    def parts(self) -> Iterator[tuple[slice, Array]]:
+        """Give slices of the rows, with the outputs in each."""
+        for rows in slices(len(self), self.t, self.y, self.z, vars(self).get("outputs")):
+            yield rows, self.outputs_at(rows)
+
+    def rows(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
+        """Give all columns of some rows."""
+        outputs = self.outputs_at(rows)
+        inputs = input_rows(self._case, self.t[rows])
+        return np.hstack([self.y[rows], outputs, inputs, self.discretes[rows]])
+
+    def index(self, name: str) -> int:
+        """Give the number of an output."""
+        return next(i for i, q in enumerate(self._problem.outputs) if q.name == name)
+
+    def column(self, index: int) -> Array:
+        """Give one column of all rows."""
+        for name, width in zip(("y", "outputs", "inputs", "discretes"), self._widths, strict=True):
+            if index < width:
+                block: Array = getattr(self, name)
+                return block[:, index]
+            index -= width
+        raise IndexError(index)
+
+    def outputs_at(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
+        """Give the outputs of some rows."""
+        if len(self) <= AT_ONCE or "outputs" in vars(self):
+            return np.asarray(self.outputs[rows])
+        return self._computed(rows)
+
+    def _computed(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
+        z = None if self.z is None else self.z[rows]
+        return evaluate_rows(self._case, "outputs", self.t[rows], self.y[rows], z)
+
+    def _filled(self, width: int, values: Callable[[slice], Array]) -> Array:
+        filled = self._storage.empty(len(self), width)
+        for rows in slices(len(self), self.t, self.y, self.z, filled):
+            filled[rows] = values(rows)
+        return filled
 
 
-def solution_blocks(case: Case, t: Array, y: Array, z: Array | None = None) -> Blocks:
-    """States, outputs, inputs and discrete variables at t [n] and y [n, ny]."""
-    outputs = evaluate_rows(case, "outputs", t, y, z)
-    inputs = input_rows(case, t)
-    own = sum(quantity.kind != "mode" for quantity in case.problem.discretes)
-    discretes = np.broadcast_to(case.z[:own], (t.size, own)).copy() if z is None else z[:, :own]
-    return Blocks(y, outputs, inputs, discretes)
+class Columns(Table):
+    """The same where all outputs and inputs are there already: columns [n, k] of a ``problem``."""
+
+    def __init__(self, problem: Problem, t: Array, values: Array) -> None:
+        self._problem, self.t, self.z = problem, t, None
+        self._widths = (problem.ny, len(problem.outputs), len(problem.inputs), 0)
+        ends = np.cumsum(self._widths)
+        self.y, self.outputs = values[:, : ends[0]], values[:, ends[0] : ends[1]]
+        self.inputs, self.discretes = values[:, ends[1] : ends[2]], values[:, ends[2] :]
 
 
 def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
     """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
-    return np.hstack(solution_blocks(case, t, y, z).blocks)
+    return Table(case, t, y, z).rows(slice(None))

@@ -26,13 +26,38 @@ class Values(dict[str, Array]):
     """Arrays by the names of scalars; the name of a vector or matrix gives its elements along further axes."""
 
     def __missing__(self, name: str) -> Array:
-        names = elements(self, name)
-        places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
-        shape = tuple(max(axis) for axis in zip(*places, strict=True)) if names else ()
-        if not names or places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
-            raise KeyError(f"there is no '{name}'{suggest(name, names_of(self))}")
-        first = np.asarray(self[names[0]])
-        return np.stack([self[one] for one in names], axis=-1).reshape(*first.shape, *shape)
+        return _whole(self, name)
+
+
+class LazyValues(Mapping[str, Array]):
+    """The same, of arrays that are made when somebody asks for them."""
+
+    def __init__(self, names: Iterable[str], make: Callable[[str], Array]) -> None:
+        self._names = dict.fromkeys(names)
+        self._make = make
+
+    def __getitem__(self, name: str) -> Array:
+        return self._make(name) if name in self._names else _whole(self, name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+
+def _whole(known: Mapping[str, Array], name: str) -> Array:
+    """Put a vector or matrix together. Raises KeyError where a name is none of these."""
+    names = elements(known, name)
+    places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
+    shape = tuple(max(axis) for axis in zip(*places, strict=True)) if names else ()
+    if not names or places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
+        raise KeyError(f"there is no '{name}'{suggest(name, names_of(known))}")
+    first = np.asarray(known[names[0]])
+    return np.stack([known[one] for one in names], axis=-1).reshape(*first.shape, *shape)
 
 
 def names_of(known: Iterable[str]) -> list[str]:

@@ -14,26 +14,20 @@ from ..integrate.events import Event
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, Outcome
 from ..problem import Array, Problem, Quantity
+from ..rows import AT_ONCE
 from .accuracy import Accuracy, Drift
 from .branch_jumps import Jump
 from .branches import Branches
 from .condition import Condition, no_condition
 from .doubts import Contradiction
 from .energy_accounts import EnergyAccounts, energy_accounts
-from .evaluate import Blocks
+from .evaluate import Table
+from .extents import Extent, extents
 from .files import json_number
 from .further_solutions import Several
-from .quantities import Display, Results, Values
+from .quantities import Display, LazyValues, Results, Values
+from .remarks import shown_remarks
 from .sensitivity import Sensitivities, Sensitivity, none_asked
-
-ROUNDING = 1e-12
-"""Of the largest kinetic energy: what may be negative for rounding alone."""
-
-FINE_INTEGRAL = 1e-9
-"""Estimated relative error of a definite integral that is not worth a word."""
-
-FED = 0.01
-"""Of the largest energy: what is worth a word when it is fed in where energy ought to be lost."""
 
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
@@ -60,7 +54,7 @@ class Motion(Struct, frozen=True, eq=False):
 
     problem: Problem
     time: Array
-    columns: Array | Blocks
+    columns: Table
     at: Columns
     interpolation: str
     experiment: str
@@ -117,8 +111,16 @@ class Solution(Results):
         return {quantity.name: index for index, quantity in enumerate(quantities(self.problem))}
 
     @cached_property
-    def _values(self) -> Values:  # type: ignore[override]
-        return Values({name: self.motion.columns[:, index] for name, index in self._column.items()})
+    def _values(self) -> Mapping[str, Array]:  # type: ignore[override]
+        column = self.motion.columns.column
+        if len(self.motion.columns) > AT_ONCE:
+            return LazyValues(list(self._column), lambda name: column(self._column[name]))
+        return Values({name: column(index) for name, index in self._column.items()})
+
+    @cached_property
+    def _extents(self) -> Mapping[str, Extent]:
+        """The first and last, lowest and highest value of states and outputs."""
+        return extents(self.motion.columns, self._column)
 
     @cached_property
     def _units(self) -> dict[str, str]:  # type: ignore[override]
@@ -142,7 +144,7 @@ class Solution(Results):
     @cached_property
     def energy(self) -> EnergyAccounts | None:
         """Where its energy came from and where it went."""
-        return energy_accounts(self.problem, self.time, self._values)
+        return energy_accounts(self.problem, self.motion.columns)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -151,13 +153,11 @@ class Solution(Results):
 
     @cached_property
     def _shown_remarks(self) -> tuple[str, ...]:
-        listed, values = quantities(self.problem), self._values
+        listed, met = quantities(self.problem), self._extents
+        if not len(self.time):
+            return ()
         return (
-            *_stillness(listed, self.time, values),
-            *_creeps(listed, values),
-            *_coarse_integrals(listed, values, self.accuracy),
-            *_negative_inertia(self, values),
-            *_feeding(self, values),
+            *shown_remarks(self, listed, met),
             *self.branches.remarks(self.problem),
         )
 
@@ -206,9 +206,16 @@ class Solution(Results):
         return tuple(self._true_error(q.name, q.name.removeprefix("exact(")[:-1], q.unit) for q in exact)
 
     def _true_error(self, exact: str, name: str, unit: str) -> TrueError:
-        difference = np.abs(self[name] - self[exact])
-        largest, size = float(difference.max()), float(np.abs(self[exact]).max())
-        return TrueError(name, unit, largest, float(difference[-1]), largest / size if size > 0 else largest)
+        table, largest, size, last = self.motion.columns, -np.inf, -np.inf, np.nan
+        own, stated = self._column[name], self._column[exact] - self.problem.ny
+        for rows, outputs in table.parts():
+            values = table.y[rows, own] if own < self.problem.ny else outputs[:, own - self.problem.ny]
+            difference = np.abs(values - outputs[:, stated])
+            largest = np.maximum(largest, difference.max())
+            size = np.maximum(size, np.abs(outputs[:, stated]).max())
+            last = difference[-1]
+        relative = largest / size if size > 0 else largest
+        return TrueError(name, unit, float(largest), float(last), float(relative))
 
     def sensitivity(self, of: str, to: str) -> Sensitivity:
         """Give d(``of``)/d(``to``) over ``time``: of a state or output, in a parameter, initial value or input that the run
@@ -238,7 +245,11 @@ class Solution(Results):
     def final(self) -> dict[str, float]:
         """Give coordinates, rates, states and outputs at the last time."""
         shown = ("input", "discrete")
-        return {name: float(self[name][-1]) for name, q in self.quantities.items() if q.kind not in shown}
+        table = self.motion.columns
+        at = slice(len(table) - 1, len(table))
+        last = (*table.y[at][0].tolist(), *table.outputs_at(at)[0].tolist())
+        wanted = (name for name, q in self.quantities.items() if q.kind not in shown)
+        return {name: last[self._column[name]] for name in wanted}
 
     def summary(self, names: Sequence[str] | None = None) -> dict[str, Any]:
         """Give the report of the run as JSON knows it: not-a-number and infinity are null; derivatives of all, or of ``names``."""
@@ -282,67 +293,6 @@ def quantities(problem: Problem) -> tuple[Quantity, ...]:
     """All quantities of a solution, in the order of its columns."""
     discretes = (quantity for quantity in problem.discretes if quantity.kind != "mode")
     return (*problem.states, *problem.outputs, *problem.inputs, *discretes)
-
-
-def _negative_inertia(solution: Results, values: Mapping[str, Array]) -> list[str]:
-    """Tell where kinetic energy is negative: bodies of negative mass move, but not as anything does."""
-    kinetic = values.get("energy.kinetic", np.empty(0))
-    lowest = float(np.min(kinetic, initial=0.0))
-    if not lowest < -ROUNDING * float(np.max(np.abs(kinetic), initial=0.0)):
-        return []
-    amount = f"{lowest:.3g} {solution.unit('energy.kinetic')}".rstrip()
-    return [
-        f"the kinetic energy falls to {amount}: a mass or an inertia is negative, if this is not meant so"
-    ]
-
-
-def _feeding(solution: Results, values: Mapping[str, Array]) -> list[str]:
-    """Tell where what ought to dissipate feeds energy in all the time."""
-    lost = values.get("energy.dissipated", np.empty(0))
-    scale = max(
-        (float(np.max(np.abs(values[n]), initial=0.0)) for n in values if n.startswith("energy.")),
-        default=0.0,
-    )
-    if len(lost) < 2 or not lost[-1] < lost[0] - FED * scale or np.any(np.diff(lost) > ROUNDING * scale):
-        return []
-    amount = f"{lost[0] - lost[-1]:.3g} {solution.unit('energy.dissipated')}".rstrip()
-    return [f"nothing dissipates: damping, or forces that depend on velocities, feed in {amount}"]
-
-
-def _stillness(listed: Sequence[Quantity], time: Array, values: Mapping[str, Array]) -> list[str]:
-    """Tell where nothing moves: often initial values were forgotten."""
-    moving = [values[quantity.name] for quantity in listed if quantity.kind in ("coordinate", "rate")]
-    if not moving or len(time) < 2 or any(np.any(column != column[0]) for column in moving):
-        return []
-    rates = (values[quantity.name] for quantity in listed if quantity.kind == "rate")
-    return (
-        [] if any(np.any(column) for column in rates) else ["nothing moves: it starts at rest in equilibrium"]
-    )
-
-
-def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str]:
-    """Tell how fast regularized frictions moved where they ought to stick."""
-    found = []
-    for quantity in listed:
-        fastest = float(np.max(values[quantity.name], initial=0.0)) if quantity.kind == "creep" else 0.0
-        if fastest > 0:
-            name, unit = quantity.name.removeprefix("creep(")[:-1], quantity.unit
-            found.append(f"'{name}' creeps where it ought to stick, at up to {fastest:.3g} {unit}".rstrip())
-    return found
-
-
-def _coarse_integrals(
-    listed: Sequence[Quantity], values: Mapping[str, Array], accuracy: Accuracy
-) -> list[str]:
-    """Tell which definite integrals are less accurate than the motion is said to be."""
-    claimed = accuracy.error.largest if accuracy.error is not None else FINE_INTEGRAL
-    found = []
-    for quantity in listed:
-        off = float(np.max(values[quantity.name], initial=0.0)) if quantity.kind == "quadrature" else 0.0
-        if off > max(claimed, FINE_INTEGRAL):
-            name = quantity.name.removeprefix("error(")[:-1]
-            found.append(f"'{name}' is known to about {off:.1e} of its size only, and with it the motion")
-    return found
 
 
 def _event_summary(event: Event) -> dict[str, Any]:

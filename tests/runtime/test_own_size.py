@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -71,9 +72,9 @@ def test_what_hardly_feels_what_is_far_larger(x: float, y: float, coupling: str)
 def test_steps_of_one_size_are_measured_and_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
 
-    def noted(case: Case, options: SolverOptions) -> Trajectory:
+    def noted(case: Case, options: SolverOptions, *reader: Any) -> Trajectory:
         made.append(options)
-        return run_kernel(case, options)
+        return run_kernel(case, options, *reader)
 
     monkeypatch.setattr("mechc.runtime.studies.runs.companion.run_kernel", noted)
     run = mechc.loads(SMALL.format("0 m", "1e-8 m/s") + LARGE).simulate(method="rk4", step=0.01)

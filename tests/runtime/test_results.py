@@ -18,7 +18,6 @@ from mechc.runtime.integrate.kernel_run import run_kernel
 from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.problem import Array
-from mechc.runtime.results.evaluate import Blocks
 from mechc.runtime.results.files import ResultsFileError, read_results
 from mechc.runtime.results.quantities import Results
 from mechc.runtime.results.solution import Solution
@@ -267,13 +266,12 @@ def test_summary_writes_null_for_what_is_not_a_number() -> None:
 
 
 def test_states_and_outputs_stand_where_they_were_computed(solution: Solution) -> None:
-    blocks = solution.motion.columns
-    assert isinstance(blocks, Blocks)
+    table = solution.motion.columns
     names = list(solution.quantities)
-    assert all(np.array_equal(blocks[:, i], solution[name]) for i, name in enumerate(names))
-    assert np.shares_memory(solution["theta"], blocks.blocks[0])
+    assert all(np.array_equal(table.column(i), solution[name]) for i, name in enumerate(names))
+    assert np.shares_memory(solution["theta"], table.y)
     late = solution.time > 1
-    assert np.array_equal(blocks[late], np.column_stack([solution[name][late] for name in names]))
+    assert np.array_equal(table.rows(late), np.column_stack([solution[name][late] for name in names]))
 
 
 def test_remarks_and_reports_follow_what_is_added() -> None:

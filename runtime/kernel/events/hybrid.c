@@ -128,22 +128,6 @@ static int step_along_slip(mech_solver *s, int *hit, mech_real part, mech_real *
     return MECH_NOT_FINITE;
 }
 
-/* z beside the rows of the grid from `first` on; a caller that keeps no history gives no room for it. */
-static void write_discretes(mech_solver *s, long first)
-{
-    const size_t nz = (size_t)s->model->nz;
-    for (long k = first; s->o.grid_z && k < s->run->report.n_grid; k++)
-        memcpy(s->o.grid_z + (size_t)k * nz, s->o.z, nz * sizeof(mech_real));
-}
-
-static int accept_row(mech_solver *s, mech_real t_new, mech_real h)
-{
-    const long first = s->run->report.n_grid;
-    const int status = mech_step_accept(s, t_new, h);
-    write_discretes(s, first);
-    return status;
-}
-
 /* A branch that is undefined beyond its surface stops every step short of it, however small. Finds the switch that is
  * about to be reached, and moves along the tangent just beyond: an error of second order in a rounding. */
 static int cross_tangentially(mech_solver *s)
@@ -214,7 +198,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         run->origin = t_new; /* fixed steps go on from here */
         run->n_fixed = 0;
     }
-    status = accept_row(s, t_new, h);
+    status = mech_step_accept(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
     return hit >= 0 || mech_schedule_due(next, t_new) ? reach(s, hit) : check_limits(s);
@@ -227,10 +211,8 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     /* Terminated stays terminated; what is full has been emptied. */
     if (r->status < 0 || r->status == MECH_TERMINATED) return r->status;
     if (!run->started) {
-        const long first = r->n_grid;
-        int status = mech_begin_run(s);
+        const int status = mech_begin_run(s);
         if (status) return status;
-        write_discretes(s, first);
     }
     if (run->pending) {
         run->pending = 0;

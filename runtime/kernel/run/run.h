@@ -44,6 +44,8 @@ struct mech_solver {
     int *segments;          /* the row of each table that holds during the present step      */
     struct mech_event_state *events; /* models with events only                              */
     int waits;              /* 1: events are told (MECH_AT_EVENT) before they happen         */
+    void (*listener)(long n_grid); /* told of rows of the grid; NULL: nobody is              */
+    long told_every, told_next;
 };
 
 static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)

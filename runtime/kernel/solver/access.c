@@ -135,6 +135,12 @@ void mech_drift(const mech_solver *s, mech_real *out)
     memcpy(out, s->drift, (size_t)(s->model->n_position + s->model->n_velocity) * sizeof(mech_real));
 }
 
+void mech_listen(mech_solver *s, void (*listener)(long n_grid), long every)
+{
+    s->listener = listener;
+    s->told_every = s->told_next = every;
+}
+
 void mech_set_record(mech_solver *s, mech_real *record, long capacity)
 {
     s->o.record = record;

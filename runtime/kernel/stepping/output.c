@@ -6,7 +6,13 @@ void mech_output_grid(mech_solver *s, mech_real t_new, mech_real h)
 {
     mech_report *r = &s->run->report;
     const size_t bytes = (size_t)s->ny * sizeof(mech_real);
+    const size_t nz = (size_t)s->model->nz; /* a caller that keeps no history of z gives no room for it */
     for (; r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new; r->n_grid++) {
+        if (s->listener && r->n_grid >= s->told_next) {
+            s->listener(r->n_grid);
+            s->told_next = r->n_grid + s->told_every;
+        }
+        if (s->events && s->o.grid_z) memcpy(s->o.grid_z + (size_t)r->n_grid * nz, s->o.z, nz * sizeof(mech_real));
         mech_real *row = s->o.grid_y + (size_t)r->n_grid * (size_t)s->ny;
         if (s->o.grid[r->n_grid] == t_new) {
             memcpy(row, s->y_new, bytes);

@@ -249,7 +249,7 @@ class _Follower:
             steps = max(4 * solution.statistics.steps, inner.size)
             more = np.linspace(done, float(motion.time[-1]), steps)
             t = np.concatenate([inner, more])
-            y = np.vstack([motion.columns[new], motion.at(more)])
+            y = np.vstack([motion.columns.rows(new), motion.at(more)])
             order = np.argsort(t, kind="stable")
             yield Piece(t[order], y[order][:, :ny], partial(_states, motion.at, ny))
             if solution.outcome not in ENDED or solution.outcome is Outcome.TERMINATED:

@@ -8,13 +8,12 @@ import math
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...arrays.choice import np
 from ...case import Case, Progress, SimulationOptions, part_of
 from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel
 from ...integrate.scipy_methods import run_scipy
 from ...integrate.solver_options import SolverOptions
-from ...integrate.trajectory import Trajectory
+from ...integrate.trajectory import Reader, Trajectory
 from ...outcome import Failure
 from ...problem import Array
 from ...results.accuracy import (
@@ -29,7 +28,8 @@ from ...results.accuracy import (
     looser_companion,
     worse,
 )
-from ...results.contradictions import Pair, contradictions
+from ...results.comparison import Comparison
+from ...results.contradictions import Check, Pair, checks, contradictions
 from ...results.doubts import Contradiction
 
 COMPANION_STEPS, FEW_STEPS = 10, 100_000
@@ -73,7 +73,12 @@ def closer(plan: Plan) -> tuple[dict[str, float], float]:
 
 
 def trajectory_of(
-    plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
+    plan: Plan,
+    tolerance: float,
+    step: float | None,
+    dense: bool,
+    progress: Progress | None,
+    reader: Reader | None = None,
 ) -> Trajectory:
     problem = plan.case.problem
     run = run_kernel if plan.method.in_kernel else run_scipy
@@ -88,29 +93,34 @@ def trajectory_of(
         dense_kept=math.inf if problem.narrow or problem.constraints else DENSE_KEPT,
         reproducible=plan.options.reproducible,
         progress=progress,
+        storage=plan.options.storage,
     )
-    return run(plan.case, options)
+    return run(plan.case, options, reader)
 
 
-def estimate(plan: Plan, main: Trajectory, progress: Progress | None) -> Estimated:
+def estimate(
+    plan: Plan, main: Trajectory, progress: Progress | None, listed: tuple[Check, ...] = ()
+) -> Estimated:
     """Make the companion run, and compare.
 
     A kink near the end of a fixed step is near that of a step of half the size as well: both runs make the same error, and
     their difference shows nothing of it. Where derivatives have kinks two companions end their steps elsewhere, and the
-    larger estimate stands.
+    larger estimate stands. ``listed``: checks that are looked at in them.
     """
     if not (plan.method.fixed_step and plan.case.problem.bent):
-        return _beside(plan, main, progress, HALVES)
-    first = _beside(plan, main, part_of(progress, 0.0, 0.5), APART)
+        return _beside(plan, main, progress, HALVES, listed)
+    first = _beside(plan, main, part_of(progress, 0.0, 0.5), APART, listed)
     if first.error is None:
         return first
-    second = _beside(plan, main, part_of(progress, 0.5, 1.0), FARTHER)
+    second = _beside(plan, main, part_of(progress, 0.5, 1.0), FARTHER, listed)
     if second.error is None:
         return second
     return Estimated(error=worse(first.error, second.error), pairs=first.pairs + second.pairs)
 
 
-def _beside(plan: Plan, main: Trajectory, progress: Progress | None, parts: float) -> Estimated:
+def _beside(
+    plan: Plan, main: Trajectory, progress: Progress | None, parts: float, listed: tuple[Check, ...]
+) -> Estimated:
     """Make one companion run, and compare. ``parts``: into how many its fixed steps divide those of the main run."""
     most: int | None = None
     if plan.method.fixed_step:
@@ -123,22 +133,26 @@ def _beside(plan: Plan, main: Trajectory, progress: Progress | None, parts: floa
         most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
     case = replace(plan.case, max_step=_longest(plan.case, main) / 2)
     bounded = replace(plan, options=replace(plan.options, max_steps=most, stiff_after=None), case=case)
-    companion = trajectory_of(bounded, tolerance, step, False, progress)
+
+    def beside() -> Comparison:
+        return Comparison(plan.case, main, plan.nominal, factor, listed, plan.options.storage)
+
+    compared = beside()
+    companion = trajectory_of(bounded, tolerance, step, False, progress, compared)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
         tolerance, factor = looser_companion(plan.case.tolerance)
         tightened = tolerance
         unbounded = replace(bounded, options=replace(bounded.options, max_steps=None))
-        companion = trajectory_of(unbounded, tolerance, step, False, progress)
+        compared = beside()
+        companion = trajectory_of(unbounded, tolerance, step, False, progress, compared)
     if companion.interrupted:
         return Estimated("the companion run was interrupted", interrupted=True)
     if companion.failure is not None:
         return Estimated(f"the companion run failed: {companion.failure.message}", failure=companion.failure)
     if (companion.terminated is None) is not (main.terminated is None):
         return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
-    pair = _paired(plan.case, main, companion, factor, 0.0 if plan.method.fixed_step else tolerance)
-    estimate = compare(
-        plan.case.problem, pair.ours, pair.theirs, plan.nominal, factor, main.statistics.steps, tightened
-    )
+    pair = compared.pair(companion, 0.0 if plan.method.fixed_step else tolerance)
+    estimate = compare(plan.case.problem, compared.largest, compared.last, plan.nominal, tightened)
     return Estimated(error=estimate, pairs=(pair,))
 
 
@@ -152,25 +166,6 @@ def _longest(case: Case, main: Trajectory) -> float:
 
 def _ending(run: Trajectory) -> str:
     return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
-
-
-def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, tolerance: float) -> Pair:
-    """Give both runs at the output times that both have, and at their ends: a model may end one of them just before an
-    output time and the other just behind it."""
-    shared = min(main.t.size, companion.t.size) - 1
-    same = main.t.size == companion.t.size == shared + 1
-    ours, theirs = (run.y if same else np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
-    t, their_t = (run.t if same else np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
-    our_z, their_z = (
-        None
-        if (happened := run.happened) is None
-        else happened.grid_z[: run.t.size]
-        if same
-        else np.vstack([happened.grid_z[:shared], happened.grid_z[run.t.size - 1 : run.t.size]])
-        for run in (main, companion)
-    )
-    steps = max(main.statistics.steps, companion.statistics.steps)
-    return Pair(t, their_t, ours, theirs, our_z, their_z, steps, factor, tolerance)
 
 
 def doubts(
@@ -192,7 +187,8 @@ def doubts(
     found = _told(plan, estimated, drifts, as_stated=as_stated)
     if not found or not plan.method.fixed_step:
         return found, estimated
-    again = _beside(plan, main, None, HALVES if plan.case.problem.bent else APART)
+    listed = checks(plan.case.problem, as_stated=as_stated)
+    again = _beside(plan, main, None, HALVES if plan.case.problem.bent else APART, listed)
     if again.error is None:
         return found, estimated
     told = {(one.kind, one.name) for one in _told(plan, again, drifts, as_stated=as_stated)}

@@ -13,8 +13,9 @@ from ...integrate.trajectory import Trajectory
 from ...nominal import NOISE
 from ...once import once
 from ...problem import PURE, Array, Problem, Quantity
-from ...results.accuracy import AT_ONCE, EPSILON
+from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
+from ...rows import slices
 from .companion import Plan, trajectory_of
 
 if TYPE_CHECKING:
@@ -71,8 +72,8 @@ def by_own_size(
 def _reached(run: Trajectory) -> Array:
     """Give the largest size of each state."""
     reached = np.zeros(run.y.shape[1])
-    for begin in range(0, len(run.y), AT_ONCE):  # of many points no copy is made
-        rows = np.abs(run.y[begin : begin + AT_ONCE])
+    for part in slices(len(run.y), run.y):
+        rows = np.abs(run.y[part])
         np.maximum(reached, np.where(np.isfinite(rows), rows, 0.0).max(axis=0), out=reached)
     return reached
 

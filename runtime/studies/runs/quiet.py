@@ -6,7 +6,7 @@ shorter than these is passed over by the run and its companion alike. Such stret
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...arrays.choice import np
 from ...case import Case
@@ -14,6 +14,10 @@ from ...integrate.trajectory import Trajectory
 from ...once import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
+from ...rows import slices
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 LOOKS = 20_000
 """Places that are looked at in the whole of a run; what is shorter than the time between two of them may be missed."""
@@ -41,29 +45,45 @@ def _own(problem: Problem) -> list[int]:
     return [i for i, q in enumerate(problem.states) if q.kind not in ("coordinate", "account")]
 
 
+def _largest(main: Trajectory, i: int) -> float:
+    return max(float(np.abs(main.y[rows, i]).max()) for rows in slices(len(main.y), main.y))
+
+
+def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp]:
+    """Find the rows from which velocities and states stay what they are until the next one."""
+    sizes: list[float] = []
+    found = []
+    for part in slices(main.t.size - 1, main.t, main.y):
+        rows = slice(part.start, part.stop + 1)
+        t = main.t[rows]
+        still = t[1:] > t[:-1]
+        for k, i in enumerate(own):
+            if k == len(sizes):
+                sizes.append(max(float(least[i]), _largest(main, i)))
+            column = main.y[rows, i]
+            still &= np.abs(column[1:] - column[:-1]) <= STILL * sizes[k]
+            if not still.any():  # mostly the first one tells
+                break
+        found.append(part.start + np.flatnonzero(still))
+    return np.concatenate(found)
+
+
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
     """Return where something acts on what the run left as it was; None where nothing is seen to."""
     problem, span = case.problem, case.stop - case.begin
     if main.t.size < 2 or span <= 0:
         return None
     own, least = _own(problem), np.where(np.isfinite(nominal), nominal, 0.0)
-    still = main.t[1:] > main.t[:-1]
-    for i in own:
-        column = main.y[:, i]
-        size = np.maximum(least[i], np.abs(column).max())
-        still &= np.abs(column[1:] - column[:-1]) <= STILL * size
-        if not still.any():  # mostly the first one tells
-            return None
-    sizes = np.maximum(least, np.abs(main.y).max(axis=0))
-    if problem.rotations:  # a quaternion does not go on in a straight line
-        still &= np.all(np.diff(main.y[:, : problem.nq], axis=0) == 0, axis=1)
-    if main.happened is not None:  # what an event changes is seen already
+    rows = _still(main, own, least)
+    if rows.size and problem.rotations:  # a quaternion does not go on in a straight line
+        rows = rows[np.all(main.y[rows, : problem.nq] == main.y[rows + 1, : problem.nq], axis=1)]
+    if rows.size and main.happened is not None:  # what an event changes is seen already
         events = main.happened.events.noted["t"]
-        before = np.searchsorted(events, main.t[:-1], side="left")
-        still &= before == np.searchsorted(events, main.t[1:], side="right")
-    rows = np.flatnonzero(still)
+        before = np.searchsorted(events, main.t[rows], side="left")
+        rows = rows[before == np.searchsorted(events, main.t[rows + 1], side="right")]
     if not rows.size:
         return None
+    sizes = np.maximum(least, [_largest(main, i) for i in range(problem.ny)])
     modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
     here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
     then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)

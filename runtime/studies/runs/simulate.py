@@ -18,14 +18,14 @@ from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.accuracy import (
     Accuracy,
-    conserved_drifts,
-    energy_drift,
+    drifts_of,
 )
 from ...results.branches import branches_of
 from ...results.constraint_drift import constraint_drifts
+from ...results.contradictions import checks
 from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
-from ...results.evaluate import evaluate_rows, scene_rows, solution_blocks, solution_columns
+from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
 from ...results.solution import Motion, Solution
 from ...settings import settable
 from ..study import Study
@@ -170,7 +170,8 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     outcome, message = _outcome(problem, main)
     estimated = Estimated("no companion run was asked for")
     if options.estimate_error and outcome in ENDED:
-        estimated = estimate(plan, main, part_of(options.progress, share, 1.0))
+        listed = checks(problem, as_stated=as_stated)
+        estimated = estimate(plan, main, part_of(options.progress, share, 1.0), listed)
         if estimated.interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
@@ -179,11 +180,10 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     modes: Array | None = None
     if happened is not None:
         times, states, modes = happened.merged(main.t, main.y, problem.ny)
-    columns = solution_blocks(case, times, states, modes)
-    outputs = columns.blocks[1]
+    table = Table(case, times, states, modes, options.storage)
     failure = main.failure
     if outcome is Outcome.COMPLETED:
-        failure = undefined_energy(problem, times, states, outputs)
+        failure = undefined_energy(problem, table)
         if failure is not None:
             outcome, message = Outcome.FAILED, failure.message
     drifts = constraint_drifts(case, plan.nominal, main)
@@ -208,10 +208,11 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     def pictured(t: Array) -> Array:
         return scene_rows(case, t, *state_at(t))
 
+    energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
     motion = Motion(
         problem,
         times,
-        columns,
+        table,
         at,
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
         experiment=case.experiment,
@@ -222,8 +223,8 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         statistics=main.statistics,
         accuracy=Accuracy(
             estimated.error,
-            energy_drift(problem, outputs),
-            conserved_drifts(problem, outputs),
+            energy,
+            conserved,
             estimated.remark,
             drifts,
             estimated.failure,
@@ -236,7 +237,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
             *narrow,
             *sized,
             *_remarks(problem, case, main),
-            *undefined_outputs(problem, times, outputs),
+            *undefined_outputs(problem, table),
         ),
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,

@@ -1,0 +1,104 @@
+"""Rows of runs of any length: where they lie, and a slice of them at a time, so that what is computed of many on the way needs no
+memory of their number."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, Protocol
+
+from .arrays.choice import Array, np
+
+AT_ONCE = 65_536
+"""Rows that are looked at together."""
+NO_RESERVE = 0x4000 if sys.platform.startswith("linux") else 0
+"""Of mmap: memory that is never there as a whole."""
+
+
+class Storage(Protocol):
+    """Where the arrays of a run are made."""
+
+    def empty(self, *shape: int) -> Array: ...
+
+
+class Memory:
+    """Arrays in memory."""
+
+    def empty(self, *shape: int) -> Array:
+        return np.empty(shape)
+
+
+IN_MEMORY = Memory()
+
+
+class Passing:
+    """Arrays whose rows are forgotten once they were looked at (``passed``), where the system can do that."""
+
+    def empty(self, *shape: int) -> Array:
+        import mmap
+
+        size = 8 * math.prod(shape)
+        if shape[0] <= AT_ONCE or size == 0 or not hasattr(mmap, "MAP_PRIVATE"):
+            return np.empty(shape)
+        flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | NO_RESERVE
+        return np.frombuffer(mmap.mmap(-1, size, flags=flags), dtype=float).reshape(shape)
+
+
+class Scratch:
+    """Arrays in files without a name, in a folder that has room for them; they go with the arrays."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def empty(self, *shape: int) -> Array:
+        """Raises OSError where the disk has no room: before anything is written."""
+        size = 8 * math.prod(shape)
+        if size == 0:
+            return np.empty(shape)
+        import mmap
+        import tempfile
+
+        try:
+            with tempfile.TemporaryFile(dir=self._folder) as file:
+                _reserve(file, size)
+                mapped = mmap.mmap(file.fileno(), size)
+        except OSError as error:
+            error.filename = f"{self._folder} (room for {size / 1e9:.3g} GB of states)"
+            raise
+        return np.frombuffer(mapped, dtype=float).reshape(shape)
+
+
+def _reserve(file: Any, size: int) -> None:
+    """Take room for a file, so that no write to it fails later."""
+    if hasattr(os, "posix_fallocate"):
+        os.posix_fallocate(file.fileno(), 0, size)
+        return
+    block = bytes(1 << 20)
+    for begin in range(0, size, len(block)):
+        file.write(block[: size - begin])
+    file.flush()
+
+
+def slices(count: int, *arrays: Array | None) -> Iterator[slice]:
+    """Take rows apart. Those of ``arrays`` that lie in files leave the memory behind each slice."""
+    for begin in range(0, count, AT_ONCE):
+        yield slice(begin, min(begin + AT_ONCE, count))
+        if begin:
+            passed(*arrays)
+
+
+def passed(*arrays: Array | None) -> None:
+    """Let rows leave the memory: those in files are read again when somebody asks for them, those of ``Passing`` are gone."""
+    for array in arrays:
+        base: Any = array
+        while type(base).__module__ == "numpy":
+            base = base.base
+        if isinstance(base, memoryview):
+            base = base.obj
+        if type(base).__module__ == "mmap" and hasattr(base, "madvise"):
+            import mmap
+
+            base.madvise(mmap.MADV_DONTNEED)
