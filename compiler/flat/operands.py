@@ -79,14 +79,17 @@ def idle_parameters(model: FlatModel) -> frozenset[str]:
     """Return the parameters that nothing uses but what is drawn and closed solutions: their values change nothing."""
     given = {v.name: v.value for v in model.variables if v.role is Role.PARAMETER}
     rest = tuple(v for v in model.variables if v.role is not Role.PARAMETER)
-    pending = list(stated(replace(model, variables=rest, draws=(), exacts=())))
     used: set[str] = set()
-    while pending:
-        for name in free_names(pending.pop()):
-            if name in given and name not in used:
-                used.add(name)
-                value = given[name]
-                pending += [value] if value is not None else []
+    for expression in stated(replace(model, variables=rest, draws=(), exacts=())):
+        if len(used) == len(given):
+            break
+        pending = [expression]
+        while pending:
+            for name in free_names(pending.pop()):
+                if name in given and name not in used:
+                    used.add(name)
+                    value = given[name]
+                    pending += [value] if value is not None else []
     return frozenset(given) - used
 
 

@@ -104,6 +104,8 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
     The cotangents count as constants. ``wrt`` are usually symbols; the sweep does not pass beyond them.
     """
     seeds = list(seeds)
+    if not graph.reached_among([n for n, _ in seeds], wrt):
+        return [graph.zero for _ in wrt]
     code, left, right, zero = graph._code, graph._left, graph._right, graph.zero
     order = graph.reach(n for n, _ in seeds)
     size = (order[-1] if order else -1) + 1
@@ -126,13 +128,21 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
     # the results are wanted everywhere, whatever branch they come from
     found = guards(graph, [n for n, _ in seeds]) | dict.fromkeys(wrt) if branching else {}
     sweep = _Reverse(graph, depends, found)
-    add_to, bars = sweep.add_to, sweep.bars
+    bars, get, add = sweep.bars, sweep.bars.get, graph.add
+
+    def plainly(n: Node, contribution: Node, user: Node) -> None:
+        """Do as ``_Reverse.add_to`` where nothing branches."""
+        if depends[n]:
+            held = get(n)
+            bars[n] = contribution if held is None else add(held, contribution)
+
+    add_to = sweep.add_to if found else plainly
     for n, cotangent in seeds:
         if depends[n] and cotangent != zero:
             held = bars.get(n)
             bars[n] = cotangent if held is None else graph.add(held, cotangent)
     for n in reversed(dependent):
-        bar = bars.get(n)
+        bar = get(n)
         if bar is None or bar == zero or leaf[n]:
             continue
         c, a, b = code[n], left[n], right[n]
@@ -216,8 +226,24 @@ def _same(a: Guard, b: Guard | None) -> bool:
 
 
 def gradient(graph: Graph, scalar: Node, wrt: Sequence[Node]) -> list[Node]:
-    """Return the derivatives of one node."""
-    return vjp(graph, [(scalar, graph.one)], wrt)
+    """Return the derivatives of one node. They are remembered: also for a sum in which nothing else depends on ``wrt``."""
+    known, symbols = graph.gradients, tuple(wrt)
+    at, negative = scalar, False
+    while (at, symbols) not in known:
+        opposite = graph._negatives.get(at)
+        if opposite is not None and (opposite, symbols) in known:
+            at, negative = opposite, not negative
+            break
+        parts = [k for k, a in enumerate(graph.args(at)) if graph.reached_among([a], wrt)]
+        code = graph.op(at)
+        if code not in (ADD, SUB, NEG) or len(parts) != 1:
+            at, negative = scalar, False
+            known[at, symbols] = vjp(graph, [(scalar, graph.one)], wrt)
+            break
+        negative ^= code == NEG or (code == SUB and parts == [1])
+        at = graph.args(at)[parts[0]]
+    found = known[at, symbols]
+    return [graph.neg(n) for n in found] if negative else list(found)
 
 
 def jacobian(graph: Graph, outputs: Sequence[Node], wrt: Sequence[Node]) -> list[dict[int, Node]]:

@@ -16,14 +16,14 @@ The other way round is accepted: x*y/x is y, an identity may remove a singular s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from fractions import Fraction
 from itertools import compress
 from typing import Final, Self
 
 from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
 from .operations import ADD, CONST, MUL, NEG, PARTIAL, SELECT, SUB, SYMBOL
-from .reached import REMEMBERED, Node, few_reached, marked
+from .reached import Answers, Node, few_reached, marked
 from .table import Table
 
 NONE: Final = Node(-1)
@@ -56,6 +56,7 @@ class Store:
         "_third",
         "_values",
         "by_value",
+        "gradients",
         "half",
         "minus_one",
         "one",
@@ -69,6 +70,8 @@ class Store:
         self.by_value = by_value
         self.seed = seed
         self.tables: list[Table] = []
+        self.gradients: dict[tuple[Node, tuple[Node, ...]], list[Node]] = {}
+        """Of a node, by some symbols: those that differentiate.py remembers."""
         # one entry for each node
         self._code: list[int] = []
         self._left: list[Node] = []
@@ -83,7 +86,7 @@ class Store:
         self._angles: dict[Node, Angle] = {}
         self._points: dict[Node, tuple[int, int]] = {}
         self._inverses: dict[Node, int] = {}
-        self._reached: dict[tuple[Node, ...], bytearray] = {}
+        self._reached = Answers()
         # from structure or value to node
         self._symbols: dict[str, Node] = {}
         self._classes: dict[int, Node] = {}
@@ -153,16 +156,18 @@ class Store:
 
     def _marks(self, wanted: tuple[Node, ...], known: frozenset[Node] = frozenset()) -> bytearray:
         """Return a byte for each node that is 1 where one is reached; large questions are often asked again."""
-        if known:
-            return marked(self, wanted, known)
-        answers = self._reached
-        found = answers.pop(wanted, None)
-        if found is None:
-            found = marked(self, wanted, known)
-            if len(answers) >= REMEMBERED:
-                del answers[next(iter(answers))]
-        answers[wanted] = found  # behind those that were asked for before
-        return found
+        return marked(self, wanted, known) if known else self._reached.to(self, wanted)
+
+    def reached_with(self, outputs: Iterable[Node], codes: Set[int]) -> list[Node]:
+        """Return those of the nodes that outputs reach that have one of some operations, ascending."""
+        wanted, code = tuple(outputs), self._code
+        few = few_reached(self, wanted)
+        if few is not None:
+            return [n for n in few if code[n] in codes]
+        marks = self._marks(wanted)
+        if codes.isdisjoint(set(compress(code, marks))):
+            return []
+        return [n for n in compress(range(len(marks)), marks) if code[n] in codes]  # type: ignore[misc]
 
     def reached_among(self, outputs: Sequence[Node], candidates: Iterable[Node]) -> list[Node]:
         """Return those of some nodes that the outputs depend on, or are."""
@@ -227,7 +232,7 @@ class Store:
         other = object.__new__(type(self))
         for slot in Store.__slots__:
             held = getattr(self, slot)
-            setattr(other, slot, held.copy() if isinstance(held, (list, dict)) else held)
+            setattr(other, slot, held.copy() if isinstance(held, (list, dict, Answers)) else held)
         return other
 
     def adopt(self, fork: Self) -> None:

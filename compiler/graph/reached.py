@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Set
+from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from itertools import islice
 from typing import Final, NewType, Protocol
 
@@ -28,7 +28,48 @@ class Arguments(Protocol):
     def args(self, n: Node) -> tuple[Node, ...]: ...
 
 
-def marked(graph: Arguments, wanted: Collection[Node], known: Collection[Node]) -> bytearray:
+class Answers:
+    """What the last large questions found, by the nodes that were asked for."""
+
+    __slots__ = ("_found",)
+
+    def __init__(self, found: Mapping[frozenset[Node], bytearray] | None = None) -> None:
+        self._found = dict(found or {})
+
+    def copy(self) -> Answers:
+        return Answers(self._found)
+
+    def to(self, graph: Arguments, wanted: Collection[Node]) -> bytearray:
+        """Return ``marked``, remembered, or found beside what some of the nodes are known to reach."""
+        found, asked = self._found, frozenset(wanted)
+        marks = found.pop(asked, None)
+        if marks is None:
+            parts = [known for nodes, known in found.items() if nodes <= asked]
+            marks = _more(graph, asked, parts) if parts else marked(graph, asked)
+            if len(found) >= REMEMBERED:
+                del found[next(iter(found))]
+        found[asked] = marks  # behind those that were asked for before
+        return marks
+
+
+def _more(graph: Arguments, wanted: Collection[Node], parts: Sequence[bytearray]) -> bytearray:
+    """Return ``marked`` where some of what is reached is known."""
+    known = 0
+    for part in parts:
+        known |= int.from_bytes(part, "little")
+    marks = bytearray(known.to_bytes(max(wanted, default=-1) + 1, "little"))
+    pending = [n for n in wanted if not marks[n]]
+    for n in pending:
+        marks[n] = 1
+    while pending:
+        for a in graph.args(pending.pop()):
+            if not marks[a]:
+                marks[a] = 1
+                pending.append(a)
+    return marks
+
+
+def marked(graph: Arguments, wanted: Collection[Node], known: Collection[Node] = frozenset()) -> bytearray:
     """Return a byte for each node, 1 for those wanted and all they depend on but ``known`` ones and what is below them."""
     top = max(wanted, default=-1)
     marks = bytearray(top + 2)  # one more: the arguments that are not there have the number -1

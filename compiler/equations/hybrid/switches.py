@@ -150,8 +150,8 @@ def jumps_of_dissipation(
     at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user.
     """
     graph, velocities = system.graph, system.symbols.velocities
-    felt = set(graph.reach(rates)).difference(written)
-    asked = [n for n in graph.reach(laws) if n in felt and compared(graph, n) is not None]
+    compares = [n for n in graph.reach(laws) if compared(graph, n) is not None]
+    asked = [n for n in graph.reached_among(rates, compares) if n not in written]
     return [n for n in asked if not velocities.isdisjoint(graph.support(n)) and _jumps(graph, n, rates)]
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...graph import Graph, Node
-from ...graph.differentiate import vjp
+from ...graph.differentiate import gradient, vjp
 from ...graph.vector import add, cross, matvec
 from ...mechanics.kinematics.reactions import VirtualDisplacement
 from ...mechanics.system import ConstraintRows, MechanicalSystem
@@ -94,8 +94,7 @@ def conservative(system: MechanicalSystem) -> list[Node]:
         return [graph.zero] * len(system.v)
     if not system.symbols.velocities.isdisjoint(graph.support(system.potential)):
         return lagrange(system, graph.neg(system.potential))
-    gradient = vjp(graph, [(system.potential, graph.one)], [s.node for s in system.q])
-    return projected(system, gradient)
+    return projected(system, gradient(graph, system.potential, [s.node for s in system.q]))
 
 
 def seeds_of(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> Seeds:

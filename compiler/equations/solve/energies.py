@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from ...flat.model import Impulse, Reinit
 from ...graph import Node
-from ...graph.differentiate import jvp, vjp
+from ...graph.differentiate import gradient, jvp, vjp
 from ...graph.operations import JUMPING
 from ...graph.rewrite import substitute
 from ...graph.vector import matvec
@@ -157,8 +157,7 @@ def _forces(
     """
     graph = system.graph
     velocities = [s.node for s in system.v]
-    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
-    conservative = projected(system, gradient)
+    conservative = projected(system, gradient(graph, lagrangian, [s.node for s in system.q]))
     loads = vjp(graph, [pair for e in system.efforts for pair in e.pairs], velocities)
     friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
     rates = [c for rows in system.constraints for c in constraint_rates(system, rows)]
@@ -180,11 +179,10 @@ def supplied_at_instants(system: MechanicalSystem, total: Node) -> bool:
     graph = system.graph
     actions = [a for branch in system.branches for a in branch.actions]
     assigned = {target for a in actions if isinstance(a, SetAction) for target in a.targets}
-    reached = graph.reach([total])
-    if assigned.intersection(reached):
+    if graph.reached_among([total], assigned):
         return True
     elsewhere = {system.symbols.time, *(s.node for s in (*system.v, *system.symbols.states))}
-    jumping = [n for n in reached if graph.op(n) in JUMPING]
+    jumping = graph.reached_with([total], JUMPING)
     return bool(jumping) and not elsewhere.isdisjoint(graph.support(*jumping))
 
 
@@ -198,7 +196,7 @@ def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:
     actions = (a for event in system.model.events for branch in event.branches for a in branch.actions)
     if any(isinstance(a, Reinit | Impulse) for a in actions):
         return frozenset(range(len(system.v)))
-    steps = [n for n in graph.reach([lagrangian]) if graph.op(n) in JUMPING]
+    steps = graph.reached_with([lagrangian], JUMPING)
     touched = set(graph.support(*steps))
     moved = [rate if s.node in touched else graph.zero for s, rate in zip(system.q, system.qdot, strict=True)]
     support = set(graph.support(*moved))

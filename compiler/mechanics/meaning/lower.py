@@ -103,6 +103,8 @@ class Lowering:
 
     def value(self, expression: Expression) -> Value:
         """Return the value of an expression."""
+        if isinstance(expression, Apply):  # most of them
+            return self._applied(expression)
         match expression:
             case Literal(value=value):
                 return self._literal(value)
@@ -131,8 +133,6 @@ class Lowering:
                     self._numbers(self.value(then)),
                     self._numbers(self.value(otherwise)),
                 )
-            case Apply():
-                return self._applied(expression)
             case Query():
                 return self.questions.ask(expression)
             case Previous(operand=operand):
@@ -161,7 +161,7 @@ class Lowering:
                     self.initial = self.graph.symbol("initial()")
                     self.instants[self.initial] = expression.span
                 return self.initial
-        values = tuple(self.value(x) for x in arguments)
+        values = tuple([self.value(x) for x in arguments])
         try:
             result = FUNCTIONS[function](self.kinematics, self.rate, values)
         except DivisionByZero:

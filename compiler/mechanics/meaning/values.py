@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import repeat
 
 from msgspec import Struct
 
@@ -56,16 +57,17 @@ def filled(shape: tuple[int, ...], item: Callable[[tuple[int, ...]], Node]) -> V
 
 def each(function: Callable[..., Node], *values: Value) -> Value:
     """Apply a scalar function entry by entry; scalars stand for all entries."""
-    tuples = [v for v in values if isinstance(v, tuple)]
-    if not tuples:
+    if True not in [isinstance(v, tuple) for v in values]:
         return function(*values)
-    count = len(tuples[0])
-    return tuple(each(function, *(v[i] if isinstance(v, tuple) else v for v in values)) for i in range(count))
+    columns = [v if isinstance(v, tuple) else repeat(v) for v in values]
+    return tuple([each(function, *entries) for entries in zip(*columns, strict=False)])
 
 
 def multiply(kinematics: Kinematics, a: Value, b: Value) -> Value:
     """Return the product in the sense of the language: numbers, arrays, matrices, poses, frames, points."""
     graph = kinematics.graph
+    if isinstance(a, int) and isinstance(b, int):
+        return graph.mul(a, b)
     match a, b:
         case Frame(), Placement():
             return displaced(graph, a, b.pose)

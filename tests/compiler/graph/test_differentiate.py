@@ -195,3 +195,27 @@ def test_forward_and_reverse_agree(model: tuple[Graph, list[Node], list[Node]], 
             first, *others = evaluate(g, entries, at)
             # up to 14 operations, each of which may square the values
             assert others == pytest.approx([first, first], rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_gradients_of_sums_come_from_the_one_part_that_depends(sign: int) -> None:
+    g = Graph()
+    x, y, w = (g.symbol(name) for name in "xyw")
+    inner = g.div(g.mul(g.sin(x), w), g.sqrt(g.add(g.mul(x, x), g.mul(y, y))))
+    potential = inner if sign > 0 else g.neg(inner)
+    first = gradient(g, potential, [x, y])
+    count = len(g)
+    kinetic = g.mul(w, w)
+    for whole, factor in (
+        (g.sub(kinetic, potential), -1),
+        (g.add(potential, kinetic), 1),
+        (g.neg(potential), -1),
+    ):
+        found = gradient(g, whole, [x, y])
+        assert found == vjp(g, [(whole, g.one)], [x, y])
+        assert found == (first if factor > 0 else [g.neg(n) for n in first])
+    assert gradient(g, potential, [y]) == first[1:]
+    assert gradient(g, kinetic, [x, y]) == [g.zero, g.zero]
+    two = g.add(potential, g.mul(x, y))
+    assert gradient(g, two, [x, y]) == [g.add(first[0], y), g.add(first[1], x)]
+    assert len(g) > count
