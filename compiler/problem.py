@@ -69,11 +69,13 @@ def _made(
 
         functions, parameters = load_arrays(program())
         return with_code(summary.description, functions=functions, parameters_function=parameters)
-    if target == "python" or (target == "auto" and find_compiler() is None):
+    if target == "python":
         return _in_python(program())
     flags = model_flags(reproducible, summary.long)
 
-    def build() -> Path:
+    def build() -> Path | None:
+        if target == "auto" and find_compiler() is None:
+            return None
         return build_shared(_written(program(), reproducible), flags)
 
     if kept_as:
@@ -81,7 +83,7 @@ def _made(
         library = built_once(known, flags, build)
     else:
         library = build()
-    return with_code(summary.description, library=library)
+    return _in_python(program()) if library is None else with_code(summary.description, library=library)
 
 
 def _in_python(program: Program) -> Problem:

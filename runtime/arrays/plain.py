@@ -208,7 +208,10 @@ def array_of(values: Sequence[Any], dtype: Any = None) -> Plain:
     elif all(isinstance(part, Plain) and part.shape == parts[0].shape for part in parts):
         shape = (len(parts), *parts[0].shape)
         kind = max((part.kind for part in parts), key=RANK.index)
-        numbers = (number for part in parts for number in part.numbers())
+        numbers = array(CODES[kind])
+        for part in parts:
+            same = CODES[part.kind] == CODES[kind]
+            numbers.extend(part.numbers()[: part.size] if same else part.tolist())
     else:
         raise NotPlain
     try:

@@ -8,18 +8,16 @@ processes may build the same entry at once.
 from __future__ import annotations
 
 import functools
-import importlib.util
 import os
 import re
-import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from .cache import prune_cache
 from .cache_key import cache_key
-from .compiler import NATIVE, Compiler
+from .compiler import NAMES, NATIVE, Compiler, compiler_by_its_file
 from .kept_files import build_folder, find_entry, keep_entry
 
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
@@ -29,6 +27,8 @@ _SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
+
+Built = TypeVar("Built", Path, "Path | None")
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
@@ -108,7 +108,10 @@ def _find_compiler(chosen: str, path: str) -> Compiler | None:
         if found is None:
             raise CompilerMissing(f"the environment says CC={chosen}, which cannot be run")
         return found
-    for name in ("cc", "gcc", "clang"):
+    import importlib.util
+    import shutil
+
+    for name in NAMES:
         command = shutil.which(name, path=path)
         if command and (found := _ask((command,))):
             return found
@@ -118,6 +121,8 @@ def _find_compiler(chosen: str, path: str) -> Compiler | None:
 
 
 def _ask(command: tuple[str, ...]) -> Compiler | None:
+    import subprocess
+
     try:
         answer = subprocess.run((*command, "--version"), capture_output=True, text=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
@@ -160,24 +165,28 @@ def build_shared(
     return library
 
 
-def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Path]) -> Path:
+def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Built]) -> Built:
     """Give what ``build`` gives, from the cache under the name of what is ``known`` of it beforehand.
 
-    So that sources need not be written or read to look for what was compiled of them: one library under two names, where the
-    system knows such. Raises what ``build`` raises.
+    So that sources need not be written or read to look for what was compiled of them, nor the compiler asked: one library under
+    two names, where the system knows such. Raises what ``build`` raises.
     """
-    compiler = find_compiler()
+    compiler = compiler_by_its_file() or find_compiler()
     if compiler is None:
         return build()
     stem = f"known-{cache_key(known, flags, '', compiler)}"
     found = find_entry(stem, LIBRARY_SUFFIX)
     if found is None:
         built = build()
+        if built is None:
+            return built
         with build_folder() as folder:
             copy = folder / built.name
             try:
                 os.link(built, copy)
             except OSError:  # of another owner, or on a disk that has no links
+                import shutil
+
                 shutil.copyfile(built, copy)
             found = keep_entry(copy, stem, LIBRARY_SUFFIX)
     return found
@@ -195,6 +204,7 @@ def _compile(
         _run((*compiler.command, *flags, *extra, *files, *link, *quad), folder)
         return
 
+    import shutil
     from concurrent.futures import ThreadPoolExecutor
 
     def make(file: str) -> None:
@@ -223,6 +233,8 @@ def _with_headers(file: str, sources: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _run(command: Sequence[str], folder: Path) -> None:
+    import subprocess
+
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
     if done.returncode != 0:
         raise BuildError(command, done.stdout + done.stderr, folder)

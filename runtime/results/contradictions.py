@@ -210,7 +210,7 @@ def values_of(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Arra
     for check in listed:
         parts = [w * outputs[:, i] for i, w in check.outputs.items()]
         parts += [w * y[:, i] for i, w in check.states.items()]
-        columns.append(np.sum(parts, axis=0))
+        columns.append(sum(parts[1:], start=parts[0]))
     return np.array(columns).T
 
 

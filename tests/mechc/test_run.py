@@ -314,7 +314,10 @@ def test_both_targets_agree(capsys: pytest.CaptureFixture[str]) -> None:
 def test_without_a_compiler_the_run_says_that_it_is_slower(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("mechc.compiler.problem.find_compiler", lambda: None)
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", "")
+    for module in ("mechc.compiler.problem", "mechc.runtime.native.build"):  # that of ziglang, too
+        monkeypatch.setattr(f"{module}.find_compiler", lambda: None)
     code, out, err = call(capsys)
     assert (code, "Python" in out) == (0, True)
     assert "no C compiler was found" in err and "pip install ziglang" in err

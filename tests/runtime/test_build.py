@@ -12,7 +12,14 @@ from pathlib import Path
 import pytest
 
 from mechc.runtime.native import build, cache_key
-from mechc.runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+from mechc.runtime.native.build import (
+    BuildError,
+    CompilerMissing,
+    build_shared,
+    built_once,
+    find_compiler,
+    model_flags,
+)
 from mechc.runtime.native.cache import (
     SUBFOLDER,
     CacheUnusable,
@@ -51,6 +58,33 @@ def test_built_once_and_found_again(folder: Path) -> None:
     assert build_shared(sources(1), model_flags()) == library
     assert library.stat().st_mtime_ns >= made, "an entry that is used becomes the youngest"
     assert [file.name for file in folder.iterdir()] == [library.name]
+
+
+def test_what_is_known_is_found_without_asking_the_compiler(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the compiler's file; another one of the same name is asked, and makes its own."""
+    real = find_compiler()
+    assert real is not None
+    asked = tmp_path / "asked"
+    compiler = tmp_path / "cc"
+    compiler.write_text(f'#!/bin/sh\necho "$1" >> {asked}\nexec {" ".join(real.command)} "$@"\n')
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+
+    def made() -> Path:
+        return built_once({"known": "one"}, model_flags(), lambda: build_shared(sources(5), model_flags()))
+
+    library = made()
+    assert value_of(library) == 5 and asked.read_text().startswith("--version\n")
+    asked.write_text("")
+    assert made() == library and not asked.read_text()
+    build._find_compiler.cache_clear()
+    assert made() == library and not asked.read_text()
+    os.utime(compiler, ns=(1, 1))
+    build._find_compiler.cache_clear()
+    assert made() != library and asked.read_text().startswith("--version\n")
+    assert built_once({}, (), lambda: None) is None
 
 
 def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
