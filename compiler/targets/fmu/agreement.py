@@ -7,9 +7,16 @@ It is over the size of each state (nominal value and largest value), the largest
 ``SAFETY`` times the tolerances. Where motion is chaotic the bound grows, and it is compared up to ``AGREED``: but then a
 native run at the loose tolerance has to go elsewhere, too. Where that stays within ``STEADY`` the motion is not chaotic, and
 two runs of the integrator that disagree are an error.
+
+Events fall at times that have errors of their own, and a run that is a little late is elsewhere by a whole jump meanwhile; near the
+end of bounces that shrink, two runs differ in the number of bounces. So runs with events are compared as curves in time and state: a
+state counts as near to a side of an event at another time if it is near in both, where the difference of time is counted over
+the ``pace``, the shortest time in which a state changes by its size. On smooth pieces this is at least half of the difference at one time.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -21,6 +28,20 @@ AGREED = 1e-2
 """Bound beyond which runs are no longer compared: they go ways of their own."""
 STEADY = 1e-5
 """Change of the native run by the loose tolerance below which its motion magnifies no errors: a thousandth of ``AGREED``."""
+
+
+class Motion(Struct, frozen=True):
+    """A run: states [n, ny] at times that are ``step`` apart, and both sides [k, 2, ny] of its events at ``instants``.
+
+    ``rates``: the largest derivative of each state that was seen; None where nobody asks for it.
+    """
+
+    times: Array
+    step: float
+    states: Array
+    instants: Array
+    sides: Array
+    rates: Array | None = None
 
 
 class Agreement(Struct, frozen=True):
@@ -46,6 +67,39 @@ def distance(a: Array, b: Array, size: Array) -> Array:
     n = min(len(a), len(b))
     found: Array = np.max(np.abs(a[:n] - b[:n]) / size, axis=1, initial=0.0)
     return found
+
+
+def apart(a: Array, b: Motion, size: Array, pace: float) -> Array:
+    """Return how far the states ``a`` at the times of ``b`` are from the curve of ``b``, as far as both go.
+
+    Zero as ``pace`` compares at the same times only.
+    """
+    found = distance(a, b.states, size)
+    if not (pace > 0 and len(b.instants)):
+        return found
+    for k, time in enumerate(b.times[: len(found)]):
+        # farther in time than what is found at the same time is no nearer
+        reach = pace * found[k] if np.isfinite(found[k]) else np.inf
+        first, last = np.searchsorted(b.instants, (time - reach, time + reach))
+        if last > first and np.isfinite(a[k]).all():
+            late = np.abs(b.instants[first:last] - time) / pace
+            off = np.max(np.abs(b.sides[first:last] - a[k]) / size, axis=2, initial=0.0)
+            found[k] = np.fmin(found[k], np.min(np.maximum(late[:, None], off)))
+    return found
+
+
+def motion_of(times: Array, step: float, states: Array, events: Sequence[tuple[float, Array]]) -> Motion:
+    """Return a run from what was noted of each event: its time and both sides [2, ny]."""
+    sides = np.array([sides for _, sides in events]).reshape(len(events), 2, states.shape[1])
+    return Motion(times, step, states, np.array([time for time, _ in events]), sides)
+
+
+def pace_of(motion: Motion, size: Array) -> float:
+    """Return the shortest time in which a state that moves at its largest rate changes by its size; 0: none is known."""
+    if motion.rates is None:
+        return 0.0
+    fastest = float(np.max(motion.rates / size, initial=0.0))
+    return 1 / fastest if 0 < fastest < np.inf else 0.0
 
 
 def agreement(times: Array, difference: Array, error: Array, tolerance: float) -> Agreement:

@@ -108,10 +108,17 @@ class _Inputs:
         """Change nothing."""
 
 
-def by_cvode(path: Path, times: Array, tolerance: float, *, may_fail: bool = False) -> Array:
+def by_cvode(
+    path: Path,
+    times: Array,
+    tolerance: float,
+    *,
+    may_fail: bool = False,
+    events: list[tuple[float, Array]] | None = None,
+) -> Array:
     """Return the states at times as CVode integrates a Model Exchange unit, events included.
 
-    Fewer rows where the model ends its run, and up to a failure that is allowed; else it raises FMICallException or
+    ``events`` gets the time of each event, and the states [2, ny] at both sides. Fewer rows where the model ends its run, and up to a failure that is allowed; else it raises FMICallException or
     RuntimeError. ``simulate_fmu`` does the same, but gives up after 500 steps from one output to the next.
     """
     description = fmpy.read_model_description(str(path), validate=False)
@@ -167,8 +174,11 @@ def by_cvode(path: Path, times: Array, tolerance: float, *, may_fail: bool = Fal
                     if ended:
                         break
                     if found or asked or following - time <= close:
+                        before = states() if events is not None else []
                         fmu.enterEventMode()
                         ended, following = happen()
+                        if events is not None:
+                            events.append((time, np.array((before, states()))))
                         solver.reset(time)
                 if ended:
                     break

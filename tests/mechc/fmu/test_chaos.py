@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,9 +28,9 @@ def test_runs_that_part_are_chaos_only_where_errors_grow(
     pytest.importorskip("fmpy")
     kept = driver.by_cvode
 
-    def parting(path: Path, times: Array, tolerance: float, *, may_fail: bool = False) -> Array:
+    def parting(path: Path, times: Array, tolerance: float, *, may_fail: bool = False, **more: Any) -> Array:
         """The run, which a looser tolerance takes elsewhere behind the middle."""
-        rows = kept(path, times, tolerance, may_fail=may_fail)
+        rows = kept(path, times, tolerance, may_fail=may_fail, **more)
         late = np.asarray(times)[: len(rows)] > times[-1] / 2
         moved: Array = rows + (0.5 if may_fail else 0.4) * late[:, None]
         return moved
@@ -51,8 +52,10 @@ def test_what_a_companion_shares_is_an_error_of_the_importer_only_if_it_goes(
     pytest.importorskip("fmpy")
     kept = driver.by_cvode
 
-    def off(path: Path, times: Array, tolerance: float, *, may_fail: bool = False) -> Array:
-        moved: Array = kept(path, times, 1e-12, may_fail=may_fail) + (5e-7 if tolerance > off_from else 0)
+    def off(path: Path, times: Array, tolerance: float, *, may_fail: bool = False, **more: Any) -> Array:
+        moved: Array = kept(path, times, 1e-12, may_fail=may_fail, **more) + (
+            5e-7 if tolerance > off_from else 0
+        )
         return moved
 
     monkeypatch.setattr(driver, "by_cvode", off)

@@ -15,7 +15,7 @@ from fmu_models import DRIVEN, packed, put, references, restore, save, states, w
 from msgspec.structs import replace
 
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import native_points
+from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.inputs import constant
 from mechc.runtime.integrate.solver import Solver
@@ -91,15 +91,16 @@ def test_is_valid_with_indicators_and_typed_variables(mixed: tuple[Path, Any, in
 
 def test_co_simulation_has_the_bits_of_the_native_run(mixed: tuple[Path, Any, int]) -> None:
     path, start, _ = mixed
-    times, step, rows = native_points(start, "dop853", 31)
-    assert times[-1] == 6 * 0.3  # the seventh kick, the first at the start
-    assert np.array_equal(driver.co_simulation(path, times, step), rows)
+    native = native_motion(start, "dop853", 31)
+    assert native.times[-1] == 6 * 0.3  # the seventh kick, the first at the start
+    assert np.array_equal(driver.co_simulation(path, native.times, native.step), native.states)
 
 
 def test_another_integrator_follows_through_all_events(mixed: tuple[Path, Any, int]) -> None:
     """Measured: 4e-8 with either version at a tolerance of CVode of 1e-10."""
     path, start, _ = mixed
-    times, _, rows = native_points(start, "dop853", 31)
+    native = native_motion(start, "dop853", 31)
+    times, rows = native.times, native.states
     found = driver.by_cvode(path, times[:-1], 1e-10)
     assert np.max(np.abs(found - rows[:-1]) / (start.nominal + np.max(np.abs(rows), axis=0))) < 1e-6
 
@@ -237,7 +238,8 @@ def slave(path: Path, **options: Any) -> FMU3Slave:
 def test_event_mode_of_co_simulation_stops_at_each_event(tmp_path: Path) -> None:
     """Steps end early at events, which wait for event mode; the motion keeps the bits of the native run."""
     path, start = written(tmp_path, MIXED, 3)
-    times, _, rows = native_points(start, "dop853", 31)
+    native = native_motion(start, "dop853", 31)
+    times, rows = native.times, native.states
     at = references(path)
     shown = [at[n] for n in ("h", "der(h)")]
     fmu = slave(path, eventModeUsed=True, earlyReturnAllowed=True)

@@ -17,8 +17,9 @@ from fmu_models import DRIVEN, EXAMPLES, packed
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import check_package, native_points
+from mechc.compiler.targets.fmu.checks import check_package
 from mechc.compiler.targets.fmu.export import Made, Package
+from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.native.build import find_compiler
@@ -265,7 +266,7 @@ def test_export_with_all_checks(name: str, fmi: int, tmp_path: Path) -> None:
 
 def test_native_points_end_at_the_stop(driven: tuple[Path, Package, Start, int]) -> None:
     _, _, start, _ = driven
-    times, step, rows = native_points(start, "dop853", 10)
-    assert step == 0.5
-    assert times[-1] == 5.0
-    assert rows.shape == (11, len(start.problem.states))
+    native = native_motion(start, "dop853", 10)
+    assert native.step == 0.5
+    assert native.times[-1] == 5.0
+    assert native.states.shape == (11, len(start.problem.states))

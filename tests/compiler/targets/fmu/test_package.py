@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from lxml import etree
+from msgspec.structs import replace
 
 from mechc.api import load, loads
 from mechc.cli.main import run as main
@@ -28,6 +29,7 @@ from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import check_package
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
+from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.reference import parse_reference, read_reference
 from mechc.fmu.account import account
 from mechc.fmu.documents import native_run, reference
@@ -315,13 +317,11 @@ def test_a_binary_that_moves_otherwise_is_not_written(
 ) -> None:
     from mechc.compiler.targets.fmu import checks
 
-    points = checks.native_points
-
     def shifted(*given: Any) -> Any:
-        times, step, rows = points(*given)
-        return times, step, rows + 1e-15
+        motion = native_motion(*given)
+        return replace(motion, states=motion.states + 1e-15)
 
-    monkeypatch.setattr(checks, "native_points", shifted)
+    monkeypatch.setattr(checks, "native_motion", shifted)
     with pytest.raises(CompileError, match="Co-Simulation does not give the same motion"):
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions())
     assert list(tmp_path.iterdir()) == []

@@ -24,7 +24,8 @@ from fmu_models import (
 from numpy.typing import NDArray
 
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import by_another, native_error, native_points
+from mechc.compiler.targets.fmu.checks import by_another, native_error
+from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.native.build import find_compiler
 
@@ -55,18 +56,18 @@ def test_is_valid(made: tuple[Path, Any, str]) -> None:
 
 def test_co_simulation_has_the_bits_of_the_native_run(made: tuple[Path, Any, str]) -> None:
     path, start, method = made
-    times, step, rows = native_points(start, method, POINTS)
-    assert np.array_equal(driver.co_simulation(path, times, step), rows)
+    native = native_motion(start, method, POINTS)
+    assert np.array_equal(driver.co_simulation(path, native.times, native.step), native.states)
 
 
 def test_another_integrator_follows(made: tuple[Path, Any, str]) -> None:
     path, start, method = made
-    times, step, rows = native_points(start, method, POINTS)
-    size, error = native_error(start, method, POINTS, rows)
-    found = by_another(path, times, step, rows, size, error, CVODE)
+    native = native_motion(start, method, POINTS)
+    size, error = native_error(start, method, native)
+    found = by_another(path, native, size, error, CVODE)
     assert found.passed, str(found)
     assert found.bound < LOOSEST
-    assert found.until >= times[-3], "the model may end its run between two points"
+    assert found.until >= native.times[-3], "the model may end its run between two points"
 
 
 def in_continuous_time(fmu: Any, point: NDArray[np.float64], values: dict[int, float]) -> None:
@@ -156,7 +157,8 @@ with driver.instance(path, "cs") as fmu:
 
 def test_state_resumes_in_another_process(made: tuple[Path, Any, str], tmp_path: Path) -> None:
     path, start, method = made
-    times, step, rows = native_points(start, method, POINTS)
+    native = native_motion(start, method, POINTS)
+    times, step, rows = native.times, native.step, native.states
     last = len(times) - 2
     middle = last // 2
     at = [references(path)[n] for n in states(path)]
