@@ -239,7 +239,7 @@ def _calm(axes: Any) -> None:
 
 
 def balance_error(solution: ShownSolution) -> tuple[Array, str]:
-    """Return total + dissipated - supplied energy less its first value, and its unit."""
+    """Return total + dissipated - supplied energy less its first value, in the unit of energies, and this."""
     problem = solution.problem
     total, dissipated, supplied = (*problem.energy_balance, -1, -1)[:3]
     quantity = problem.outputs[total]
@@ -248,7 +248,8 @@ def balance_error(solution: ShownSolution) -> tuple[Array, str]:
         sum_ = sum_ + solution[problem.outputs[dissipated].name]
     if supplied >= 0:
         sum_ = sum_ - solution[problem.outputs[supplied].name]
-    return sum_ - sum_[0], quantity.unit
+    unit, factor = solution.shown_unit(quantity.name)
+    return (sum_ - sum_[0]) * factor, unit
 
 
 def _time_axis(axes: Any, view: View) -> None:

@@ -49,7 +49,7 @@ def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = 
     blocks.append(_condition(solution, style))
     if not _without_motion(solution):
         blocks.append(_energy(solution, style))
-        blocks.append(_invariants(solution.accuracy, style))
+        blocks.append(_invariants(solution, style))
     blocks.append(_true_errors(solution, style))
     blocks.append(_events(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -120,7 +120,7 @@ def _doubts(solution: ShownSolution, style: Style) -> list[str]:
     rows: list[tuple[str, str]] = []
     for doubt in solution.accuracy.contradictions:
         name = "energy.total" if doubt.kind == "energy" else doubt.name
-        unit, factor = solution.shown_unit(name, doubt.unit) if name in solution else (doubt.unit, 1.0)
+        unit, factor = solution.shown_unit(name, doubt.unit)
         said = doubt.text(unit, factor, with_unit(solution.problem.time.unit))
         rows += [("doubtful", said), ("likely", doubt.causes)]
     return [
@@ -307,15 +307,17 @@ def _rounding_of_energies(accuracy: Accuracy) -> float:
     return min(drift.absolute, ROUNDING * drift.absolute / drift.relative)
 
 
-def _invariants(accuracy: Accuracy, style: Style) -> list[str]:
-    drifts: list[tuple[str, Drift]] = []
+def _invariants(solution: ShownSolution, style: Style) -> list[str]:
+    accuracy = solution.accuracy
+    drifts: list[tuple[str, str, Drift]] = []
     if accuracy.energy is not None:
-        drifts.append(("energy balance", accuracy.energy))
-    drifts += [(drift.name, drift) for drift in accuracy.conserved]
+        drifts.append(("energy balance", "energy.total", accuracy.energy))
+    drifts += [(drift.name, drift.name, drift) for drift in accuracy.conserved]
     table = [["drift of what is constant", "absolute", "", "relative"]] if drifts else []
-    for name, drift in drifts:
+    for name, quantity, drift in drifts:
         relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
-        table.append([name, f"{drift.absolute:.1e}", "" if drift.unit == "1" else drift.unit, relative])
+        unit, factor = solution.shown_unit(quantity, drift.unit)
+        table.append([name, f"{drift.absolute * factor:.1e}", "" if unit == "1" else unit, relative])
     return [*_aligned(table, style), *_off_constraints(accuracy, style)]
 
 
@@ -337,7 +339,8 @@ def _true_errors(solution: ShownSolution, style: Style) -> list[str]:
         ]
     table = [["error against the closed solution", "largest", "", "relative"]] if solution.true_errors else []
     for error in solution.true_errors:
-        table.append([error.name, f"{error.largest:.1e}", error.unit, f"{error.relative:.1e}"])
+        unit, factor = solution.shown_unit(error.name, error.unit)
+        table.append([error.name, f"{error.largest * factor:.1e}", unit, f"{error.relative:.1e}"])
     return _aligned(table, style)
 
 

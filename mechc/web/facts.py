@@ -106,7 +106,7 @@ class Facts(Struct, frozen=True):
             "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "second": problem.time.unit,
-            "joule": next((q.unit for q in problem.outputs if q.name == "energy.total"), ""),
+            "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
             "states": [self.entry(q) for q in problem.states],
             "outputs": [self.entry(q) for q in problem.outputs],
             "balance": [*(problem.energy_balance or (-1, -1, -1))],

@@ -182,7 +182,7 @@ async function start(info, parts) {
     if (scene) scene.fit(moving.box());
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
-    $('energy').textContent = balance ? `${balance.worst.toExponential(1)} ${info.joule}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
+    $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
     state.energy = balance;
     if (run.error !== undefined) tellError(run.error); else $('error').textContent = '…';
     draw();

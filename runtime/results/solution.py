@@ -310,6 +310,7 @@ def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:
         "by_state_at_end": _numbers(error.by_state_at_end) if error else None,
         "energy_drift": _drift_number(energy) if energy else None,
         "energy_change": json_number(energy.absolute) if energy else None,
+        "energy_unit": energy.unit if energy else None,
         "conserved": {drift.name: _drift_summary(drift) for drift in accuracy.conserved},
         "constraints": {
             drift.level: {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from hand_made import pendulum_problem, pendulum_solution
 
 import mechc
 from mechc.cli.main import run
+from mechc.display import choose
 from mechc.presentation.panels import (
     Curves,
     Energies,
@@ -104,6 +106,10 @@ def test_the_balance_is_total_and_dissipated_energy(solution: Solution) -> None:
     error, unit = balance_error(solution)
     assert unit == "J" and error[0] == 0.0
     assert 0 < abs(error).max() < 1e-5  # tolerance 1e-8 and 10 J, with the dense output's error
+    chosen = copy(solution)
+    chosen.display = choose("mJ")
+    shown, unit = balance_error(chosen)
+    assert unit == "mJ" and shown == pytest.approx(1000 * error, rel=1e-15)
 
 
 @pytest.mark.parametrize("ending", ["png", "pdf", "svg"])

@@ -8,6 +8,7 @@ import pytest
 from hand_made import failing_solution, pendulum_solution
 
 import mechc
+from mechc.display import choose
 from mechc.presentation.numbers import count, duration, number
 from mechc.presentation.report import report, sweep_report
 from mechc.presentation.run_failure import render_failure
@@ -113,6 +114,22 @@ def test_chosen_units_change_rates_too() -> None:
     shown = report(pendulum_solution().shown_in("mrad"))
     assert re.search(r"^  theta +-?[\d.]+ mrad ", shown, re.MULTILINE)
     assert re.search(r"^  der\(theta\) +-?[\d.]+ mrad/s ", shown, re.MULTILINE)
+
+
+def test_the_balance_of_energies_and_what_disagrees_are_told_in_chosen_units() -> None:
+    text = "coordinate q = 0.001 m; kinetic 1/2*1 kg*der(q)^2; potential 1/2*10 N/m*q^2; exact q = 0.003 m; experiment(stop = 1 s);"
+    solution = mechc.loads(text).simulate()
+    assert isinstance(solution, mechc.Solution)
+    in_si = report(solution).splitlines()
+    assert solution.accuracy.energy is not None
+    drift, off = solution.accuracy.energy.absolute, solution.true_errors[0].largest
+    solution.display = choose("mJ,mm")
+    rows = report(solution).splitlines()
+    for told, energy, length in ((in_si, "J", "m"), (rows, "mJ", "mm")):
+        by = 1000 if energy == "mJ" else 1
+        balance = next(row for row in told if row.startswith("  energy balance"))
+        assert balance.split()[2:4] == [f"{drift * by:.1e}", energy]
+        assert told[-1].split()[:3] == ["q", f"{off * by:.1e}", length]
 
 
 def test_a_failure_names_time_line_and_state() -> None:
