@@ -275,6 +275,17 @@ def test_conditions_act_when_they_become_true() -> None:
     assert motion.states[-1]["x"] == pytest.approx(0.2 + 4 * 0.02, abs=1e-10)
 
 
+def test_contact_over_an_edge_lets_go() -> None:
+    """What rests at y = -max(0, x)/2 and comes to x = 0 at 1 m/s flies from there: y = -g t^2/2, free of the slope."""
+    m = meaning(
+        "coordinate Length x = -0.1 m; initial der(x) = 1 m/s; coordinate Length y = 0 m;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 10 N*y; contact floor: y + max(0, x)/2;"
+    )
+    motion = m.motion(0.15, tolerance=1e-10)
+    assert [(round(float(e.time), 9), e.kind) for e in motion.events] == [(0.1, "lift-off")]
+    assert motion.states[-1]["y"] == pytest.approx(-5 * 0.05**2, abs=1e-9)
+
+
 def test_potential_step_refracts_and_reflects() -> None:
     text = (
         "coordinate Length x = -1 m; coordinate Length y = 0 m; initial der(x) = %s m/s; initial der(y) = 1 m/s;"

@@ -22,11 +22,11 @@ Array = Any
 State = dict[str, float]
 
 
-def mass_matrix(meaning: Meaning, state: State) -> Array:
+def mass_matrix(meaning: Meaning, state: State, frozen: dict[Any, Any] | None = None) -> Array:
     """The derivative of the momenta by the velocities."""
     n = meaning.size
     batch = shift(meaning, state, 1j * STEP * np.eye(n), list(range(n)), True)
-    return np.broadcast_to(meaning.point(batch).momenta(), (n, n)).imag / STEP
+    return np.broadcast_to(meaning.point(batch, frozen=frozen).momenta(), (n, n)).imag / STEP
 
 
 def gradient(point: Point, value: Any, kind: str) -> Array:
@@ -40,12 +40,15 @@ def holding(meaning: Meaning, point: Point) -> Array:
 
 
 class Blow:
-    """Impulses on a mechanism at one instant: M dv = sum of impulses along rows, each row with a wanted change."""
+    """Impulses on a mechanism at one instant: M dv = sum of impulses along rows, each row with a wanted change.
 
-    def __init__(self, meaning: Meaning, state: State) -> None:
+    ``frozen``: the branches of laws that hold from then on.
+    """
+
+    def __init__(self, meaning: Meaning, state: State, frozen: dict[Any, Any] | None = None) -> None:
         self.meaning, self.state = meaning, state
-        self.point = meaning.point(state)
-        self.M = mass_matrix(meaning, state)
+        self.point = meaning.point(state, frozen=frozen)
+        self.M = mass_matrix(meaning, state, frozen)
         self.held = holding(meaning, self.point)
 
     def solve(self, load: Array, rows: Array, wanted: Array) -> tuple[Array, Array]:
@@ -103,13 +106,19 @@ def restitution(point: Point, contact: flat.Contact) -> float:
     return 0.0 if contact.restitution is None else real(point.at(contact.restitution))
 
 
-def strike(meaning: Meaning, state: State, hit: list[flat.Contact], pressed: list[flat.Contact]) -> State:
+def strike(
+    meaning: Meaning,
+    state: State,
+    hit: list[flat.Contact],
+    pressed: list[flat.Contact],
+    frozen: dict[Any, Any] | None = None,
+) -> State:
     """Newton's law at the contacts that are hit; those that press stay closed where that needs no pull.
 
     Every combination of pressing and opening, sticking and sliding is tried; the friction of an impact keeps to
     Coulomb's law in impulses.
     """
-    blow = Blow(meaning, state)
+    blow = Blow(meaning, state, frozen)
     point = blow.point
     cases: list[list[tuple[flat.Contact, str, float]]] = []
     for c in (*hit, *pressed):
@@ -191,11 +200,12 @@ def impacts(
     touching: list[flat.Contact],
     pressed: list[flat.Contact],
     rest: dict[str, float],
+    frozen: dict[Any, Any] | None = None,
 ) -> tuple[State, list[str]]:
     """Hits, the fastest first or all together, until nothing approaches; the names of what was hit."""
     happened: list[str] = []
     for _ in range(2000):
-        point = meaning.point(state)
+        point = meaning.point(state, frozen=frozen)
         closing = [c for c in touching if approach(point, c) < -rest[c.name]]
         if not closing:
             return state, happened
@@ -208,7 +218,7 @@ def impacts(
             c for c in touching if c not in hit and meaning.option(c.options, "impacts", "") == "simultaneous"
         ]
         support = others if fastest in together else [c for c in pressed if c not in hit]
-        state = strike(meaning, state, hit, support)
+        state = strike(meaning, state, hit, support, frozen)
         happened += [c.name for c in hit]
     raise Undetermined("impacts at one instant that do not end")
 

@@ -227,12 +227,13 @@ class Run:
             self.m,
             state,
             lambda p: [p.at(c.gap) for c in self.m.flat.contacts if self.modes.get(c.name, "open") != "open"],
+            self.frozen,
         )
         return self.stuck(state)
 
     def stuck(self, state: State) -> State:
         """What sticks does not slide, to rounding."""
-        point = self.m.point(state, modes=self.modes)
+        point = self.m.point(state, frozen=self.frozen, modes=self.modes)
         pairs = [
             (s, "rate")
             for c in self.m.flat.contacts
@@ -294,7 +295,7 @@ class Run:
 
     def touch(self) -> None:
         """Contacts whose gap is zero: hits until nothing approaches, then rest or flight."""
-        m, point = self.m, self.m.point(self.state, modes=self.modes)
+        m, point = self.m, self.m.point(self.state, frozen=self.frozen, modes=self.modes)
         length = 1 + max((abs(self.state[x]) for x in m.all_coordinates), default=0)
         touching = [
             c for c in m.flat.contacts if point.held(c.name) and real(point.at(c.gap)) <= 1e-9 * length
@@ -305,16 +306,18 @@ class Run:
             own = m.option(c.options, "rest", None)
             rest[c.name] = 1e-9 * self.fastest[c.name] + 1e-13 if own is None else own
         pressed = [c for c in touching if self.modes.get(c.name, "open") != "open" and self.presses(point, c)]
-        self.state, hit = impacts.impacts(m, self.state, touching, pressed, rest)
+        self.state, hit = impacts.impacts(m, self.state, touching, pressed, rest, self.frozen)
         for name in dict.fromkeys(hit):
             self.note(name, "impact")
-        point = m.point(self.state, modes=self.modes)
+        point = m.point(self.state, frozen=self.frozen, modes=self.modes)
         still = set()
         for c in touching:
             speed = impacts.approach(point, c)
             closed = abs(speed) <= max(rest[c.name], 1e-12) * 10
             if closed and self.modes.get(c.name, "open") == "open":
                 self.note(c.name, "rest")
+            elif not closed and self.modes.get(c.name, "open") != "open":
+                self.note(c.name, "lift-off")
             self.modes[c.name] = ("slip" if c.friction is not None else "closed") if closed else "open"
             if closed and c.friction is not None:
                 slip = [real(s) for s in point.slip(c)]
@@ -324,6 +327,13 @@ class Run:
                 elif len(slip) == 1:
                     self.modes[c.name] = "slip+" if slip[0] > 0 else "slip-"
         self.renew(still)
+
+    def bends(self) -> bool:
+        """Whether a law that has changed its branch leaves a closed contact with a gap that grows or shrinks."""
+        point = self.m.point(self.state, frozen=self.frozen, modes=self.modes)
+        speed = 1 + max((abs(self.state[x]) for x in self.m.all_rates), default=0)
+        closed = [c for c in self.m.flat.contacts if self.modes[c.name] != "open"]
+        return any(abs(impacts.approach(point, c)) > 1e-9 * speed for c in closed)
 
     def presses(self, point: Point, c: flat.Contact) -> bool:
         """Whether a closed contact has carried a load up to now; one that merely touches can be hit."""
@@ -467,7 +477,7 @@ class Run:
             if kinds & {"gap", "mode", "slip", "law"}:
                 still = {key for kind, key in low if kind == "slip"}
                 self.modes.update(dict.fromkeys(still, "slip"))
-                if "gap" in kinds:
+                if "gap" in kinds or ("law" in kinds and self.bends()):
                     self.touch()
                 else:
                     self.renew(still, [key for kind, key in low if kind == "mode"])

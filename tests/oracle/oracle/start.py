@@ -50,10 +50,11 @@ def settle(
     rates: bool,
     sizes: Array | None = None,
     begin: State | None = None,
+    frozen: dict[Any, Any] | None = None,
 ) -> State:
     """Newton's method with the least change of the freedoms given; with ``sizes`` the nearest state, as shares of them.
 
-    ``begin``: from where the nearest state is looked for, in the place of the state itself.
+    ``begin``: from where the nearest state is looked for, in the place of the state itself; ``frozen``: branches that hold.
     """
     best, guess, moved, share = np.inf, state, np.inf, 1.0
     if sizes is not None:
@@ -62,7 +63,10 @@ def settle(
         n = len(freedoms)
         batch = shift(meaning, state, 1j * STEP * np.eye(n), freedoms, rates) if n else state
         values = np.array(
-            [np.broadcast_to(np.asarray(now(r), complex), max(n, 1)) for r in rows(meaning.point(batch))]
+            [
+                np.broadcast_to(np.asarray(now(r), complex), max(n, 1))
+                for r in rows(meaning.point(batch, frozen=frozen))
+            ]
         )
         if not len(values):
             return state
@@ -179,11 +183,14 @@ def undriven(meaning: Meaning, rates: bool) -> list[int]:
     )
 
 
-def project(meaning: Meaning, state: State, rows: Rows | None = None) -> State:
+def project(
+    meaning: Meaning, state: State, rows: Rows | None = None, frozen: dict[Any, Any] | None = None
+) -> State:
     extra = rows or (lambda point: [])
-    state = settle(meaning, state, lambda p: position_rows(p) + extra(p), undriven(meaning, False), False)
+    both = lambda p: position_rows(p) + extra(p)  # noqa: E731
+    state = settle(meaning, state, both, undriven(meaning, False), False, frozen=frozen)
     more = lambda p: rate_rows(p) + [der(r) for r in extra(p)]  # noqa: E731
-    return settle(meaning, state, more, undriven(meaning, True), True)
+    return settle(meaning, state, more, undriven(meaning, True), True, frozen=frozen)
 
 
 def residuals(meaning: Meaning, state: State) -> tuple[Array, Array]:
