@@ -281,7 +281,7 @@ def test_contact_over_an_edge_lets_go() -> None:
         "coordinate Length x = -0.1 m; initial der(x) = 1 m/s; coordinate Length y = 0 m;"
         "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 10 N*y; contact floor: y + max(0, x)/2;"
     )
-    motion = m.motion(0.15, tolerance=1e-10)
+    motion = m.motion(0.15, tolerance=1e-10, scan=0.01)
     assert [(round(float(e.time), 9), e.kind) for e in motion.events] == [(0.1, "lift-off")]
     assert motion.states[-1]["y"] == pytest.approx(-5 * 0.05**2, abs=1e-9)
 

@@ -327,6 +327,14 @@ ROOTS: dict[str, tuple[str, Callable[[float], float]]] = {
         lambda n: -80 * n * math.exp(-n),
     ),
     "three forces": ("4 N*sin(multiplier(track)/(1 N))", lambda n: 4 * math.sin(n)),
+    "a slope that is too steep where it begins": (
+        "6 N*sin(multiplier(track)/(1 N) - 7.3)",
+        lambda n: 6 * math.sin(n - 7.3),
+    ),
+    "a slope of one where it begins": (
+        "3 N*sin(multiplier(track)/(1 N) - 7.262314441467)",
+        lambda n: 3 * math.sin(n - 7.262314441467),
+    ),
     "eleven forces": ("30 N*sin(multiplier(track)/(1 N))", lambda n: 30 * math.sin(n)),
 }
 

@@ -141,18 +141,28 @@ def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[N
 
 
 def jumps_of_dissipation(
-    system: MechanicalSystem, rates: Sequence[Node], laws: Sequence[Node], written: Collection[Node]
+    system: MechanicalSystem,
+    rates: Sequence[Node],
+    laws: Sequence[Node],
+    resolve: Mapping[Node, Node],
+    written: Collection[Node],
 ) -> list[Node]:
     """Return what the derivatives of a dissipation, ``laws``, ask of velocities where ``rates`` jump, as the sign in the
     force of c*abs(v).
 
     A motion may slide along such a jump, and no step across it would end. Where both sides agree, as those of abs(v)^3 do
-    at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user.
+    at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user, nor by what solves laws of
+    forces, which ``resolve`` puts in the place of answers about them.
     """
     graph, velocities = system.graph, system.symbols.velocities
     compares = [n for n in graph.reach(laws) if compared(graph, n) is not None]
-    asked = [n for n in graph.reached_among(rates, compares) if n not in written]
-    return [n for n in asked if not velocities.isdisjoint(graph.support(n)) and _jumps(graph, n, rates)]
+    images = dict(zip(compares, substitute(graph, compares, resolve), strict=True))
+    felt = set(graph.reached_among(rates, list(images.values()))).difference(written)
+    return [
+        n
+        for n, there in images.items()
+        if there in felt and not velocities.isdisjoint(graph.support(there)) and _jumps(graph, there, rates)
+    ]
 
 
 def _jumps(graph: Graph, relation: Node, formulas: Sequence[Node]) -> bool:

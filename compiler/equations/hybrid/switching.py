@@ -71,7 +71,7 @@ def add_events(
     braking = vjp(graph, [(system.dissipation, graph.one)], sorted(system.symbols.velocities))
     bends = [
         *relations_of_time(system, held),
-        *jumps_of_dissipation(system, rhs.outputs, solved.resolve(braking), written),
+        *jumps_of_dissipation(system, rhs.outputs, braking, solved.replace, written),
     ]
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed or crowd):

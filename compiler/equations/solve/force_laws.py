@@ -7,7 +7,9 @@ lead nowhere (its derivative is that of the graph); each further step stands in 
 small. One more step polishes the result, so that it is exact to rounding in any precision, and its derivatives too.
 Where several forces agree with the laws the one holds into which A changes as the laws grow from nothing. On that way
 the determinant of dH/ds begins at one and stays positive, as two solutions meet where it vanishes: no step leads to
-where it is not, and none turns the angle of a sine so far that it might have vanished between. Where the iteration does not converge the result is no number, and the run says so.
+where it is not, and none turns the angle of a sine so far that it might have vanished between. Laws with waves may have a
+determinant below zero at s = A, where the way leads past: then the iteration begins behind that way, which is gone in
+stages of growing laws. Where the iteration does not converge the result is no number, and the run says so.
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ TOLERANCE = 1e-11
 WAVES = frozenset({ops.SIN, ops.COS, ops.TAN})
 TURN = 1.0
 """Most that one step turns the argument of a wave, in rad."""
+STAGES = 16
+"""Shares by which laws grow from nothing, one step of Newton's method each: a quarter of what a step may turn, mostly."""
 
 JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.EQUAL, ops.SIGN, ops.LESS, ops.LESS_EQUAL})
 
@@ -107,6 +111,8 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
     """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
     equations = _Equations(graph, laws, affine)
     point = equations.begin()
+    if equations.angles:
+        point = equations.grown(point)
     forward = point.forward
     fraction = graph.one
     found: list[tuple[Node, tuple[Node, ...]]] = []
@@ -194,7 +200,8 @@ class _Equations:
         self.sizes = [graph.abs(a) for a in self.base]
         self.angles = [graph.args(n)[0] for n in laws.waves(graph)]
 
-    def at(self, forces: tuple[Node, ...]) -> _Point:
+    def at(self, forces: tuple[Node, ...], share: float = 1.0) -> _Point:
+        """Return the point of laws of a ``share`` of their size."""
         graph, count = self.graph, len(forces)
         places = dict(zip(self.symbols, forces, strict=True))
         values = substitute(graph, self.laws, places)
@@ -207,7 +214,8 @@ class _Equations:
         for i, s in enumerate(forces):
             h, size = graph.sub(s, self.base[i]), graph.add(graph.abs(s), self.sizes[i])
             derivatives = [graph.one if j == i else graph.zero for j in range(count)]
-            for k, factor in self.factors[i].items():
+            for k, whole in self.factors[i].items():
+                factor = whole if share == 1 else graph.mul(graph.constant(share), whole)
                 term = graph.mul(factor, values[k])
                 h, size = graph.sub(h, term), graph.add(size, graph.abs(term))
                 for j, slope in slopes[k].items():
@@ -234,6 +242,27 @@ class _Equations:
         beside = self.at(tuple(graph.add(s, graph.one) for s in self.base))
         largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
         return _chosen(graph, graph.less(first.merit, largest), first, beside)
+
+    def grown(self, first: _Point) -> _Point:
+        """Return the first point, or where no good step leads from it, the one that the way of growing laws leads to."""
+        graph = self.graph
+        good = first.forward
+        moved = tuple(graph.add(s, d) for s, d in zip(first.forces, first.step, strict=True))
+        angles = substitute(graph, self.angles, dict(zip(self.symbols, moved, strict=True)))
+        for a, b in zip(angles, first.turned, strict=True):
+            near = graph.less_equal(graph.abs(graph.sub(a, b)), graph.constant(TURN))
+            good = graph.logical_and(good, near)
+        forces, ahead = self.base, graph.one
+        try:
+            for k in range(1, STAGES + 1):
+                point = self.at(forces, k / STAGES)
+                ahead = graph.logical_and(ahead, point.forward)
+                forces = tuple(graph.add(s, d) for s, d in zip(forces, point.step, strict=True))
+            last = self.at(forces)
+        except DivisionByZero:
+            return first
+        beside = graph.logical_or(good, graph.logical_not(graph.logical_and(ahead, last.forward)))
+        return _chosen(graph, beside, first, last)
 
     def _step(self, residual: Sequence[Node], matrix: Sequence[Node]) -> tuple[tuple[Node, ...], Node]:
         """Return the step of Newton's method, and the determinant of the matrix."""

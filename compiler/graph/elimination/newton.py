@@ -1,7 +1,9 @@
 """Systems of nonlinear equations solved by Newton's method in the graph, from a guess.
 
-Steps are shortened where they lead away; each further step stands in a branch that is not entered once steps are small. A
-last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function.
+Steps are shortened where they lead away: where the next step by the same derivatives would not be shorter, in shares of the
+unknowns. The rows themselves would tell of one that is nearly solved more than of all that are not.
+P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3 (the natural test of monotonicity).
+Each further step stands in a branch that is not entered once steps are small. A last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function.
 Of more equations than unknowns the steps are those of least squares, and all must hold. Where nothing is found the result
 is no number.
 """
@@ -56,9 +58,7 @@ def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: 
         found.append((system.small(point, step), point))
         moved = tuple(graph.add(x, graph.mul(fraction, d)) for x, d in zip(point.values, step, strict=True))
         tried = system.at(moved, point.largest)
-        better = graph.less(
-            system.merit(tried.residual, point.sizes), system.merit(point.residual, point.sizes)
-        )
+        better = system.nearer(tried, point, step)
         longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
         fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
         point = system.chosen(better, tried, point)
@@ -123,12 +123,23 @@ class _System:
         graph = self.graph
         return graph.div(value, graph.select(graph.less(graph.zero, size), size, graph.one))
 
-    def merit(self, residual: Nodes, sizes: Nodes) -> Node:
-        graph, total = self.graph, self.graph.zero
-        for h, size in zip(residual, sizes, strict=True):
-            share = self._share(h, size)
-            total = graph.add(total, graph.mul(share, share))
-        return total
+    def nearer(self, tried: _Point, point: _Point, step: Nodes) -> Node:
+        """Tell whether a point is nearer to a solution than the one from where a step led to it."""
+        if len(self.rows) == len(self.unknowns) == 1:
+            return self._fewer(tried.residual, point.residual, point.sizes)
+        rest = self._solved(point, tried.residual)
+        return self._fewer(rest, step, tried.largest)
+
+    def _fewer(self, a: Nodes, b: Nodes, sizes: Nodes) -> Node:
+        """Compare sums of squares, in shares of sizes."""
+        totals = []
+        for values in (a, b):
+            total = self.graph.zero
+            for x, size in zip(values, sizes, strict=True):
+                share = self._share(x, size)
+                total = self.graph.add(total, self.graph.mul(share, share))
+            totals.append(total)
+        return self.graph.less(*totals)
 
     def small(self, point: _Point, step: Nodes) -> Node:
         """Tell whether a step changes nothing any more, and all rows of more than unknowns agree."""
@@ -150,11 +161,15 @@ class _System:
         return tuple(graph.select(small, x, nowhere) for x in values)
 
     def step(self, point: _Point) -> Nodes:
-        """Return the step of Newton's method, rows as shares of their sizes."""
+        """Return the step of Newton's method."""
+        return self._solved(point, point.residual)
+
+    def _solved(self, point: _Point, residual: Nodes) -> Nodes:
+        """Return what makes a residual vanish by the derivatives of a point, rows as shares of their sizes."""
         graph, count = self.graph, len(self.unknowns)
         rows = [
             [self._share(x, size) for x in (*line, graph.neg(h))]
-            for line, h, size in zip(point.matrix, point.residual, point.sizes, strict=True)
+            for line, h, size in zip(point.matrix, residual, point.sizes, strict=True)
         ]
         if len(rows) > count:
             columns = list(zip(*rows, strict=True))

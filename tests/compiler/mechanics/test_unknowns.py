@@ -200,6 +200,20 @@ def test_what_has_no_single_solution_ends_the_run(name: str) -> None:
     assert "no solution for 'y' is found from the guess" in str(solution.message)
 
 
+def test_what_hangs_together_weakly_is_found_from_afar() -> None:
+    """The only solution, which a - 0.24 sin b = c, b + 0.1 sin a = r gives by putting one into the other."""
+    solution = mechc.loads(
+        "dimensionless; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2;"
+        "output a ~ 20; output b ~ -1; equation a - 0.24*sin(b) = 20 + x; equation b + 0.1*sin(a) = 3000*x;"
+        "experiment(stop = 1, every = 0.02);"
+    ).simulate(target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
+    a, b = 20 + solution["x"], 3000 * solution["x"]
+    for _ in range(40):
+        a, b = 20 + solution["x"] + 0.24 * np.sin(b), 3000 * solution["x"] - 0.1 * np.sin(a)
+    assert solution["a"] == pytest.approx(a, abs=1e-10) and solution["b"] == pytest.approx(b, abs=1e-10)
+
+
 def test_a_run_ends_where_a_solution_ends() -> None:
     """y^2 = 1 - t has none after t = 1."""
     solution = mechc.loads(
