@@ -31,6 +31,8 @@ DUE = 1e-12
 """As a share of a time, how near to it is due what comes with the time alone, as of ticks."""
 EDGES: set[Any] = set()
 """Decisions that were taken exactly where they change, since somebody emptied this: both sides are right there."""
+ROUNDING = 1e-11
+"""How near to a whole number the floor of a number that moves is one of rounding."""
 
 
 def each(f: Callable[[Any], Any], x: Value) -> Value:
@@ -99,6 +101,9 @@ class Evaluator:
 
     def whole_below(self, key: Any, x: Any) -> float:
         """The floor of a number, kept up to the next event."""
+        off = abs(real(x) - round(real(x)))
+        if off <= ROUNDING and (off or isinstance(x, Series)):
+            EDGES.add(key)
         if self.frozen is None or not isinstance(x, Series):
             return math.floor(real(x))
         n = self.frozen.setdefault(key, math.floor(x.real))

@@ -33,6 +33,15 @@ def begins_alike(twin: Twin, base: Compiled, other: Compiled) -> bool:
     return there is not None and not differences(there, other.start())
 
 
+CLOSING = {"E0517", "E0522"}
+"""What is said of coordinates of joints that close loops."""
+
+
+def closes_elsewhere(refused: Refused, base: Compiled) -> bool:
+    """Whether another joint closes a loop of a twin, so that coordinates that the model asks for have no value there."""
+    return base.constrained and set(refused.codes) <= CLOSING
+
+
 def carried(twin: Twin, base: Compiled, other: Compiled, state: Values) -> Values | None:
     """Return a state of the model as one of the twin; None where it cannot be told."""
     there = {renamed_name(twin, n): v for n, v in state.items()}

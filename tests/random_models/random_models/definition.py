@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,53 @@ def _edges(meaning: Any, state: Values) -> bool:
     meaning.solved = None
     by_definition(meaning, state)
     return bool(EDGES)
+
+
+def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:
+    """Return whether a law or an output changes exactly at the row of a time, so that rounding decides for its side."""
+    names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
+    rng = np.random.default_rng(len(solution.time))
+
+    def at(time: float) -> bool:
+        k = int(np.argmin(np.abs(np.asarray(solution.time) - time)))
+        state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": float(solution.time[k])}
+        moving = {n: state[n] for n in base.states if n in state}
+        return edged(base, state) or edged(base, state | shaken(moving, rng))
+
+    return at
+
+
+def ends_rightly(base: Compiled, solution: Any) -> bool:
+    """Whether by the definition, too, a motion that failed cannot go on: it has no accelerations at the end, or they change
+    by a tenth of their size within a millionth of the time, as next to a singularity or on the way to infinity."""
+    names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
+    end = {n: float(np.ravel(solution[n])[-1]) for n in names} | {"time": float(solution.time[-1])}
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="")
+        there = _accelerations(meaning, end)
+        step = BEFORE * end["time"]
+        rates = {n: end[f"der({n})"] for n in meaning.coordinates if f"der({n})" in end}
+        rates |= {n.removeprefix("d "): x for n, x in there.items()} | {"time": 1.0}
+        before = _accelerations(meaning, {n: x - step * rates.get(n, 0.0) for n, x in end.items()})
+        changed = max((abs(x - before[n]) for n, x in there.items()), default=0.0)
+        return changed > 0.1 * max(map(abs, there.values()), default=0.0)
+    except NotCovered:
+        return False
+    except Undetermined:
+        return True
+    except Exception as error:
+        if _of_the_oracle(error):
+            raise OracleFails(repr(error)[:200]) from error
+        raise
+
+
+BEFORE = 1e-6
+"""How long before its end a failed motion is looked at, as a share of it."""
+
+
+def _accelerations(meaning: Any, state: Values) -> Values:
+    meaning.solved = None
+    return {_derivative(n): float(x) for n, x in meaning.accelerations(state).items()}
 
 
 def edged(base: Compiled, state: Values) -> bool:

@@ -67,9 +67,11 @@ def _energy_outputs() -> tuple[str, ...]:
 
 
 def shuffled(model: Model, random: Random) -> Twin | None:
-    """Put the statements into another order."""
+    """Put the statements into another order, but what is due at one instant, which acts in the order of the text."""
     items = list(model.top.seq().items)
+    whens = iter([s for s in items if s.kind == "when"])
     random.shuffle(items)
+    items = [next(whens) if s.kind == "when" else s for s in items]
     return Twin("shuffled", model.with_top(tuple(items)))
 
 
