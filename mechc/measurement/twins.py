@@ -241,7 +241,8 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
     beside += CONDITION * EPSILON if problem.constraints else 0.0
     # integrals that are known less well than the motion, as the report of a run says
     coarse = [q.name for q in problem.outputs if q.kind == "quadrature"]
-    beside += max((float(np.nanmax(np.abs(solution[name][rows]))) for name in coarse), default=0.0)
+    rough = max((float(np.nanmax(np.abs(solution[name][rows]))) for name in coarse), default=0.0)
+    beside += rough
     stated = {name: error + beside for name, error in estimate.by_state.items()}
     found: dict[str, tuple[Array, Array]] = {}
     for q in problem.states:
@@ -269,7 +270,8 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
                 CONDITION * EPSILON * max(own, alike.get(q.unit) or natural)
             )  # of what cancels to nothing
             found.setdefault(
-                q.name, (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * error + rounding))
+                q.name,
+                (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * (error + rough * own) + rounding)),
             )
     return found
 

@@ -367,6 +367,37 @@ experiment(stop = 0.5 s);
     assert found.same
 
 
+def test_what_a_closure_cannot_tell_is_left_alone() -> None:
+    """The angle of a closure is told up to whole turns, as an output: nothing can be integrated of it."""
+    text = """
+import mech.planar.*;
+Bar arm(m = 1 kg, l = 0.5 m);
+Revolute shoulder(world -> arm.a, angle = -60 deg);
+output sum = integral(shoulder.angle);
+experiment(stop = 0.5 s);
+"""
+    with pytest.raises(NotApplicable, match="equations of a closure"):
+        twin_of("joint as closure", base_of(text))
+
+
+def test_integrals_that_are_known_roughly_may_differ() -> None:
+    """By as much in what follows from them at once as in what moves."""
+    text = """
+coordinate x = 0.25 m;
+coordinate y = -0.16 m;
+kinetic 1/2*1.65 kg*(der(x)^2 + der(y)^2);
+force -(integral(abs(sin(6.17*(s - 0.41*sin(cosh(0.33*tanh(der(x)/(1.34 m/s))))))) for s in 0:2.4)*0.47 N) on y;
+potential 1 J/m*x;
+output a = der(y, 2);
+experiment(stop = 1 s);
+"""
+    base = base_of(text)
+    twin = twin_of("integrals in parts", base)
+    found = compare(base, twin, run_twin(twin, base))
+    assert found is not None
+    assert found.same
+
+
 GUESSED = """
 import mech.planar.*;
 parameter long = 3 m;
