@@ -50,6 +50,7 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             options.atol,
             options.step or 0.0,
             options.storage if reader is None else Passing(),
+            dense=options.dense,
         ) as solver,
         noted_interruptions() as interrupted,
     ):

@@ -23,7 +23,10 @@ FIRST_EVENTS = 256
 
 
 class Solver:
-    """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context."""
+    """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context.
+
+    ``dense`` bounds the errors of all steps between their ends, also of those that nobody records.
+    """
 
     def __init__(
         self,
@@ -34,6 +37,8 @@ class Solver:
         atol: Array,
         step: float = 0.0,
         storage: Storage = IN_MEMORY,
+        *,
+        dense: bool = False,
     ) -> None:
         struct = case.functions.struct
         assert struct is not None
@@ -72,6 +77,7 @@ class Solver:
             dt=step,
             rtol=tolerance,
             tables=ctypes.addressof(self._tables),
+            dense=dense,
             **{name: array.ctypes.data for name, array in self._arrays.items()},
         )
         self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))

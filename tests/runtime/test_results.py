@@ -123,6 +123,20 @@ def test_polynomials_that_were_not_kept_are_those_of_the_run(monkeypatch: pytest
     assert len(made) == 1
 
 
+def test_a_run_goes_the_same_way_whether_its_polynomials_are_kept_or_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Errors between the ends of steps, which limit these, bound them behind the place where nothing is kept any more."""
+    options = SimulationOptions(stop=600, tolerance=1e-8, points=50, estimate_error=False)
+    kept = simulate(compiled_kepler(), options)
+    monkeypatch.setattr("mechc.runtime.studies.runs.companion.DENSE_KEPT", 100_000)
+    dropped = simulate(compiled_kepler(), options)
+    assert dropped.statistics.steps == kept.statistics.steps
+    assert all(np.array_equal(dropped[name], kept[name]) for name in kept)
+    bare = simulate(compiled_kepler(), replace(options, dense=False))
+    assert bare.statistics.steps != kept.statistics.steps, "they do limit them"
+
+
 def test_hermite_interpolation_keeps_rotations_of_unit_length() -> None:
     body = simulate(rigid_body(), SimulationOptions(stop=5, points=10, dense=False))
     at = body(np.linspace(0, 5, 100))
