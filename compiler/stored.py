@@ -18,7 +18,7 @@ from fractions import Fraction
 from functools import cache
 from hashlib import blake2b
 from types import ModuleType
-from typing import Any, Final, TypeVar
+from typing import Any, Final, TypeVar, cast
 
 import msgspec
 from msgspec import Struct
@@ -38,6 +38,7 @@ from .graph.columns import Columns, columns, graph_of
 from .graph.operations import OPERATIONS
 from .program import model as program_model
 from .program.model import LongBody, Program, Statement
+from .uncollected import uncollected
 
 VERSION: Final = 2
 """Of the form of the bytes; that of the values is known by the fields of their classes."""
@@ -58,10 +59,11 @@ class OtherVersion(ValueError):
 def write(value: FlatModel | Equations | Program) -> bytes:
     """Return a stage's value as bytes."""
     writer = _Writer()
-    content = writer.plain(_compact(value) if isinstance(value, Equations) else value)
-    return msgspec.msgpack.encode(
-        [MAGIC, VERSION, _fingerprint(), type(value).__name__, writer.shared, content]
-    )
+    with uncollected():
+        content = writer.plain(_compact(value) if isinstance(value, Equations) else value)
+        return msgspec.msgpack.encode(
+            [MAGIC, VERSION, _fingerprint(), type(value).__name__, writer.shared, content]
+        )
 
 
 def read(data: bytes, stage: type[Stage]) -> Stage:
@@ -170,6 +172,8 @@ class _Writer:
     def __init__(self) -> None:
         self.shared: list[object] = []
         self._numbers: dict[object, int] = {}
+        self._ways: dict[type[Struct], tuple[bool, bool, int]] = {}
+        """Of each class: whether its values are shared, whether by identity, and its code."""
         self._codes = {known: k for k, known in enumerate(_classes(), _FIRST_CLASS)}
 
     def plain(self, value: object) -> object:
@@ -180,6 +184,12 @@ class _Writer:
         if kind is int:
             assert isinstance(value, int)
             return value if -(1 << 63) <= value < 1 << 63 else [_BIG, f"{value:x}"]
+        if kind is tuple:
+            return [_TUPLE, *map(self.plain, cast("tuple[object, ...]", value))]
+        if isinstance(value, Columns):
+            return [_GRAPH, _encoder.encode(value)]
+        if isinstance(value, Struct):
+            return self._struct(value)
         if isinstance(value, tuple):
             return [_TUPLE, *map(self.plain, value)]
         if isinstance(value, Mapping):
@@ -195,18 +205,23 @@ class _Writer:
         if isinstance(value, LongBody):
             columns = (value.kinds, value.first, value.second, value.third)
             return [_LONG, *map(self.plain, columns), _encoder.encode(value.numbers)]
-        if isinstance(value, Columns):
-            return [_GRAPH, _encoder.encode(value)]
-        assert isinstance(value, Struct), value
-        return self._struct(value)
+        raise TypeError(f"a {kind.__name__} is no part of a stage")
 
     def _struct(self, value: Struct) -> list[object]:
-        if not isinstance(value, _SHARED_CLASSES):
+        kind = value.__class__
+        if kind not in self._ways:
+            self._ways[kind] = issubclass(kind, _SHARED_CLASSES), issubclass(kind, Typed), self._codes[kind]
+        shared, typed, code = self._ways[kind]
+        if not shared:
             return self._fields(value)
-        key: object = id(value) if isinstance(value, Typed) else (value.__class__, value)
+        key: object = id(value) if typed else (kind, value)
         number = self._numbers.get(key)
         if number is None:
-            fields = self._fields(value)  # what it is made of comes first
+            plain = self.plain
+            fields = [
+                code,
+                *[plain(getattr(value, name)) for name in value.__struct_fields__],
+            ]  # they come first
             number = self._numbers[key] = len(self.shared)
             self.shared.append(fields)
         return [_SHARED, number]
@@ -220,7 +235,7 @@ class _Writer:
                 code,
                 *(bodies if n == "bodies" else self.plain(getattr(value, n)) for n in _names(value)),
             ]
-        return [code, *(self.plain(getattr(value, name)) for name in _names(value))]
+        return [code, *[self.plain(getattr(value, name)) for name in _names(value)]]
 
 
 def _names(value: Struct) -> tuple[str, ...]:
