@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 Structural = Mapping[str, Fraction | bool | str]
 
 
-class Formed(Struct, frozen=True):
+class Formed(Struct, frozen=True, dict=True):
     """A compilation that was formed just now."""
 
     source: SourceFile
@@ -54,13 +55,13 @@ class Formed(Struct, frozen=True):
     parts: frozenset[str] = frozenset()
     kept_as: str = ""
 
-    @property
+    @cached_property
     def outline(self) -> Outline:
         from .outline import outline_of
 
         return outline_of(self.flat)
 
-    @property
+    @cached_property
     def summary(self) -> Summary:
         from .outline import summary_of
 
