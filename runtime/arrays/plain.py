@@ -82,6 +82,15 @@ class Plain:
         """Give NumPy's array of the same memory."""
         return numpy().asarray(self)
 
+    def __array_ufunc__(
+        self, function: Any, method: str, *inputs: Any, out: Any = None, **options: Any
+    ) -> Any:
+        """Let a function of NumPy read this memory, and write to it."""
+        if out is not None:
+            options["out"] = tuple(one.numpy() if isinstance(one, Plain) else one for one in out)
+        given = (one.numpy() if isinstance(one, Plain) else one for one in inputs)
+        return getattr(function, method)(*given, **options)
+
     def __getattr__(self, name: str) -> Any:
         """Give a method that only NumPy has; those for reducing are set in ``reductions.py``."""
         if name.startswith("__"):

@@ -309,6 +309,20 @@ def test_what_is_not_known_numpy_does() -> None:
         assert_same(call(np, a), call(numpy, x), plain=False)
 
 
+def test_numpy_writes_to_plain_arrays() -> None:
+    """Also where it was loaded between making an array and filling it."""
+    a, x = both(GRID)
+    for n in (np, numpy):
+        found = np.zeros((4, 3))
+        n.maximum(found, x, out=found)
+        assert_same(found, numpy.maximum(0.0, x))
+        n.divide(x, a, out=found, where=x > 0)
+        assert_same(found, numpy.divide(x, x, out=numpy.maximum(0.0, x), where=x > 0))
+        n.add(a, 1.0, out=found[::-1])
+        assert_same(found, (x + 1.0)[::-1])
+    assert_same(numpy.add.reduce(a), x.sum(axis=0), plain=False)
+
+
 def test_many_numbers_are_numpys() -> None:
     a = np.ones(MOST + 1)
     assert isinstance(a, Plain) and isinstance(a + 1.0, numpy.ndarray)
