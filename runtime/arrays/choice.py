@@ -41,9 +41,9 @@ REDUCED = "max min nanmax sum any all argmax"
 
 
 @contextmanager
-def plain_arrays(*, beside_numpy: bool = False) -> Iterator[None]:
+def plain_arrays(*, beside_numpy: bool = False, until_needed: bool = True) -> Iterator[None]:
     """Let what runs within work with plain arrays until something needs NumPy. Where that is loaded already it saves nothing,
-    and is done only if it is asked for."""
+    and is done only if it is asked for; so are further ones behind what needed it."""
     if "numpy" in sys.modules and not beside_numpy:
         yield
         return
@@ -55,11 +55,13 @@ def plain_arrays(*, beside_numpy: bool = False) -> Iterator[None]:
         names.update(before)
 
     names.update(plain_names())
-    when_loaded.append(end)
+    if until_needed:
+        when_loaded.append(end)
     try:
         yield
     finally:
-        when_loaded.remove(end)
+        if end in when_loaded:
+            when_loaded.remove(end)
         end()
 
 

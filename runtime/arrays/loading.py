@@ -10,18 +10,17 @@ from typing import Any
 
 _entered: list[Quiet] = []
 when_loaded: list[Callable[[], None]] = []
-"""What is done once NumPy is there."""
+"""What is done once NumPy is needed."""
 
 
 def numpy() -> Any:
     """Give NumPy. What is not to be warned of now is not warned of by it."""
     first = "numpy" not in sys.modules
     loaded = import_module("numpy")
-    if first:
-        for one in _entered:
-            one.enter()
-        for follow in when_loaded:
-            follow()
+    for one in _entered if first else ():
+        one.enter()
+    while when_loaded:
+        when_loaded.pop()()
     return loaded
 
 

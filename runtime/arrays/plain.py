@@ -86,10 +86,10 @@ class Plain:
         self, function: Any, method: str, *inputs: Any, out: Any = None, **options: Any
     ) -> Any:
         """Let a function of NumPy read this memory, and write to it."""
+        given = {name: _for_numpy(value) for name, value in options.items()}
         if out is not None:
-            options["out"] = tuple(one.numpy() if isinstance(one, Plain) else one for one in out)
-        given = (one.numpy() if isinstance(one, Plain) else one for one in inputs)
-        return getattr(function, method)(*given, **options)
+            given["out"] = tuple(map(_for_numpy, out))
+        return getattr(function, method)(*map(_for_numpy, inputs), **given)
 
     def __getattr__(self, name: str) -> Any:
         """Give a method that only NumPy has; those for reducing are set in ``reductions.py``."""
@@ -176,6 +176,10 @@ class Plain:
 
         def __getitem__(self, key: Any) -> Any: ...
         def __setitem__(self, key: Any, value: Any) -> None: ...
+
+
+def _for_numpy(value: Any) -> Any:
+    return value.numpy() if isinstance(value, Plain) else value
 
 
 def _nested(values: list[Any], shape: Shape) -> list[Any]:

@@ -21,16 +21,16 @@ NEVER = ("beam", "normal_modes")
 
 
 def reported(
-    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, plain: bool
+    name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, **plain: bool
 ) -> tuple[int, str, str]:
-    """Give exit code and texts of ``mechc run``, without the time that it took."""
+    """Give exit code and texts of ``mechc run``, without the time that it took; ``plain``: how with plain arrays."""
     assert numpy.__name__ in sys.modules, (
         "where it is loaded, plain arrays are taken only if that is asked for"
     )
     arrays = choice.plain_arrays
     with monkeypatch.context() as patch:
         if plain:
-            patch.setattr(choice, "plain_arrays", lambda: arrays(beside_numpy=True))
+            patch.setattr(choice, "plain_arrays", lambda: arrays(**plain))
         code = run(["run", str(EXAMPLES / f"{name}.mech")])
     told = capsys.readouterr()
     return code, re.sub(r"run time .*", "", told.out), told.err
@@ -42,8 +42,10 @@ def reported(
 def test_the_text_is_the_same(
     name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    expected = reported(name, capsys, monkeypatch, plain=False)
-    assert reported(name, capsys, monkeypatch, plain=True) == expected
+    """With plain arrays until something needs NumPy, as in a process that begins, and all the way."""
+    expected = reported(name, capsys, monkeypatch)
+    for until_needed in (True, False):
+        assert reported(name, capsys, monkeypatch, beside_numpy=True, until_needed=until_needed) == expected
 
 
 def test_a_kept_run_loads_no_numpy() -> None:

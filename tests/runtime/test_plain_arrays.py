@@ -19,7 +19,7 @@ from mechc.runtime.arrays.plain import MOST, Plain
 
 @pytest.fixture(autouse=True)
 def plain() -> Iterator[None]:
-    with plain_arrays(beside_numpy=True):
+    with plain_arrays(beside_numpy=True, until_needed=False):
         yield
 
 
@@ -317,6 +317,8 @@ def test_numpy_writes_to_plain_arrays() -> None:
         n.maximum(found, x, out=found)
         assert_same(found, numpy.maximum(0.0, x))
         n.divide(x, a, out=found, where=x > 0)
+        assert_same(found, numpy.divide(x, x, out=numpy.maximum(0.0, x), where=x > 0))
+        n.divide(x, a, out=found, where=a > 0)
         assert_same(found, numpy.divide(x, x, out=numpy.maximum(0.0, x), where=x > 0))
         n.add(a, 1.0, out=found[::-1])
         assert_same(found, (x + 1.0)[::-1])
