@@ -15,7 +15,8 @@ in metres runs alike. The rules, in this order:
 
 Values at the start, and rates, below 1e-12 of the largest one of their kind and unit that they feel count as zero, and so do rates below
 1e-12 of the fastest one, each over the nominal of its coordinate: they are what rounding leaves of a zero that assembly
-has computed, or of forces that cancel.
+has computed, or of forces that cancel. So do rates and accelerations at the start by which no coordinate gets further than 1e-12 of
+its nominal in the duration of the run.
 No nominal is below 1e-6 times the largest one of its kind and unit that it feels, as smaller ones would be below rounding where
 the states are coupled; but not above what the state reaches in the pilot run, as then it is of its own size.
 An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
@@ -121,7 +122,8 @@ def _by_rules(
 
     partner = dict(zip(velocities, sizes.partner, strict=True))
     first, second = ([abs(x[i]) / nominal[partner[i]] for i in velocities] for x in (start, slopes))
-    noise = NOISE * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)))
+    slowest = 1 / duration if duration > 0 else 0.0
+    noise = NOISE * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)), slowest)
     for i, speed, acceleration in zip(velocities, first, second, strict=True):
         own = _own_size(sizes, i, start[i] if speed > noise else 0.0)
         if not sizes.nominal[i] and acceleration > noise**2 / NOISE:

@@ -266,9 +266,8 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
                 continue
             own = float(np.nanmax(np.abs(solution[q.name][rows]))) if t.size else 0.0
             natural = scale(parse_unit(q.unit or "1").dimension, bases)
-            rounding = (
-                CONDITION * EPSILON * max(own, alike.get(q.unit) or natural)
-            )  # of what cancels to nothing
+            # of what cancels to nothing, as all that are alike may do
+            rounding = CONDITION * EPSILON * max(own, alike.get(q.unit, 0.0), natural)
             found.setdefault(
                 q.name,
                 (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * (error + rough * own) + rounding)),

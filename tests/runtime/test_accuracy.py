@@ -192,6 +192,10 @@ def test_rounding_is_no_size() -> None:
     falling = nominal(turning, [1, 0.5, 0, 0], [0, 0, -10, 0], [], 1)
     rounded = nominal(turning, [1, 0.5, 0, 1e-17], [0, 0, -10, -1e-15], [], 1)
     assert rounded.tolist() == falling.tolist()
+    # All rates may be what is left of zeros.
+    resting = nominal(turning, [1, 0.5, 0, 0], [0, 0, 0, 0], [], 10)
+    rounded = nominal(turning, [1, 0.5, 1e-18, -4e-32], [1e-18, -4e-32, 1e-18, 3e-32], [], 10)
+    assert rounded.tolist() == resting.tolist() == [1, 0.5, 0.1, 0.05]
 
 
 def test_nominal_values_of_lengths() -> None:

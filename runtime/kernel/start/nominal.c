@@ -122,7 +122,8 @@ static int of_velocities(const mech_motion *x, const mech_real *bounds, mech_rea
         speed = mech_max(speed, mech_abs(x->y0[m->nq + j]) / nominal[partner[j]]);
         acceleration = mech_max(acceleration, mech_abs(x->rates[m->nq + j]) / nominal[partner[j]]);
     }
-    const mech_real noise = ROUNDING * mech_max(speed, mech_sqrt(acceleration));
+    const mech_real slowest = x->duration > 0 ? 1 / x->duration : 0;
+    const mech_real noise = ROUNDING * mech_max(mech_max(speed, mech_sqrt(acceleration)), slowest);
     for (int j = 0; j < m->nv; j++) {
         const int i = m->nq + j;
         const mech_real unit = nominal[partner[j]];

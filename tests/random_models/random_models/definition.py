@@ -283,7 +283,8 @@ def along(
             state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": float(t)}
             there = meaning.outputs(state)
             here = {n: float(solution[n][k]) for n in there if n in solution and np.ndim(solution[n]) == 1}
-            wrong = differences(here, {n: float(v) for n, v in there.items()}, relative=1e-6)
+            known = max(1e-6, base.relative)
+            wrong = differences(here, {n: float(v) for n, v in there.items()}, relative=known)
             wrong = [w for w in wrong if w[0] not in ("energy.supplied", "energy.dissipated", *ignored)]
             if wrong and _on_an_edge(meaning, state, there, wrong, rng, inputs):
                 SKIPPED["a row of a motion on an edge"] += 1

@@ -16,6 +16,7 @@ from mechc.lang.units import parse_unit
 from mechc.measurement.twins import Base, compare, run_twin, twin_of
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.studies.kinds.motion import Simulate
+from random_models.carried import CLOSING
 from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
 from random_models.definition import edges_along
 from random_models.modes import Target
@@ -120,7 +121,8 @@ def _moved(name: str, base: Base, edged: Edged) -> str | None:
     except NotApplicable:
         return None
     except mechc.CompileError as error:
-        return f"refused: {error}\n"
+        told = {d.code for d in error.diagnostics if d.code.startswith("E")} <= CLOSING
+        return None if told else f"refused: {error}\n"
     except mechc.SimulationError:
         return None
     if made.solution.outcome is not Outcome.COMPLETED or made.solution.accuracy.error is None:
