@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from random import Random
 
 import numpy as np
@@ -15,7 +16,7 @@ from random_models.definition import LOOKED, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 from random_models.nesting import by_element, with_gravity
-from random_models.planted import faults
+from random_models.planted import ROOT, faults
 from random_models.states import looks
 from random_models.structure import inherited
 
@@ -119,3 +120,16 @@ def test_powers_are_not_compared_where_a_law_bends() -> None:
     base = compiled(text)
     assert unaccounted(base, base.start())
     assert undone(base, 1) == []
+
+
+@pytest.mark.slow
+def test_the_kept_faults_fit() -> None:
+    """Whoever changes what a fault is planted in writes its patch anew."""
+    kept = faults((ROOT / "tests/random_models/faults.md").read_text(encoding="utf-8"))
+    assert sorted(kept) == list(range(1, 31))
+    words = ["patch", "-p1", "--dry-run", "-s"]
+    fit = {
+        n: subprocess.run(words, cwd=ROOT, input=patch, text=True, capture_output=True).returncode == 0
+        for n, (_, patch) in kept.items()
+    }
+    assert [n for n, fits in fit.items() if not fits] == []
