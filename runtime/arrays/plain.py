@@ -56,6 +56,10 @@ class Plain:
         return math.prod(self.shape)
 
     @property
+    def nbytes(self) -> int:
+        return self.size * self.block.itemsize
+
+    @property
     def ndim(self) -> int:
         return len(self.shape)
 

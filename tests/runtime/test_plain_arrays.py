@@ -36,6 +36,7 @@ def assert_same(found: Any, expected: Any, *, plain: bool = True) -> None:
         assert isinstance(found, Plain) is plain
         assert found.shape == expected.shape
         assert found.size == expected.size and len(found) == len(expected)
+        assert found.nbytes == expected.nbytes
         numpy.testing.assert_array_equal(numpy.asarray(found), expected)
         assert numpy.asarray(found).dtype == expected.dtype
         if plain:
