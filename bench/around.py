@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +28,10 @@ BALL = """model Ball
 end Ball;
 """
 
+STREAMED = (
+    "The same double pendulum with its estimate of errors, written to an NPZ file while it runs (`to=`)."
+)
+
 PEAK = """
 import resource, sys
 import mechc
@@ -49,7 +54,7 @@ def middle(call: Callable[[], object], count: int) -> float:
     return median(taken)
 
 
-def peak(model: str, **options: float) -> tuple[int, int, int, int]:
+def peak(model: str, **options: float | str) -> tuple[int, int, int, int]:
     """Bytes that a run adds to the peak of a process; its output times, events and columns."""
     done = subprocess.run(
         [sys.executable, "-c", PEAK, model, repr(options)],
@@ -99,13 +104,32 @@ def main(quick: bool = False) -> None:
         per = added / times
         label = f"an output point, {'with' if estimate else 'without'} estimate"
         memory.append([label, f"{per:.0f}", f"{8 * columns}", f"{per / (8 * columns):.2f}", "70"])
+    streamed = []
+    for count_of in (points // 10, points):
+        with tempfile.TemporaryDirectory() as folder:
+            to = f"{folder}/motion.npz"
+            added, times, _, columns = peak(text, stop=10.0, every=10.0 / count_of, to=to)
+            size = Path(to).stat().st_size
+        streamed.append(
+            [
+                f"{times:.0e}",
+                f"{added / 1e6:.0f} MB",
+                f"{8 * columns * times / 1e6:.0f} MB",
+                f"{size / 1e6:.0f} MB",
+            ]
+        )
     words = (
         f"Medians of {count} calls. The double pendulum over 10 s; a ball that bounces without loss, for {stop:g} s. The kernel's time "
         "is what a run says of itself, by the clock: on a busy machine it is too long, and what is beside it too short. "
         f"{points:g} output points: time and states are there, outputs are computed where somebody asks for them."
     )
+    of_files = ["points", "memory added", "times and states", "the file"]
     bytes_ = ["", "bytes at the peak", "of time and states alone", "ratio", "goal"]
-    write("around", "Around the motion", [words, table(head, rows), table(bytes_, memory)])
+    write(
+        "around",
+        "Around the motion",
+        [words, table(head, rows), table(bytes_, memory), STREAMED, table(of_files, streamed)],
+    )
 
 
 if __name__ == "__main__":

@@ -67,11 +67,20 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
     """
     asked = with_experiment(model, asked)
     if not issubclass(asked.question, Sweep):
-        return answered(model, asked)[1]
+        found = answered(model, asked)[1]
+        if asked.to is not None and isinstance(found, Solution):
+            asked.to.complete(found)
+        return found
     points: list[Mapping[str, float | bool | str]] = []
     solutions: list[Solution] = []
     complete = True
-    for structural, variant in model.structural_points(asked.experiment):
+    variants = model.structural_points(asked.experiment)
+    if asked.to is not None and len(variants) > 1:
+        raise UsageMistake(
+            f"the experiment sweeps {', '.join(variants[0][0])}: it is {len(variants)} runs, and a file that grows with a run holds one",
+            "give each one value, or write the files behind the runs, without --streamed",
+        )
+    for structural, variant in variants:
         try:
             found = _solve(variant, asked)[2]
         except KeyboardInterrupt:  # while a variant was compiled, or pressed again during its first run
@@ -83,6 +92,8 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
         for point, one in zip(found.points, found.solutions, strict=True):
             points.append({**structural, **point})
             solutions.append(_shown(one, asked, points[-1]))
+        if asked.to is not None and solutions:
+            asked.to.complete(solutions[-1])
         complete = found.complete
         if not complete or found.outcome is Outcome.INTERRUPTED:
             break

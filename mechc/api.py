@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .asking.question import Asked
     from .functions import Functions
     from .runtime.ensembles.result import Ensemble
+    from .runtime.results.streamed import Streamed
     from .runtime.studies.findings import Findings
     from .runtime.studies.kinds.sweep import Runs
     from .runtime.studies.runs.stepwise import Stepper
@@ -36,7 +37,8 @@ class Options(TypedDict, total=False):
     ``sensitivity`` names parameters, initial values and inputs in which the motion is differentiated
     (``Solution.sensitivity``); with ``condition`` the run tells how small changes of its start grow
     (``Solution.condition``); with ``constants`` constants of the motion are found and checked like the energy. ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
-    name of the input; ``progress`` is called with the fraction done.
+    name of the input; ``progress`` is called with the fraction done. ``to``: a CSV, NPZ or JSON file for results that are too many to
+    be kept in memory: it is written while the run goes on, and the rows of the run lie in files beside it.
     """
 
     stop: float | str | None
@@ -53,9 +55,10 @@ class Options(TypedDict, total=False):
     reproducible: bool
     target: Target
     progress: Callable[[float], None] | None
+    to: str | Path | Streamed | None
 
 
-NOT_SEEN = ("sensitivity", "estimate_error", "progress")
+NOT_SEEN = ("sensitivity", "estimate_error", "progress", "to")
 """Options of a run that change nothing on its page."""
 
 

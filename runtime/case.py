@@ -20,8 +20,9 @@ from .functions import Functions
 from .inputs import Table, constant
 from .limits_of_time import check_finite, check_size
 from .outcome import SimulationError
+from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
-from .rows import IN_MEMORY, Storage
+from .rows import IN_MEMORY, Follower, Storage
 from .settings import settable
 from .start.initial import Assembled, assemble
 
@@ -82,11 +83,16 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
         bool, settable("Make a second, tighter run that estimates the error.", "flag")
     ] = True
     dense: bool = True
-    storage: Storage = IN_MEMORY
+    follower: Follower | None = None
     reproducible: Annotated[bool, settable("The same bits on every machine, in C and in Python.", "flag")] = (
         False
     )
     progress: Progress | None = None
+
+    @property
+    def storage(self) -> Storage:
+        """Where the rows of the run lie."""
+        return IN_MEMORY if self.follower is None else self.follower.storage
 
 
 class Case(Struct, frozen=True, eq=False):
@@ -228,8 +234,9 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
             'or stop="10 s" in Python',
         )
     check_finite({n: v for n, v in (("start", start), ("stop", stop)) if getattr(options, n) is None})
-    check_size(problem, start, stop, every, options.points)
-    grid = output_times(start, stop, every, options.points)
+    if options.follower is None:
+        check_size(problem, start, stop, every, options.points)
+    grid = output_times(start, stop, every, options.points, options.storage)
     begin = min(0.0, start)
     tolerance = number("tolerance", options.tolerance)
     tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
@@ -242,27 +249,6 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
     return _TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
-
-
-def output_times(start: float, stop: float, every: float | None, points: int) -> Array:
-    """Times from ``start`` to ``stop``: multiples of ``every`` and the stop, or ``points`` evenly spread."""
-    if not (math.isfinite(start) and math.isfinite(stop)):
-        raise SimulationError("start and stop are finite times")
-    if stop < start:
-        raise SimulationError(f"the stop time {stop:g} lies before the start {start:g}")
-    if stop == start:
-        return np.array([stop], dtype=np.float64)
-    if every is None:
-        if points < 2:
-            raise SimulationError(f"at least 2 output points are needed, not {points}")
-        return np.linspace(start, stop, points)
-    if not every > 0:
-        raise SimulationError(f"the output spacing is positive, it is {every:g}")
-    count = (stop - start) / every
-    times: Array = start + every * np.arange(math.floor(count * (1 + 1e-12)) + 1, dtype=np.float64)
-    if times[-1] > stop or stop - times[-1] < 1e-9 * every:
-        times[-1] = stop
-    return times if times[-1] == stop else np.append(times, stop)
 
 
 def input_values(functions: Functions, tables: Mapping[int, Table], t: float, p: Array, nu: int) -> Array:

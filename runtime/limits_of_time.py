@@ -37,5 +37,6 @@ def check_size(problem: Problem, start: float, stop: float, every: float | None,
         what = f"an output spacing of {every:g}{unit} gives" if every else "this is"
         raise SimulationError(
             f"{what} {rows:.3g} rows of {columns} numbers, {size / 1e9:.3g} GB",
-            help=f"at most {MOST_BYTES / 1e9:g} GB are kept: every = {least:.2g}{unit} or more",
+            help=f"at most {MOST_BYTES / 1e9:g} GB are kept: every = {least:.2g}{unit} or more; a file takes all of them, "
+            'with --output motion.csv --streamed, or to="motion.csv" in Python',
         )

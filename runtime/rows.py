@@ -24,6 +24,22 @@ class Storage(Protocol):
     def empty(self, *shape: int) -> Array: ...
 
 
+class Follower(Protocol):
+    """Whoever writes the results of a run down while it goes on, and says where its rows lie."""
+
+    @property
+    def storage(self) -> Storage: ...
+
+    def begin(self, case: Any, y: Array) -> None:
+        """Be told that a run begins, of which the states will be ``y``; the one before is forgotten."""
+
+    def follow(self, t: Array, y: Array, z: Array | None) -> None:
+        """Take further rows of the results."""
+
+    def finish(self, table: Any, y: Array) -> None:
+        """Take all rows of the run that counts."""
+
+
 class Memory:
     """Arrays in memory."""
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..runtime.studies.study import Study
 from ..runtime.studies.table import kind_of
 from ..suggest import closest, setting_meant
 from .given_values import TARGETS, UsageMistake, one_of
 
-AROUND = ("experiment", "inputs", "target", "progress")
+if TYPE_CHECKING:
+    from ..runtime.results.streamed import Streamed
+
+AROUND = ("experiment", "inputs", "target", "progress", "to")
 
 
 def check_around(given: Mapping[str, Any]) -> None:
@@ -44,3 +48,28 @@ def unknown_setting(question: type[Study], name: str, known: Sequence[str]) -> U
         + f"values of the model are given as set={{'{name}': ...}}; the options are "
         + ", ".join((*AROUND, *known)),
     )
+
+
+def around_of(question: type[Study], given: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
+    """Take out what stands around a question whose settings are ``known``; some have one that is called ``to``. Raises
+    UsageMistake, ResultsFileError."""
+    check_around(given)
+    around = {n: given[n] for n in AROUND if given.get(n) is not None and (n != "to" or n not in known)}
+    return around | ({"to": file_of(question, around["to"], given)} if "to" in around else {})
+
+
+def file_of(question: type[Study], to: Any, given: Mapping[str, Any]) -> Streamed:
+    """Return the file that a run writes while it goes on. Raises UsageMistake, ResultsFileError."""
+    from ..runtime.results.streamed import Streamed
+    from ..runtime.studies.runs.simulate import Run
+
+    if not issubclass(question, Run):
+        raise UsageMistake(
+            "'to' is for a run: this question has no points that it could write", "leave it out"
+        )
+    if given.get("sensitivity"):
+        raise UsageMistake(
+            "derivatives of a motion are known at its end only, and are no columns of a file that grows with the run",
+            "write the file behind the run: --output without --streamed, solution.save(path) in Python",
+        )
+    return to if isinstance(to, Streamed) else Streamed(Path(to))

@@ -28,7 +28,7 @@ from ..runtime.settings import (
     settings_of,
 )
 from ..runtime.studies.study import Study
-from .common_settings import AROUND, check_around, unknown_setting
+from .common_settings import AROUND, around_of, unknown_setting
 from .ensemble_settings import OF_ENSEMBLES
 from .formulas import apart, in_momenta, is_value, output_of, settable_units, sides
 from .given_values import (
@@ -51,7 +51,7 @@ class Asked(Struct, frozen=True):
     """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
 
     ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
-    what runs it: compiled C, Python, or C where there is a compiler.
+    what runs it: compiled C, Python, or C where there is a compiler; ``to`` is the file (``Streamed``) that a run grows.
     """
 
     question: type[Study]
@@ -60,6 +60,7 @@ class Asked(Struct, frozen=True):
     inputs: Mapping[str, str | Path] = field(default_factory=dict)
     target: Target = "auto"
     progress: Progress | None = None
+    to: Any = None
 
     def changed(self, **settings: object) -> Asked:
         """Return the same question with other settings."""
@@ -76,10 +77,9 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     for name in given:
         if name not in known and name not in AROUND:
             raise unknown_setting(question, name, known)
-    check_around(given)
     lists = {s.name for s in settings if s.kind == "kept"}
     given = {n: ", ".join(w) if n in lists and isinstance(w, (list, tuple)) else w for n, w in given.items()}
-    around = {name: given[name] for name in AROUND if given.get(name) is not None}
+    around = around_of(question, given, known)
     return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
 
 
@@ -89,14 +89,13 @@ def study(it: Asked, problem: Problem, values: Mapping[str, float]) -> Study:
     ``values`` are those of the model that were changed.
     """
     kinds = {setting.name: setting for setting in settings_of(it.question)}
-    settings: dict[str, Any] = {
-        name: _READ[kinds[name].kind](kinds[name], what, problem) for name, what in it.given.items()
-    }
+    settings: dict[str, Any] = {n: _READ[kinds[n].kind](kinds[n], w, problem) for n, w in it.given.items()}
     return it.question(
         experiment=it.experiment,
         values=values,
         inputs=_tables(problem, it.inputs),
         progress=it.progress,
+        follower=it.to,
         **settings,
     )
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .ensemble import FORMATS, ensemble_options, is_ensemble
+from .files_of_runs import beside, check_streamed, plot, show_motion, streamed_to, write
 from .options import (
     MOVING,
     RESULTS,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
     from ..api import Model
     from ..display import Display
+    from ..runtime.results.streamed import Streamed
     from ..runtime.studies.kinds.sweep import Runs
     from ..solution import Solution
 
@@ -62,6 +64,11 @@ if TYPE_CHECKING:
     metavar="FILE",
     callback=ending((*RESULTS, *FORMATS), "results"),
     help="Write results as CSV, NPZ or JSON; of many runs also as .nc, .zarr, .parquet.",
+)
+@click.option(
+    "--streamed",
+    is_flag=True,
+    help="Write the results while the run goes on, and keep none of its points in memory.",
 )
 @click.option(
     "--sensitivity",
@@ -158,6 +165,8 @@ def command(file: str, **given: Any) -> int:
 
             show_warnings(model)
             note_bare_angles(model, given["settings"])
+        if given["streamed"]:
+            check_streamed(given["output"], curve=model.is_curve, many=is_ensemble(given, model))
         if model.is_curve:
             from .curve import run_curve
 
@@ -210,7 +219,11 @@ def _run_all(
     code = 0
     for experiment in experiments:
         try:
-            sweep = _run_one(model, given, experiment)
+            many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
+            streamed = (
+                streamed_to(beside(given["output"], many), names, display) if given["streamed"] else None
+            )
+            sweep = _run_one(model, given, experiment, streamed)
         except KeyboardInterrupt:
             if experiment is experiments[0]:
                 raise
@@ -228,25 +241,27 @@ def _run_all(
             objects += _objects(sweep, names)
         elif not given["quiet"]:
             _print_report(sweep, names, first=experiment is experiments[0])
-        many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
         for i, solution in enumerate(sweep.solutions, start=1):
             digits = len(str(len(sweep.solutions)))  # so that names sort as the runs do
             addition = many + (f"-{i:0{digits}}" if len(sweep.solutions) > 1 else "")
             if solution.failure is not None and not alone and not given["as_json"]:
                 _print_failure(solution)
-            if given["output"]:
-                _write(solution, _beside(given["output"], addition), names, display, quiet=given["quiet"])
+            if given["streamed"]:
+                if not given["quiet"]:
+                    click.echo(f"wrote {beside(given['output'], many)}", err=True)
+            elif given["output"]:
+                write(solution, beside(given["output"], addition), names, display, quiet=given["quiet"])
             if given["plot"] is not None:
                 picture = given["plot"] or f"{Path(file).stem}.png"
-                _plot(
+                plot(
                     solution,
-                    _beside(picture, addition),
+                    beside(picture, addition),
                     given["pictured"],
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
             if given["animate"] or given["snapshot"]:
-                _show_motion(solution, file, addition, given)
+                show_motion(solution, file, addition, given)
         code = code_of(outcomes)
         if not sweep.complete:
             code = INTERRUPTED
@@ -262,7 +277,9 @@ def _run_all(
     return code
 
 
-def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Runs[Solution]:
+def _run_one(
+    model: Model, given: dict[str, Any], experiment: str | None, streamed: Streamed | None
+) -> Runs[Solution]:
     from ..presentation.progress import Progress
 
     with Progress(model.name, quiet=given["quiet"]) as progress:
@@ -282,6 +299,7 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
             reproducible=given["reproducible"],
             target=given["target"],
             progress=progress,
+            to=streamed,
         )
 
 
@@ -338,51 +356,3 @@ def _print_failure(solution: Solution) -> None:
     from ..presentation.style import style_for
 
     click.echo(render_failure(solution, style_for(sys.stderr)), err=True, color=True)
-
-
-def _beside(file: str, addition: str) -> Path:
-    """Put the name of an experiment before the ending of a file."""
-    path = Path(file)
-    return path.with_name(f"{path.stem}{addition}{path.suffix}")
-
-
-def _write(solution: Solution, path: Path, names: list[str], display: Display | None, *, quiet: bool) -> None:
-    """Write results in SI, or in the units of --display."""
-    solution.save(path, names or None, display.in_units if display else None)
-    if not quiet:
-        click.echo(f"wrote {path}", err=True)
-
-
-def _show_motion(solution: Solution, file: str, addition: str, given: dict[str, Any]) -> None:
-    """Write the moving picture and the stroboscopic one that were asked for."""
-    from ..asking.given_values import UsageMistake
-    from ..presentation.animation import animate, snapshot
-
-    written: list[Path] = []
-    if given["animate"]:
-        written.append(_beside(given["animate"], addition))
-        animate(solution, written[-1])
-    if given["snapshot"]:
-        try:
-            times = [float(part) for part in given["snapshot"].split(",")]
-        except ValueError:
-            raise UsageMistake(
-                f"'{given['snapshot']}' is no list of times", "as in --snapshot 0,0.5,1, in seconds"
-            ) from None
-        written.append(_beside(f"{Path(file).stem}_snapshot.png", addition))
-        snapshot(solution, written[-1], times)
-    if not given["quiet"]:
-        for path in written:
-            click.echo(f"wrote {path}", err=True)
-
-
-def _plot(solution: Solution, path: Path, names: list[str], *, window: bool, quiet: bool) -> None:
-    """Open a window if that is wanted and possible, else write the picture."""
-    from ..presentation.plots import has_display, save, show
-
-    if window and has_display():
-        show(solution, names)
-        return
-    save(solution, path, names)
-    if not quiet:
-        click.echo(f"wrote {path}", err=True)

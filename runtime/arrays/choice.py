@@ -96,7 +96,7 @@ def _finding(name: str) -> Callable[[], Any]:
 
 def _or_by_numpy(function: Callable[..., Any], find: Callable[[], Any]) -> Callable[..., Any]:
     """Let NumPy do what a function does not know; ``find`` gives its function."""
-    from .plain import NotPlain
+    from .plain import NotPlain, Plain
 
     @wraps(function)
     def call(*arguments: Any, **options: Any) -> Any:
@@ -107,7 +107,8 @@ def _or_by_numpy(function: Callable[..., Any], find: Callable[[], Any]) -> Calla
             TypeError,
             AttributeError,
         ):  # others for an option or an argument that only NumPy takes
-            return find()(*arguments, **options)
+            shared = {n: w.numpy() if isinstance(w, Plain) else w for n, w in options.items()}  # out=
+            return find()(*arguments, **shared)
 
     return call
 

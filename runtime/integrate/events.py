@@ -10,6 +10,7 @@ from msgspec import Struct, field
 from ..arrays.choice import np
 from ..native import kernel as native
 from ..problem import Array, Problem
+from ..rows import IN_MEMORY, Storage, slices
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -157,19 +158,37 @@ class EventRecord:
         found[later] = self._side(1, last[later])[:, ny:]
         return found
 
-    def merged(self, t: Array, y: Array, ny: int) -> tuple[Array, Array, Array]:
+    def merged(self, t: Array, y: Array, storage: Storage = IN_MEMORY) -> tuple[Array, Array, Array]:
         """Give times, states and discrete variables of the grid with both sides of each instant."""
-        kept = ~np.isin(t, self.times)
-        t, m = t[kept], len(self.times)
-        rows = np.arange(len(t)) + 2 * np.searchsorted(self.times, t)
-        places = 2 * np.arange(m) + np.searchsorted(t, self.times)
-        times, states = np.empty(len(t) + 2 * m), np.empty((len(t) + 2 * m, ny))
-        modes = np.empty((len(times), self.grid_z.shape[1]))
-        times[rows], states[rows], modes[rows] = t, y[kept], self.grid_z[kept]
-        for k, side in enumerate((self.before, self.after)):
-            times[places + k], states[places + k], modes[places + k] = self.times, side[:, :ny], side[:, ny:]
+        assert not isinstance(self._sides, _Merged)
+        times, states, modes, places = merged(t, y, self.grid_z, self.times, self._sides, storage)
         self._sides = _Merged(states, modes, places)
         return times, states, modes
+
+
+def merged(
+    t: Array, y: Array, z: Array, instants: Array, sides: Array, storage: Storage = IN_MEMORY
+) -> tuple[Array, Array, Array, NDArray[np.intp]]:
+    """Give times, states and discrete variables of rows of the grid with both ``sides`` [m, 2(ny + nz)] of each of the
+    ``instants`` [m], and the row before each of these."""
+    ny, nz, m = y.shape[1], z.shape[1], len(instants)
+    places = np.searchsorted(t, instants)
+    met = places[places < len(t)]
+    met = met[t[met] == instants[: len(met)]]
+    met = met[np.diff(np.append(met, len(t))) > 0]  # rows of the grid that are instants, each once
+    count = len(t) - len(met) + 2 * m
+    times, states, modes = storage.empty(count), storage.empty(count, ny), storage.empty(count, nz)
+    done = 0
+    for rows in slices(len(t), t, y, z, times, states, modes):
+        kept = rows.start + np.flatnonzero(~np.isin(t[rows], t[met]))
+        to = done + np.arange(len(kept)) + 2 * np.searchsorted(instants, t[kept])
+        times[to], states[to], modes[to] = t[kept], y[kept], z[kept]
+        done += len(kept)
+    places = 2 * np.arange(m) + places - np.searchsorted(met, places)
+    for k in range(2):
+        side = sides[:, k * (ny + nz) : (k + 1) * (ny + nz)]
+        times[places + k], states[places + k], modes[places + k] = instants, side[:, :ny], side[:, ny:]
+    return times, states, modes, places
 
 
 class _Merged(Struct, frozen=True, eq=False):

@@ -16,8 +16,9 @@ from ..native import kernel as native
 from ..native.kernel import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
-from ..rows import AT_ONCE, Passing, passed
+from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices
 from .event_log import EventLog
+from .events import merged
 from .interruption import noted_interruptions
 from .kernel_failure import kernel_failure
 from .solver import Solver
@@ -49,7 +50,7 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             options.tolerance,
             options.atol,
             options.step or 0.0,
-            options.storage if reader is None else Passing(),
+            Passing() if reader else options.follower.storage if options.follower else IN_MEMORY,
             dense=options.dense,
         ) as solver,
         noted_interruptions() as interrupted,
@@ -57,9 +58,10 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
         record = _Record(solver, min(options.dense_kept, DENSE_LIMIT)) if options.dense else None
         log = EventLog(solver, problem) if problem.hybrid is not None else None
         heard = _listen(solver, reader)
-        status = _advance(solver, case, options, record, log, interrupted)
+        told = None if options.follower is None else _Told(solver, case, options.follower)
+        status = _advance(solver, case, options, record, log, told, interrupted)
         report, y = solver.report()
-        t, rows, z = _written(solver, status, reader, heard)
+        t, rows, z = _written(solver, status, reader, heard, options)
         happened, ended = None, ""
         if log is not None:
             assert z is not None
@@ -79,7 +81,11 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
 
 
 def _written(
-    solver: Solver, status: Status, reader: Reader | None, heard: Callable[[int], None] | None
+    solver: Solver,
+    status: Status,
+    reader: Reader | None,
+    heard: Callable[[int], None] | None,
+    options: SolverOptions,
 ) -> tuple[Array, Array, Array | None]:
     """Give times, states and discrete variables of all rows with the point where a run stopped; the last row, where the
     others were read already."""
@@ -90,7 +96,11 @@ def _written(
     if reader is None or heard is None:
         times = t[:count]
         if early:
-            count, times = solver.add_last(count), np.append(times, report.t)
+            count = solver.add_last(count)
+            times = (options.follower.storage if options.follower else IN_MEMORY).empty(count)
+            for rows in slices(count - 1, t, times):
+                times[rows] = t[rows]
+            times[-1] = report.t
         return times, y[:count], None if z is None else z[:count]
     if early:
         heard(count)
@@ -130,6 +140,7 @@ def _advance(
     options: SolverOptions,
     record: _Record | None,
     log: EventLog | None,
+    told: _Told | None,
     interrupted: Callable[[], bool],
 ) -> Status:
     """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
@@ -150,6 +161,8 @@ def _advance(
             break
         else:
             size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
+        if told is not None:
+            told.go_on()
         if options.progress is not None:
             options.progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
     return status
@@ -162,6 +175,34 @@ def _steps_left(options: SolverOptions, report: native.ReportStruct) -> float:
     if look is None or report.steps > look or (report.steps == look and math.isnan(report.stiff_time)):
         return left
     return min(left, look - report.steps)
+
+
+class _Told:
+    """Tells a follower of the rows of a run that nothing changes any more."""
+
+    def __init__(self, solver: Solver, case: Case, follower: Follower) -> None:
+        self._solver, self._follower = solver, follower
+        self._done = self._instants = 0
+        follower.begin(case, solver.rows[1])
+
+    def go_on(self) -> None:
+        """Tell of the rows before the present time: what happens at it may not be at its end."""
+        report, _ = self._solver.report()
+        t, y, z = self._solver.rows
+        end = int(np.searchsorted(t[: report.n_grid], report.t))
+        while self._done < end:
+            rows = slice(self._done, min(self._done + AT_ONCE, end))
+            if z is None:
+                self._follower.follow(t[rows], y[rows], None)
+            else:
+                instants = self._solver.instants
+                until = t[rows.stop] if rows.stop < end else report.t
+                last = int(np.searchsorted(instants[:, 0], until))
+                new = instants[self._instants : last]
+                self._follower.follow(*merged(t[rows], y[rows], z[rows], new[:, 0], new[:, 1:])[:3])
+                self._instants = last
+            self._done = rows.stop
+            passed(t, y, z)
 
 
 class _Record:
@@ -202,7 +243,7 @@ class PolynomialsAgain:
 
     def __init__(self, case: Case, options: SolverOptions) -> None:
         self._case = case
-        self._options = replace(options, dense_kept=math.inf, progress=None)
+        self._options = replace(options, dense_kept=math.inf, progress=None, follower=None)
         self._found: Callable[[Array], Array] | None = None
 
     def __call__(self, t: Array) -> Array:

@@ -147,6 +147,11 @@ class Solver:
         """Times, states and, where something switches, discrete variables of the grid, as far as they are written."""
         return self._arrays["grid"], self._arrays["grid_y"], self._arrays.get("grid_z")
 
+    @property
+    def instants(self) -> Array:
+        """What was noted at instants so far: time, both sides of states and discrete variables."""
+        return self._instants[: self._n_instants + self.report()[0].n_instants]
+
     def listen(self, listener: Callable[[int], None], every: int) -> None:
         """Have ``listener`` called with the number of rows that are written, whenever there are about ``every`` more."""
         self._listener = native.LISTENER(listener)

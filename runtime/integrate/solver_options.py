@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from ..case import Progress
 from ..problem import Array
-from ..rows import IN_MEMORY, Storage
+from ..rows import Follower
 
 
 class SolverOptions(Struct, frozen=True, eq=False):
@@ -29,7 +29,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     reproducible: bool = False
     progress: Progress | None = None
     dense_kept: float = math.inf
-    storage: Storage = IN_MEMORY
+    follower: Follower | None = None
 
     @property
     def atol(self) -> Array:

@@ -278,7 +278,7 @@ def _slopes(
         there = values_of(case, listed, times, states, held)
         change = np.abs(there.reshape(n, 2, len(which), -1) - here[:, None, None, :]).max(axis=1)
         width = step[:, part, None]
-        np.divide(change, width, out=slopes[:, part], where=width > 0)
+        slopes[:, part] = np.divide(change, width, out=np.zeros(change.shape), where=width > 0)
     return slopes
 
 

@@ -92,7 +92,7 @@ class Table:
     def __init__(
         self, case: Case, t: Array, y: Array, z: Array | None = None, storage: Storage = IN_MEMORY
     ) -> None:
-        self._case, self._storage = case, storage
+        self.case, self._storage = case, storage
         self.t, self.y, self.z = t, y, z
         self._problem = problem = case.problem
         own = sum(quantity.kind != "mode" for quantity in problem.discretes)
@@ -104,29 +104,33 @@ class Table:
     @cached_property
     def outputs(self) -> Array:
         if len(self) <= AT_ONCE:
-            return evaluate_rows(self._case, "outputs", self.t, self.y, self.z)
+            return evaluate_rows(self.case, "outputs", self.t, self.y, self.z)
         return self._filled(self._widths[1], self._computed)
 
     @cached_property
     def inputs(self) -> Array:
         if len(self) <= AT_ONCE:
-            return input_rows(self._case, self.t)
-        return self._filled(self._widths[2], lambda rows: input_rows(self._case, self.t[rows]))
+            return input_rows(self.case, self.t)
+        return self._filled(self._widths[2], lambda rows: input_rows(self.case, self.t[rows]))
 
     @cached_property
     def discretes(self) -> Array:
         own = self._widths[3]
-        return np.broadcast_to(self._case.z[:own], (len(self), own)) if self.z is None else self.z[:, :own]
+        return np.broadcast_to(self.case.z[:own], (len(self), own)) if self.z is None else self.z[:, :own]
 
     def parts(self) -> Iterator[tuple[slice, Array]]:
         """Give slices of the rows, with the outputs in each."""
         for rows in slices(len(self), self.t, self.y, self.z, vars(self).get("outputs")):
             yield rows, self.outputs_at(rows)
 
+    def part(self, rows: slice) -> Table:
+        """Give the same of some rows."""
+        return Table(self.case, self.t[rows], self.y[rows], None if self.z is None else self.z[rows])
+
     def rows(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
         """Give all columns of some rows."""
         outputs = self.outputs_at(rows)
-        inputs = input_rows(self._case, self.t[rows])
+        inputs = input_rows(self.case, self.t[rows])
         return np.hstack([self.y[rows], outputs, inputs, self.discretes[rows]])
 
     def index(self, name: str) -> int:
@@ -150,7 +154,7 @@ class Table:
 
     def _computed(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
         z = None if self.z is None else self.z[rows]
-        return evaluate_rows(self._case, "outputs", self.t[rows], self.y[rows], z)
+        return evaluate_rows(self.case, "outputs", self.t[rows], self.y[rows], z)
 
     def _filled(self, width: int, values: Callable[[slice], Array]) -> Array:
         filled = self._storage.empty(len(self), width)

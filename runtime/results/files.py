@@ -1,20 +1,23 @@
 """Results in files: CSV, NPZ and JSON, with units in the headers (``theta [rad]``), and back.
 
 Each format gives the same numbers back, bit for bit. CSV holds the numbers only; NPZ and JSON also hold the
-report of the run. A file appears whole or not at all.
+report of the run. A file appears whole or not at all. Columns are looked at in slices: they may lie in files (``rows.py``).
 """
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, BinaryIO, TextIO
+
+from msgspec import Struct
 
 from ..arrays.choice import np
 from ..problem import Array
-from .quantities import Results, header
+from ..rows import slices
+from .quantities import Display, Results, header
 
 REPORT = "report"
 FORMATS = (".csv", ".npz", ".json")
@@ -25,18 +28,22 @@ class ResultsFileError(ValueError):
 
 
 def write_results(
-    path: Path, columns: Mapping[str, tuple[str, Array]], report: Mapping[str, Any] | None
+    path: Path,
+    columns: Mapping[str, tuple[str, Array]],
+    report: Mapping[str, Any] | None,
+    display: Display | None = None,
 ) -> None:
-    _check_format(path)
-    headed = {header(name, unit): values for name, (unit, values) in columns.items()}
+    """Write columns by name, with their units; in those of ``display`` where that is given."""
+    check_format(path)
+    headed: dict[str, _Column] = {}
+    for name, (unit, values) in columns.items():
+        shown, factor = display(name, unit) if display else (unit, 1.0)
+        headed[header(name, shown)] = _Column(values, factor)
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         if path.suffix.lower() == ".npz":
-            import json
-
             with partial.open("xb") as binary:
-                text = np.array(json.dumps(report))
-                np.savez_compressed(binary, allow_pickle=False, **{**headed, REPORT: text})
+                _write_npz(binary, headed, report)
         else:
             with partial.open("x", newline="", encoding="utf-8") as file:
                 _write_csv(file, headed) if path.suffix.lower() == ".csv" else _write_json(
@@ -54,7 +61,7 @@ def write_results(
 def read_results(path: Path | str) -> Results:
     """Read what ``save`` wrote. Raises ``ResultsFileError`` and ``OSError``."""
     path = Path(path)
-    _check_format(path)
+    check_format(path)
     try:
         headed, report = {".csv": _read_csv, ".npz": _read_npz, ".json": _read_json}[path.suffix.lower()](
             path
@@ -77,7 +84,7 @@ def json_number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _check_format(path: Path) -> None:
+def check_format(path: Path) -> None:
     if path.suffix.lower() not in FORMATS:
         raise ResultsFileError(f"results are written as {', '.join(FORMATS)}, not '{path.name}'")
 
@@ -88,13 +95,48 @@ def _split(text: str) -> tuple[str, str]:
     return (name, unit.removesuffix("]")) if blank else (text, "")
 
 
-def _write_csv(file: TextIO, headed: Mapping[str, Array]) -> None:
+class _Column(Struct, frozen=True, eq=False):
+    """Values, and the factor to the unit in which they are written."""
+
+    values: Array
+    factor: float
+
+    def slices(self) -> Iterator[Array]:
+        for rows in slices(len(self.values), self.values):
+            yield self.rows(rows)
+
+    def rows(self, rows: slice) -> Array:
+        return self.values[rows] if self.factor == 1.0 else self.values[rows] * self.factor
+
+
+def _write_csv(file: TextIO, headed: Mapping[str, _Column]) -> None:
     import csv
 
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(headed)
-    for row in np.column_stack(list(headed.values())).tolist():
-        writer.writerow([repr(value) for value in row])
+    csv.writer(file, lineterminator="\n").writerow(headed)
+    columns = list(headed.values())
+    for rows in slices(len(columns[0].values), *(column.values for column in columns)):
+        file.writelines(csv_lines(np.column_stack([column.rows(rows) for column in columns])))
+
+
+def csv_lines(block: Array) -> Iterator[str]:
+    """Give a line for each row of numbers; ``repr`` gives the same bits back."""
+    return (",".join(map(repr, row)) + "\n" for row in block.tolist())
+
+
+def _write_npz(file: BinaryIO, headed: Mapping[str, _Column], report: Mapping[str, Any] | None) -> None:
+    """Write what ``numpy.savez_compressed`` would."""
+    import json
+    from zipfile import ZIP_DEFLATED, ZipFile
+
+    with ZipFile(file, "w", compression=ZIP_DEFLATED, allowZip64=True) as archive:
+        for text, column in headed.items():
+            with archive.open(f"{text}.npy", "w", force_zip64=True) as member:
+                described = {"descr": "<f8", "fortran_order": False, "shape": (len(column.values),)}
+                np.lib.format.write_array_header_1_0(member, described)
+                for values in column.slices():
+                    member.write(np.ascontiguousarray(values, dtype="<f8").tobytes())
+        with archive.open(f"{REPORT}.npy", "w", force_zip64=True) as member:
+            np.lib.format.write_array(member, np.array(json.dumps(report)), allow_pickle=False)
 
 
 def _read_csv(path: Path) -> tuple[dict[str, Array], None]:
@@ -117,12 +159,20 @@ def _read_npz(path: Path) -> tuple[dict[str, Array], dict[str, Any] | None]:
     return headed, report
 
 
-def _write_json(file: TextIO, headed: Mapping[str, Array], report: Mapping[str, Any] | None) -> None:
+def _write_json(file: TextIO, headed: Mapping[str, _Column], report: Mapping[str, Any] | None) -> None:
+    """Write the object {report, values} as ``json.dump`` would."""
     import json
 
-    values = {text: [json_number(value) for value in array.tolist()] for text, array in headed.items()}
-    json.dump({REPORT: report, "values": values}, file, allow_nan=False, ensure_ascii=False)
-    file.write("\n")
+    def text(what: object) -> str:
+        return json.dumps(what, allow_nan=False, ensure_ascii=False)
+
+    file.write(f'{{"{REPORT}": {text(report)}, "values": {{')
+    for k, (head, column) in enumerate(headed.items()):
+        file.write(f"{', ' if k else ''}{text(head)}: [")
+        for i, values in enumerate(column.slices()):
+            file.write((", " if i else "") + text([json_number(value) for value in values.tolist()])[1:-1])
+        file.write("]")
+    file.write("}}\n")
 
 
 def _read_json(path: Path) -> tuple[dict[str, Array], dict[str, Any] | None]:

@@ -182,7 +182,7 @@ class Results(Mapping[str, Array]):
         """Write a CSV, NPZ or JSON file, by the end of its name."""
         from .files import write_results
 
-        write_results(Path(path), self.columns(names, display), self.report)
+        write_results(Path(path), self.columns(names), self.report, display)
 
 
 def _interpolated(t: Array, values: Array, at: Array) -> Array:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...case import part_of
-from ...outcome import Outcome, worst
+from ...outcome import Outcome, SimulationError, worst
 from ...problem import Problem
 from ...results.solution import Solution
 from ..runs.simulate import Run, is_as_stated, run
@@ -56,6 +56,11 @@ class Sweep(Run, frozen=True, kw_only=True):
         points: list[dict[str, float | bool | str]] = []
         solutions: list[Solution] = []
         count = math.prod(len(axis) for axis in axes.values())
+        if self.follower is not None and axes:
+            raise SimulationError(
+                f"the experiment sweeps {', '.join(axes)}: it is {count} runs, and a file that grows with a run holds one",
+                help="give each one value, or write the files behind the runs, without --streamed",
+            )
         for k, row in enumerate(itertools.product(*axes.values())):
             point = dict(zip(axes, row, strict=True))
             progress = part_of(self.progress, k / count, (k + 1) / count)

@@ -93,7 +93,7 @@ def trajectory_of(
         dense_kept=math.inf if problem.narrow or problem.constraints else DENSE_KEPT,
         reproducible=plan.options.reproducible,
         progress=progress,
-        storage=plan.options.storage,
+        follower=plan.options.follower if reader is None else None,
     )
     return run(plan.case, options, reader)
 

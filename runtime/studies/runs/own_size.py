@@ -74,7 +74,7 @@ def _reached(run: Trajectory) -> Array:
     reached = np.zeros(run.y.shape[1])
     for part in slices(len(run.y), run.y):
         rows = np.abs(run.y[part])
-        np.maximum(reached, np.where(np.isfinite(rows), rows, 0.0).max(axis=0), out=reached)
+        reached = np.maximum(reached, np.where(np.isfinite(rows), rows, 0.0).max(axis=0))
     return reached
 
 

@@ -168,6 +168,13 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
     outcome, message = _outcome(problem, main)
+    times, states, happened = main.t, main.y, main.happened
+    modes: Array | None = None
+    if happened is not None:
+        times, states, modes = happened.merged(main.t, main.y, options.storage)
+    table = Table(case, times, states, modes, options.storage)
+    if options.follower is not None:
+        options.follower.finish(table, main.y)
     estimated = Estimated("no companion run was asked for")
     if options.estimate_error and outcome in ENDED:
         listed = checks(problem, as_stated=as_stated)
@@ -176,11 +183,6 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
         estimated = Estimated("no companion run was made, as the run did not complete")
-    times, states, happened = main.t, main.y, main.happened
-    modes: Array | None = None
-    if happened is not None:
-        times, states, modes = happened.merged(main.t, main.y, problem.ny)
-    table = Table(case, times, states, modes, options.storage)
     failure = main.failure
     if outcome is Outcome.COMPLETED:
         failure = undefined_energy(problem, table)
