@@ -6,12 +6,13 @@ from collections.abc import Collection, Iterator
 
 from msgspec.structs import replace
 
-from ..flat.model import Apply, Derivative, Expression, FlatModel, Name, Query
+from ..flat.model import Apply, Derivative, Expression, FlatModel, Name, Query, Role
 from ..flat.operands import children, stated
 
 ENERGIES = frozenset({"energy", "kinetic_energy", "potential_energy", "power"})
 JUMPING = frozenset({"sign", "floor", "ceil", "mod", "div", "less", "less_equal", "greater", "greater_equal", "equal",
                      "not_equal", "and", "or", "not", "sample", "initial"})  # fmt: skip
+KINKS = ("abs", "min", "max", "clamp", "deadzone")
 RATES = frozenset({"vel", "vel_at", "angvel"})
 
 
@@ -65,6 +66,7 @@ class Facts:
         self._values = {d.name: d.value for d in model.definitions if d.value is not None}
         self._within: dict[str, frozenset[str]] = {}
         self.defined = frozenset(self._values)
+        self._fixed = frozenset(v.name for v in model.variables if v.role is Role.PARAMETER)
 
     def within(self, *roots: Expression) -> frozenset[str]:
         """Return the names, functions (``f()``), questions (``f?``) and ``der`` in expressions and in what they name."""
@@ -92,6 +94,11 @@ class Facts:
             self._within[name] = self.within(value)
         return self._within[name]
 
+    def constant(self, value: Expression) -> bool:
+        """Whether a value is a formula of parameters alone."""
+        known = self._fixed | self.defined | {"Literal", "Array", "Element"}
+        return all(n in known or n.endswith("()") for n in self.within(value))
+
     def moves(self, *roots: Expression) -> bool:
         """Whether expressions hold rates."""
         inside = self.within(*roots)
@@ -101,3 +108,7 @@ class Facts:
         """Whether expressions hold conditions or steps."""
         inside = self.within(*roots)
         return bool(inside & {"Select", *(f"{f}()" for f in JUMPING)})
+
+    def bends(self, *roots: Expression) -> bool:
+        """Whether expressions hold kinks, conditions or steps."""
+        return self.jumps(*roots) or bool(self.within(*roots) & {f"{f}()" for f in KINKS})

@@ -7,7 +7,7 @@ from random import Random
 from msgspec.structs import replace
 
 from ..flat import types
-from ..flat.model import Derivative, Energy, Expression, FlatModel, Load, Role
+from ..flat.model import Derivative, Energy, Expression, FlatModel, Load
 from .asked import ENERGIES, Facts, defined_by, felt
 from .rewriting import apply, dotted, half, measured, negative, number, product, squared, undrawn
 from .twin import NotApplicable, Seen, Twin
@@ -74,9 +74,8 @@ def bodies_as_energies(model: FlatModel, seen: Seen | None, random: Random) -> T
     if felt(model, ENERGIES | BODIES):
         raise NotApplicable("its motion feels its own energies or bodies")
     facts = Facts(model)
-    fixed = {v.name for v in model.variables if v.role is Role.PARAMETER}
-    masses = tuple(m for m in model.masses if _constant(facts, m.value, fixed))
-    inertias = tuple(i for i in model.inertias if _constant(facts, i.value, fixed))
+    masses = tuple(m for m in model.masses if facts.constant(m.value))
+    inertias = tuple(i for i in model.inertias if facts.constant(i.value))
     if not masses and not inertias:
         raise NotApplicable("there is no mass or inertia that is constant")
     changing = replace(model, masses=masses, inertias=inertias)
@@ -122,10 +121,3 @@ def energy_of_weights(model: FlatModel) -> list[Expression]:
             place = apply("pos", measured(model, "length", (model.space,)), mass.at)
             found.append(negative(product(mass.value, dotted(mass.gravity, place))))
     return found
-
-
-def _constant(facts: Facts, value: Expression, fixed: set[str]) -> bool:
-    """Whether a value is a formula of parameters alone."""
-    plain = {"Literal", "Array", "Element"}
-    inside = facts.within(value)
-    return all(n in fixed or n in plain or n in facts.defined or n.endswith("()") for n in inside)

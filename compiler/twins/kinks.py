@@ -7,10 +7,9 @@ from random import Random
 from ..flat import types
 from ..flat.model import Apply, Element, Expression, FlatModel
 from ..flat.subscripts import subscripts
+from .asked import KINKS
 from .rewriting import choice, compared, negative, number, rewritten, total, undrawn
 from .twin import NotApplicable, Seen, Twin
-
-KINKS = ("abs", "min", "max", "clamp", "deadzone")
 
 
 def kinks_by_choice(model: FlatModel, seen: Seen | None, random: Random) -> Twin:

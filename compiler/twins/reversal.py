@@ -65,6 +65,8 @@ def _refuse(model: FlatModel) -> None:
         raise NotApplicable("a force acts along the answer to a question")
     inputs = {v.name for v in model.variables if v.role is Role.INPUT}
     facts = Facts(model)
+    if any(facts.bends(c.left, c.right) for c in model.constraints):
+        raise NotApplicable("what a bend of a constraint takes has no way back")
     if any(facts.within(d.value) & inputs for d in model.drives):
         raise NotApplicable("an input drives it")
 

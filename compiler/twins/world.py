@@ -25,7 +25,7 @@ from ..flat.model import (
     Query,
 )
 from ..flat.operands import children
-from .asked import defined_by, felt
+from .asked import Facts, defined_by, felt
 from .rewriting import apply, everywhere, measured, number, total, undrawn, with_operands
 from .twin import NotApplicable, Seen, Twin
 
@@ -47,8 +47,16 @@ def turned_world(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     if felt(model, WEIGHED):
         raise NotApplicable("its motion feels its potential energy, whose zero is moved")
     turned = _Turned(model, seen, random)
-    apart = APART | defined_by(model, WEIGHED)
+    apart = APART | defined_by(model, WEIGHED) | _brought_by_weights(model)
     return Twin("turned world", "the world turned and moved", turned.model(), apart)
+
+
+def _brought_by_weights(model: FlatModel) -> frozenset[str]:
+    """Return the accounts of energy where a weight changes: what that brings depends on the height above the world."""
+    facts = Facts(model)
+    weights = ((m.value, m.gravity) for m in model.masses if m.gravity is not None)
+    changes = any(not facts.constant(e) for weight in weights for e in weight)
+    return frozenset({"energy.supplied", "energy.dissipated"}) if changes else frozenset()
 
 
 def _reach(model: FlatModel, seen: Seen | None) -> float:

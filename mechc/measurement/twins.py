@@ -216,8 +216,13 @@ def _rows(base: Base, other: Solution, twin: Twin) -> tuple[Indices, Indices]:
     """Give the rows of both at the times that they share, away from their events."""
     second = twin.factor(parse_unit(base.solution.unit("time") or "1").dimension)
     t, there = base.solution.time, other.time / second
-    happened = np.array(
-        [float(e.time) for e in base.solution.events] + [float(e.time) / second for e in other.events]
+    happened = np.concatenate(
+        [
+            [float(e.time) for e in base.solution.events],
+            [float(e.time) / second for e in other.events],
+            _instants(t),
+            _instants(there),
+        ]
     )
     if twin.backwards:
         there = base.plan.case.begin + t[-1] - there
@@ -228,6 +233,12 @@ def _rows(base: Base, other: Solution, twin: Twin) -> tuple[Indices, Indices]:
     if happened.size:
         fits &= np.abs(t[:, None] - happened[None, :]).min(axis=1) > near
     return np.flatnonzero(fits), order[place][fits]
+
+
+def _instants(t: Array) -> Array:
+    """Give the times with rows of both sides: a law may change there that lists no event."""
+    repeated: Array = t[1:][t[1:] == t[:-1]]
+    return repeated
 
 
 def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[Array, Array]]:

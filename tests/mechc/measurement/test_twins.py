@@ -445,3 +445,36 @@ def test_what_a_start_misses_is_told() -> None:
         y[[q.name for q in case.problem.states].index(name)] += 1e-6
         found = missed(case, y)
         assert not found.same and (found.name == told or name == "b")
+
+
+ALIKE = {
+    "a potential that changes at a time": (
+        "another order",
+        "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2*(if time < 1 s then 1 else 2);"
+        "experiment(stop = 2 s, every = 0.1 s);",
+    ),
+    "a weight that grows": (
+        "turned world",
+        "import mech.planar.*; model Tray gravity {0, -9.81} m/s^2; Revolute pivot(world -> arm.a, angle = -30 deg);"
+        "Bar arm(m = 1 kg, l = 1 m); mass 0.2 kg + 0.5 kg/s*time at arm.b; experiment(stop = 1 s); end Tray;",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", ALIKE)
+def test_energy_that_is_brought_is_no_other_motion(what: str) -> None:
+    """At the time of the change rows of both sides stand; by how much a growing weight counts is a matter of its height."""
+    name, text = ALIKE[what]
+    base = base_of(text)
+    twin = twin_of(name, base)
+    found = compare(base, twin, run_twin(twin, base))
+    assert found is not None and found.same, found
+
+
+def test_what_a_bend_takes_has_no_way_back() -> None:
+    base = base_of(
+        "coordinate Length x = -1 m; coordinate Length y = 0 m; initial der(x) = 2 m/s;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); constraint guide: y = 0.5*max(0 m, x); experiment(stop = 1 s);"
+    )
+    with pytest.raises(NotApplicable, match="no way back"):
+        twin_of("time reversed", base)
