@@ -33,6 +33,7 @@ PAGES = (
     "examples",
     "calibration",
     "doubts",
+    "planted",
     "fits",
     "exponents",
     "studies",

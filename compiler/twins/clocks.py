@@ -22,15 +22,20 @@ from ..flat.model import (
     Previous,
     Reinit,
     Role,
+    StartValue,
+    StateEquation,
     Variable,
 )
 from ..flat.operands import children
 from ..flat.values.evaluate import constant
 from .asked import expressions, parts
-from .rewriting import apply, choice, compared, number, total, undrawn
+from .rewriting import Rewriting, apply, choice, compared, measured, number, total, undrawn
 from .twin import NotApplicable, Seen, Twin
 
 COUNT = "base count"
+RUNNING, TICKED = "running time", "ticks that end steps"
+TICKS = 9973
+"""Of the clock that ends steps: a prime, so that hardly any output time is one of them."""
 MOST = 1000
 """Ticks of the base clock between those of the slowest."""
 
@@ -112,6 +117,43 @@ def _due(count: Expression, period: int, start: int) -> Expression:
     return apply("and", types.BOOLEAN, begun, compared("less_equal", left, zero))
 
 
+def times_as_a_state(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Let a state run as time does, and conditions of `when` ask for it: what happens at known times is then located."""
+    second = measured(model, "time")
+    span = model.origin.span
+    running = Name(type=second, span=span, name=RUNNING)
+    changed = 0
+
+    def counted(e: Expression) -> Expression:
+        nonlocal changed
+        if not isinstance(e, Name) or e.name != "time":
+            return e
+        changed += 1
+        return running
+
+    back = Rewriting(counted)
+
+    def other(branch: EventBranch) -> EventBranch:
+        return replace(branch, condition=back(branch.condition))
+
+    conditions = [b.condition for e in model.events for b in e.branches]
+    if any(isinstance(p, Apply) and p.function == "sample" for p in parts(conditions)):
+        raise NotApplicable("clocks tick at instants that a state reaches within rounding only")
+    events = tuple(replace(e, branches=tuple(map(other, e.branches))) for e in model.events)
+    if changed != 1:
+        raise NotApplicable("not one condition of a 'when' holds the time; two may belong to one instant")
+    begin = StartValue(number(0.0 if seen is None else seen.begin, second, span), False, model.origin)
+    state = Variable(RUNNING, Role.STATE, second, model.origin, start=begin)
+    rate = StateEquation(RUNNING, (), number(1, types.NUMBER, span), model.origin)
+    made = replace(
+        undrawn(model),
+        events=events,
+        variables=(*model.variables, state),
+        equations=(*model.equations, rate),
+    )
+    return Twin("times as a state", "conditions ask for a state that runs as time does", made)
+
+
 def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Exchange neighbouring actions of which neither sees what the other sets."""
     changed = 0
@@ -150,3 +192,24 @@ def _now(e: Expression) -> set[str]:
         return set()
     own = {e.name} if isinstance(e, Name) else set()
     return own.union(*(_now(c) for c in children(e)))
+
+
+def steps_ended(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Let a clock count that nothing asks: each tick ends a step, so that nothing much longer is stepped over."""
+    if seen is None:
+        raise NotApplicable("its length is not known")
+    span, second = model.origin.span, measured(model, "time")
+    begin, stop = Fraction(seen.begin), Fraction(seen.stop)
+    tick = apply(
+        "sample",
+        types.BOOLEAN,
+        number((stop - begin) / TICKS, second, span),
+        number(begin, second, span),
+    )
+    count = Name(type=types.NUMBER, span=span, name=TICKED)
+    more = Assign(count, total(count, number(1, types.NUMBER, span)), model.origin)
+    zero = Literal(type=types.NUMBER, span=span, value=Fraction(0))
+    counter = Variable(TICKED, Role.DISCRETE, types.NUMBER, model.origin, value=zero)
+    event = Event((EventBranch(tick, (more,), model.origin),), model.origin)
+    made = replace(undrawn(model), events=(*model.events, event), variables=(*model.variables, counter))
+    return Twin("steps ended", f"a clock that nothing asks ends steps {TICKS} times", made)

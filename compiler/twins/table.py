@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .answers import answers_written_out
-from .clocks import actions_reordered, clocks_counted
+from .clocks import actions_reordered, clocks_counted, steps_ended, times_as_a_state
 from .closing import joint_as_closure
 from .coordinates import other_coordinates
 from .energies import bodies_as_energies, energies_as_forces
@@ -15,6 +15,7 @@ from .kinks import kinks_by_choice
 from .nominal import nominal_sizes
 from .order import in_another_order
 from .parts import integrals_in_parts
+from .powers import powers_written_out
 from .reversal import time_reversed
 from .sizes import other_units
 from .stated import starts_elsewhere
@@ -29,10 +30,13 @@ TWINS: Mapping[str, Make] = {
     "energies as forces": energies_as_forces,
     "bodies as energies": bodies_as_energies,
     "answers written out": answers_written_out,
+    "powers written out": powers_written_out,
     "integrals in parts": integrals_in_parts,
     "functions otherwise": functions_otherwise,
     "tables in pieces": tables_in_pieces,
     "clocks counted": clocks_counted,
+    "times as a state": times_as_a_state,
+    "steps ended": steps_ended,
     "actions reordered": actions_reordered,
     "starts elsewhere": starts_elsewhere,
     "heirs written out": heirs_written_out,

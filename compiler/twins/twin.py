@@ -24,7 +24,8 @@ class Twin(Struct, frozen=True):
 
     ``apart``: outputs that mean something else there, heads of names; ``names``: what is called otherwise there;
     ``factors``: by what units are larger there, as factors of kg, m, s, A; ``start``: the states it begins at, where these are
-    not those that the model states; ``backwards``: its time runs from the stop to the start.
+    not those that the model states; ``backwards``: its time runs from the stop to the start; ``beside``: the model with
+    further outputs, with which it is compared in the place of the model.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Twin(Struct, frozen=True):
     factors: tuple[float, float, float, float] | None = None
     start: States | None = None
     backwards: bool = False
+    beside: FlatModel | None = None
 
     def factor(self, dimension: Dimension) -> float:
         """Return by what a quantity is larger than in the model."""

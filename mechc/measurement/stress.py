@@ -33,7 +33,7 @@ from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
 from .stress_table import TWIN, Row, Stress
 from .truth import ROUNDING, compile_for_reference, true_errors
-from .twins import Base, compare, disturbed_twin, run_twin, twin_of
+from .twins import Base, beside, compare, disturbed_twin, run_twin, twin_of
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
@@ -168,6 +168,7 @@ def _twin(base: Base, name: str) -> Row:
         return Row(TWIN, name, "none", reason=str(why))
     limit.begin()
     try:
+        base = beside(twin, base)
         made = run_twin(twin, base)
     except CompileError as error:
         first = next(d for d in error.diagnostics if d.code.startswith("E"))

@@ -108,6 +108,15 @@ def disturbed_twin(name: str, base: Base) -> Twin | None:
     return twin if twin.backwards else None
 
 
+def beside(twin: Twin, base: Base) -> Base:
+    """Return what a twin is compared with: the model as it was run, or run again with further outputs."""
+    if twin.beside is None:
+        return base
+    ran, answer = answered(base.model.of(twin.beside, base.model.settings), base.request)
+    assert isinstance(answer, Solution)
+    return Base.of(ran, base.request, answer)
+
+
 def run_twin(twin: Twin, base: Base) -> Base:
     """Run a twin as the model itself was run, from the start that is to be compared. Raises CompileError, SimulationError,
     UsageMistake."""

@@ -26,7 +26,7 @@ from mechc.lang import ast
 from mechc.measurement.extremes import Extreme
 from mechc.measurement.stress import Subject, worker
 from mechc.measurement.twin_starts import missed
-from mechc.measurement.twins import Base, compare, run_twin, twin_of
+from mechc.measurement.twins import Base, beside, compare, run_twin, twin_of
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.solution import Solution
 
@@ -156,10 +156,13 @@ MADE = {
     "energies as forces": "plane space told",
     "bodies as energies": "plane space",
     "answers written out": "losing",
+    "powers written out": "losing",
     "integrals in parts": "losing",
     "functions otherwise": "plane space losing told",
     "tables in pieces": "told",
     "clocks counted": "told",
+    "times as a state": "",
+    "steps ended": "plane space losing told",
     "actions reordered": "told",
     "starts elsewhere": "plane space told",
     "heirs written out": "told",
@@ -176,11 +179,12 @@ MADE = {
 @pytest.mark.parametrize("name", TWINS)
 def test_each_twin_moves_alike(name: str, base: Base, request: pytest.FixtureRequest) -> None:
     which = request.node.callspec.params["base"]
-    if which not in MADE[name]:
+    if which not in MADE[name].split():
         with pytest.raises(NotApplicable, match=r"\w"):
             twin_of(name, base)
         return
     twin = twin_of(name, base)
+    base = beside(twin, base)
     made = run_twin(twin, base)
     found = compare(base, twin, made)
     assert found is not None and found.same, found
@@ -453,6 +457,16 @@ ALIKE = {
         "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2*(if time < 1 s then 1 else 2);"
         "experiment(stop = 2 s, every = 0.1 s);",
     ),
+    "what happens right behind the start": (
+        "times as a state",
+        "coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2; when time > 0 s then reinit(der(x), 1 m/s); end when;"
+        "experiment(stop = 1 s);",
+    ),
+    "a hump that is narrower than a step": (
+        "steps ended",
+        "coordinate x = -1 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; potential 1 J*exp(-(x/(5 mm))^2);"
+        "experiment(stop = 2 s);",
+    ),
     "a weight that grows": (
         "turned world",
         "import mech.planar.*; model Tray gravity {0, -9.81} m/s^2; Revolute pivot(world -> arm.a, angle = -30 deg);"
@@ -462,8 +476,8 @@ ALIKE = {
 
 
 @pytest.mark.parametrize("what", ALIKE)
-def test_energy_that_is_brought_is_no_other_motion(what: str) -> None:
-    """At the time of the change rows of both sides stand; by how much a growing weight counts is a matter of its height."""
+def test_what_happens_at_times_is_no_other_motion(what: str) -> None:
+    """At the time of a change rows of both sides stand; by how much a growing weight counts is a matter of its height."""
     name, text = ALIKE[what]
     base = base_of(text)
     twin = twin_of(name, base)
@@ -478,3 +492,36 @@ def test_what_a_bend_takes_has_no_way_back() -> None:
     )
     with pytest.raises(NotApplicable, match="no way back"):
         twin_of("time reversed", base)
+
+
+FOLLOWING = """
+coordinate Length x = 0 m;
+coordinate Length y ~ 0 m;
+state Force N = 0 N;
+initial der(x) = 3 m/s;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+potential 1 kg*9.81 m/s^2*y;
+constraint floor: y = 0.1 m*sin(x/(1 m));
+equation der(N) = (multiplier(floor) - N)/(0.1 s);
+force drag: -0.3*multiplier(floor)*tanh(der(x)/(1 m/s)) on x;
+experiment(stop = 1 s);
+"""
+
+
+@pytest.mark.parametrize("part", ["power of drag", "rate of N"])
+def test_questions_in_forces_and_states_are_those_of_outputs(part: str) -> None:
+    """The twin tells what the text says, the model with outputs what mechc makes of it."""
+    base = BASES.setdefault("following", base_of(FOLLOWING))
+    twin = twin_of("powers written out", base)
+    assert twin.beside is not None
+    found = compare(beside(twin, base), twin, run_twin(twin, base))
+    assert found is not None and found.same, found
+    doubled = tuple(
+        replace(d, value=apply("add", d.type, d.value, d.value))
+        if d.name == part and d.value is not None
+        else d
+        for d in twin.beside.definitions
+    )
+    wrong = replace(twin, beside=replace(twin.beside, definitions=doubled))
+    found = compare(beside(wrong, base), wrong, run_twin(wrong, base))
+    assert found is not None and not found.same and found.name == part

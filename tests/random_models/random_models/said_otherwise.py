@@ -13,7 +13,7 @@ from mechc.asking.question import asked as question
 from mechc.compiler.twins.table import TWINS
 from mechc.compiler.twins.twin import NotApplicable, Twin
 from mechc.lang.units import parse_unit
-from mechc.measurement.twins import Base, compare, run_twin, twin_of
+from mechc.measurement.twins import Base, beside, compare, run_twin, twin_of
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.studies.kinds.motion import Simulate
 from random_models.carried import CLOSING
@@ -25,7 +25,15 @@ from random_models.motions import Edged, asked
 AT_STATES = tuple(
     name
     for name in TWINS
-    if name not in ("joint as closure", "other coordinates", "nominal sizes", "time reversed")
+    if name
+    not in (
+        "joint as closure",
+        "other coordinates",
+        "nominal sizes",
+        "powers written out",
+        "time reversed",
+        "times as a state",
+    )
 )
 """Twins with the states of the model; the others have other ones."""
 MOST = 3
@@ -117,6 +125,7 @@ def _moved(name: str, base: Base, edged: Edged) -> str | None:
     """Say how a twin moves otherwise, nothing if it does not, None where there is none that tells."""
     try:
         twin = twin_of(name, base)
+        base = beside(twin, base)
         made = run_twin(twin, base)
     except NotApplicable:
         return None

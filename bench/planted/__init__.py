@@ -1,0 +1,5 @@
+"""Faults planted in mechc, one at a time: does a run speak up that moves energy, and does stress call it right?"""
+
+from __future__ import annotations
+
+from .page import main as main
