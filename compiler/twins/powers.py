@@ -31,7 +31,7 @@ def powers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> T
     facts = Facts(model)
     pairs = [(x, load_power(model, facts, x)) for x in model.loads if _asks(facts, x.value)]
     power = types.real(types.NUMBER.dimension if model.dimensionless else types.POWER)
-    told = [
+    told: list[tuple[str, Expression, Expression]] = [
         (f"power of {x.name}", Query(type=power, span=formula.span, function="power", target=x.name), formula)
         for x, formula in pairs
         if formula is not None
@@ -46,20 +46,19 @@ def powers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> T
         raise NotApplicable(
             "no force on what has a rate of its own, and no rate of a state, asks about the motion"
         )
-    asked, written = (
-        tuple(
-            Definition(row[0], DefinitionRole.OUTPUT, types.numeric(row[2].type), row[k], model.origin)
-            for row in told
-        )
-        for k in (1, 2)
-    )
+    asked = tuple(_output(model, name, answer) for name, answer, _ in told)
+    written = tuple(_output(model, name, formula) for name, _, formula in told)
     plain = undrawn(model)
     return Twin(
         "powers written out",
-        f"{', '.join(row[0] for row in told)} as formulas",
+        f"{', '.join(name for name, _, _ in told)} as formulas",
         replace(plain, definitions=(*plain.definitions, *written)),
         beside=replace(plain, definitions=(*plain.definitions, *asked)),
     )
+
+
+def _output(model: FlatModel, name: str, value: Expression) -> Definition:
+    return Definition(name, DefinitionRole.OUTPUT, types.numeric(value.type), value, model.origin)
 
 
 def _asks(facts: Facts, value: Expression) -> bool:
