@@ -19,7 +19,8 @@ Call = Callable[..., subprocess.CompletedProcess[str]]
 
 FACTOR = 10.0
 """How many times the stated estimate energy must be moved by, to be told."""
-SECONDS = 300
+SECONDS = 1800
+"""After which a call is given up: far more than any takes on a machine of its own."""
 DOUBTFUL = 3
 """The exit code of a doubtful run."""
 

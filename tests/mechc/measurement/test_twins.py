@@ -462,11 +462,6 @@ ALIKE = {
         "coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2; when time > 0 s then reinit(der(x), 1 m/s); end when;"
         "experiment(stop = 1 s);",
     ),
-    "a hump that is narrower than a step": (
-        "steps ended",
-        "coordinate x = -1 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; potential 1 J*exp(-(x/(5 mm))^2);"
-        "experiment(stop = 2 s);",
-    ),
     "a weight that grows": (
         "turned world",
         "import mech.planar.*; model Tray gravity {0, -9.81} m/s^2; Revolute pivot(world -> arm.a, angle = -30 deg);"
