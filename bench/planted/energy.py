@@ -32,11 +32,8 @@ FORCES = (
         "forces: potentials push with 1.000001 times their gradient",
         edit(
             RESIDUAL,
-            "    gradient = vjp(graph, [(system.potential, graph.one)], [s.node for s in system.q])\n"
-            "    return projected(system, gradient)",
-            "    more = graph.constant(1 + 1e-6)\n"
-            "    gradient = vjp(graph, [(system.potential, more)], [s.node for s in system.q])\n"
-            "    return projected(system, gradient)",
+            "gradient(graph, system.potential, [s.node for s in system.q])",
+            "gradient(graph, graph.mul(graph.constant(1 + 1e-6), system.potential), [s.node for s in system.q])",
         ),
         models.PENDULUM,
     ),
@@ -44,8 +41,8 @@ FORCES = (
         "forces: a kinetic energy whose inertia changes with place lacks the force dT/dq",
         edit(
             RESIDUAL,
-            "result = [graph.sub(system.rate(p), g) for p, g in zip(momenta, projected(system, gradient), strict=True)]",
-            "result = [system.rate(p) for p, g in zip(momenta, projected(system, gradient), strict=True)]",
+            "combined(graph, graph.sub(system.rate(p), g))",
+            "combined(graph, system.rate(p))",
         ),
         models.DOUBLE,
     ),

@@ -21,6 +21,8 @@ FACTOR = 10.0
 """How many times the stated estimate energy must be moved by, to be told."""
 SECONDS = 1800
 """After which a call is given up: far more than any takes on a machine of its own."""
+UNHURRIED = ("--seconds", "60")
+"""How long a run under stress may take, for the same reason."""
 DOUBTFUL = 3
 """The exit code of a doubtful run."""
 
@@ -120,7 +122,7 @@ def run(call: Call, model: Path, options: tuple[str, ...]) -> Run:
 
 def stress(call: Call, model: Path) -> Stressed:
     """Put a model under stress: the run that it states, and its twins."""
-    done = call("stress", str(model), "--json", "-", "--only", "as stated", "--only", "twin")
+    done = call("stress", str(model), "--json", "-", "--only", "as stated", "--only", "twin", *UNHURRIED)
     try:
         rows = json.loads(done.stdout)["rows"]
     except json.JSONDecodeError:
