@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import reduce
+from functools import cache, reduce
 from typing import Any
 
 import numpy as np
@@ -416,8 +416,8 @@ def multiply(a: Value, b: Value) -> Value:
 
 def curve(x: Any, xs: Value, ys: Value) -> Any:
     """``table``: a smooth curve that does not overshoot its points (PCHIP), going on straight outside of them."""
-    knots, values = np.array([real(v) for v in xs]), np.array([real(v) for v in ys])
-    piece = PchipInterpolator(knots, values)
+    piece = _pieces(tuple(map(real, xs)), tuple(map(real, ys)))
+    knots = piece.x
     if not knots[0] <= real(x) <= knots[-1]:
         end = knots[0] if real(x) < knots[0] else knots[-1]
         return float(piece(end)) + (x - end) * float(piece(end, 1))
@@ -425,3 +425,8 @@ def curve(x: Any, xs: Value, ys: Value) -> Any:
     h = x - knots[i]
     c = piece.c[:, i]
     return ((c[0] * h + c[1]) * h + c[2]) * h + c[3]
+
+
+@cache
+def _pieces(xs: tuple[float, ...], ys: tuple[float, ...]) -> Any:
+    return PchipInterpolator(np.array(xs), np.array(ys))
