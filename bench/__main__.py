@@ -26,6 +26,7 @@ PAGES = (
     "dominoes",
     "fmu",
     "large",
+    "whole",
     "startup",
     "editor",
     "around",

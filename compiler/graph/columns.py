@@ -85,8 +85,8 @@ def graph_of(made: Columns) -> Graph:
     return graph
 
 
-def _partial(graph: Graph) -> list[bool]:
-    partial: list[bool] = []
+def _partial(graph: Graph) -> bytearray:
+    partial = bytearray()
     third = graph._third
     for n, (code, a, b) in enumerate(zip(graph._code, graph._left, graph._right, strict=True)):
         own = code in PARTIAL or (a >= 0 and partial[a]) or (b >= 0 and partial[b])

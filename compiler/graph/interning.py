@@ -77,7 +77,7 @@ class Store:
         self._left: list[Node] = []
         self._right: list[Node] = []
         self._values: list[int] = []
-        self._partial: list[bool] = []
+        self._partial = bytearray()
         # what only some nodes have
         self._third: dict[Node, Node] = {}
         self._names: dict[Node, str] = {}
@@ -232,7 +232,7 @@ class Store:
         other = object.__new__(type(self))
         for slot in Store.__slots__:
             held = getattr(self, slot)
-            setattr(other, slot, held.copy() if isinstance(held, (list, dict, Answers)) else held)
+            setattr(other, slot, held.copy() if isinstance(held, (list, dict, bytearray, Answers)) else held)
         return other
 
     def adopt(self, fork: Self) -> None:
@@ -270,7 +270,7 @@ class Store:
         partial = self._partial
         if not partial[found] or code in PARTIAL:
             return True
-        return (a >= 0 and partial[a]) or (b >= 0 and partial[b])
+        return bool((a >= 0 and partial[a]) or (b >= 0 and partial[b]))
 
     def _structural(self, code: int, a: Node, b: Node = NONE) -> Node:
         """Return the node with this operation and these arguments, or a new one."""

@@ -10,7 +10,7 @@ from .operations import SELECT
 
 Node = NewType("Node", int)
 
-REMEMBERED: Final = 12
+REMEMBERED: Final = 6
 """Questions whose answers a graph keeps: a byte for each node. What was reached once stays so."""
 
 FEW: Final = 500

@@ -149,9 +149,8 @@ class Matter:
         return RotaryInertia(rows, frame, inertia.origin)
 
     def _check_fixed(self, nodes: Sequence[Node], what: str, value: Expression, help: str) -> None:
-        moving = self._symbols.positions | self._symbols.velocities | self._symbols.accelerations
         self._lowering.questions.refuse(nodes, what, value, STATED)
-        if moving.intersection(self.graph.support(*nodes)):
+        if not self._symbols.moving.isdisjoint(self.graph.support(*nodes)):
             self._reporter.error(
                 "E0513",
                 f"{what} must not depend on coordinates",

@@ -68,6 +68,11 @@ class Symbols(Struct, frozen=True, dict=True):
     def accelerations(self) -> frozenset[Node]:
         return frozenset(a for c in self.coordinates for a in c.a)
 
+    @cached_property
+    def moving(self) -> frozenset[Node]:
+        """Positions, velocities and accelerations."""
+        return self.positions | self.velocities | self.accelerations
+
 
 def rate_name(name: str, indices: tuple[int, ...]) -> str:
     """Return the name of a rate in results: ``der(theta)``, ``der(x[1])``; rotations have others."""
