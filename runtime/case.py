@@ -24,10 +24,11 @@ from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
 from .rows import IN_MEMORY, Follower, Storage
 from .settings import settable
-from .start.initial import Assembled, assemble
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from .start.initial import Assembled
 
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
@@ -181,6 +182,8 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     _check_state(problem, y0)
     wanted_state, assembled = y0, None
     if problem.assembly:
+        from .start.initial import assemble
+
         u = input_values(functions, tables, begin, p, len(problem.inputs))
         assembled = assemble(problem, functions, begin, y0, known, u, z, p, reproducible=options.reproducible)
         y0 = assembled.y

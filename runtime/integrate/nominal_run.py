@@ -10,7 +10,6 @@ from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..nominal import nominal_values, sizes_of
 from ..problem import Array
-from ..start.initial import unmoved
 from .kernel_run import run_kernel
 from .scipy_methods import PREFIX, run_scipy
 from .solver_options import SolverOptions
@@ -51,13 +50,22 @@ def _nominal(case: Case, pilot: Callable[[Array], Array] | None) -> Array:
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
     return nominal_values(
         sizes_of(problem),
-        unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
+        _stated(case),
         rates,
         case.p,
         energies,
         case.stop - case.begin,
         pilot,
     )
+
+
+def _stated(case: Case) -> Array:
+    """Give the initial state [ny] without what its assembly has rounded."""
+    if case.assembled is None:
+        return case.y0
+    from ..start.initial import unmoved
+
+    return unmoved(case.problem, case.assembled, case.wanted)
 
 
 def largest_values(case: Case, nominal: Array) -> Array:
