@@ -15,6 +15,14 @@ PLAIN_SLIP = edit(
     "slips = lowering.switching(rate_of(lowering, friction.on, symbols))",
     "slips = tuple(rate_of(lowering, friction.on, symbols))",
 )
+UNSEEN = (
+    Edit(
+        f"{RUNS}/passed_over.py",
+        "    if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:\n",
+        "    if case is not None:\n",
+    ),
+    Edit(f"{RUNS}/quiet.py", "    if main.t.size < 2 or span <= 0:\n", "    if main is not None:\n"),
+)
 ZERO_QUESTIONS = (
     Edit(
         "compiler/mechanics/forces.py",
@@ -136,15 +144,13 @@ FAULTS = (
     ),
     Fault(
         "what is narrow and lies between steps is not looked for",
-        edit(f"{RUNS}/passed_over.py",
-             "    if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:\n",
-             "    if case is not None:\n"),
+        UNSEEN,
         models.HUMP,
         point="9",
     ),
     Fault(
         "what begins after a rest is not looked for",
-        edit(f"{RUNS}/quiet.py", "    if main.t.size < 2 or span <= 0:\n", "    if main is not None:\n"),
+        UNSEEN,
         models.PUSH,
         point="9",
     ),

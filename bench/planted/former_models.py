@@ -201,7 +201,7 @@ model Hump
   coordinate Length y = 1 m;
   initial der(x) = 1 m/s;
   kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
-  potential 1/2*3 N/m*y^2 + 1 J*exp(-(x/(5 mm))^2);
+  potential 1/2*3 N/m*y^2 + 1 J*exp(-(x/(1 mm))^2);
   experiment(stop = 10 s);
 end Hump;
 """
