@@ -242,6 +242,8 @@ def gradient(graph: Graph, scalar: Node, wrt: Sequence[Node]) -> list[Node]:
             break
         negative ^= code == NEG or (code == SUB and parts == [1])
         at = graph.args(at)[parts[0]]
+    if negative and graph.reached_with([at], {SELECT}):
+        return vjp(graph, [(scalar, graph.one)], wrt)  # branches have signs of their own
     found = known[at, symbols]
     return [graph.neg(n) for n in found] if negative else list(found)
 

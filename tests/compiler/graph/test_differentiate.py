@@ -214,6 +214,10 @@ def test_gradients_of_sums_come_from_the_one_part_that_depends(sign: int) -> Non
         found = gradient(g, whole, [x, y])
         assert found == vjp(g, [(whole, g.one)], [x, y])
         assert found == (first if factor > 0 else [g.neg(n) for n in first])
+    chosen = g.select(g.less(x, y), inner, g.mul(w, x))
+    gradient(g, chosen, [x, y])
+    whole = g.sub(kinetic, chosen)
+    assert gradient(g, whole, [x, y]) == vjp(g, [(whole, g.one)], [x, y])
     assert gradient(g, potential, [y]) == first[1:]
     assert gradient(g, kinetic, [x, y]) == [g.zero, g.zero]
     two = g.add(potential, g.mul(x, y))
