@@ -24,6 +24,7 @@ PAGES = (
     "long_runs",
     "events",
     "dominoes",
+    "heap",
     "fmu",
     "large",
     "whole",

@@ -151,16 +151,21 @@ static inline int mech_crowd_respond(const mech_crowd_at *at, int n, const mech_
 static inline int mech_crowd_next(const mech_crowd *c, int nv, const mech_crowd_response *r, const mech_crowd_force *row,
                                   int *place, int *j, mech_real *part)
 {
+    enum { PLACE_BITS = 16 };
     const mech_crowd_kind *k = mech_crowd_kind_of(c, row->contact);
     const int *v = mech_crowd_velocities(c, row->contact) + (row->slip ? k->n_normal : 0);
     const mech_real *entries = row->values + (row->slip ? mech_crowd_slip(k) + 4 : 5);
-    for (const int end = (row->slip ? k->n_slip : k->n_normal) * r->colours; *place < end; (*place)++) {
-        const int i = *place / r->colours, at = *place % r->colours * nv;
-        *j = r->owner[at + c->group[v[i]]];
-        if (*j < 0) continue;
-        *part = entries[i] * r->push[at + v[i]];
-        (*place)++;
-        return 1;
+    const int count = row->slip ? k->n_slip : k->n_normal, colours = r->colours;
+    int i = *place >> PLACE_BITS, colour = *place & ((1 << PLACE_BITS) - 1);
+    for (; i < count; i++, colour = 0) {
+        const int *owner = r->owner + c->group[v[i]];
+        for (; colour < colours; colour++) {
+            *j = owner[(size_t)colour * (size_t)nv];
+            if (*j < 0) continue;
+            *part = entries[i] * r->push[(size_t)colour * (size_t)nv + (size_t)v[i]];
+            *place = (i << PLACE_BITS) + colour + 1;
+            return 1;
+        }
     }
     return 0;
 }
@@ -240,7 +245,7 @@ static inline int mech_crowd_balance(const mech_crowd *c, int nv, const mech_cro
         }
     int done = 1;
     if (!slides) {
-        mech_envelope_factor(n, first, at, lower, d);
+        mech_envelope_factor(n, first, at, MECH_DEPENDENT, lower, d);
         mech_envelope_solve(n, first, at, lower, d, x);
     } else if (mech_envelope_factor_lu(n, first, at, lower, upper, d)) {
         mech_envelope_solve_lu(n, first, at, lower, upper, d, x);

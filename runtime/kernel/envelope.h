@@ -37,11 +37,12 @@ static inline mech_real mech_envelope_dot(const mech_real *a, const mech_real *b
     return (s0 + s1) + (s2 + s3);
 }
 
-/* One row of the factors L D L^T: entries become those of L, d[i] its pivot, 0 where the row depends on those before it. */
-static inline int mech_envelope_row(int i, const int *first, const int *at, mech_real *a, mech_real *d)
+/* One row of the factors L D L^T: entries become those of L, d[i] its pivot, 0 where it is less than a share of its diagonal:
+ * the row depends on those before it. */
+static inline int mech_envelope_row(int i, const int *first, const int *at, mech_real share, mech_real *a, mech_real *d)
 {
     mech_real *row = a + at[i];
-    const mech_real least = MECH_DEPENDENT * d[i];
+    const mech_real least = share * d[i];
     for (int j = first[i]; j < i; j++) {
         const int from = first[i] > first[j] ? first[i] : first[j];
         if (from < j) row[j] -= mech_envelope_dot(a + at[j] + from, row + from, j - from);
@@ -56,10 +57,10 @@ static inline int mech_envelope_row(int i, const int *first, const int *at, mech
 }
 
 /* Factors of a symmetric matrix without negative eigenvalues; gives its rank. */
-static inline int mech_envelope_factor(int n, const int *first, const int *at, mech_real *a, mech_real *d)
+static inline int mech_envelope_factor(int n, const int *first, const int *at, mech_real share, mech_real *a, mech_real *d)
 {
     int rank = 0;
-    for (int i = 0; i < n; i++) rank += mech_envelope_row(i, first, at, a, d);
+    for (int i = 0; i < n; i++) rank += mech_envelope_row(i, first, at, share, a, d);
     return rank;
 }
 

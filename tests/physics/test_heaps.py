@@ -200,3 +200,114 @@ def test_a_row_of_dominoes_falls_in_a_time_that_converges(n: int) -> None:
         end = run.energy
         assert end is not None and end.dissipated is not None and end.dissipated > 0.3 * end.start
         assert abs(end.start - end.dissipated - end.end) < 1e-6 * end.start
+
+
+TWENTY = """
+structural parameter Integer n = 20;
+parameter r = 2 cm;
+parameter a = 0.3 m;
+parameter e = 0.5;
+coordinate Length x[n] = {a*(0.5 + mod(i - 1, 5))/5 + 3 mm*sin(7*i) for i in 1:n};
+coordinate Length y[n] = {a*(0.5 + floor((i - 1)/5))/5 + 3 mm*sin(5*i) for i in 1:n};
+for i in 1:n loop
+  kinetic 1/2*0.1 kg*(der(x[i])^2 + der(y[i])^2);
+  potential 0.1 kg*9.81 m/s^2*y[i];
+  contact left[i]: x[i] - r restitution e, rest = 1 cm/s;
+  contact right[i]: a - r - x[i] restitution e, rest = 1 cm/s;
+  contact low[i]: y[i] - r restitution e, rest = 1 cm/s;
+  for j in i+1:n loop
+    contact hit[i,j]: norm({x[i] - x[j], y[i] - y[j]}) - 2*r restitution e, rest = 1 cm/s;
+  end for;
+end for;
+experiment(stop = 2 s);
+"""
+
+
+def test_twenty_bouncing_balls_come_to_rest_in_a_close_packing() -> None:
+    """Rigid patches, where contacts depend on each other: no gap opens downwards, energy balances, what lies is in equilibrium."""
+    model = mechc.loads(TWENTY)
+    lacks = []
+    for tolerance in (1e-6, 1e-10):
+        solution = model.simulate(estimate_error=False, tolerance=tolerance)
+        assert solution.outcome is Outcome.COMPLETED, solution.message
+        place = np.array([[solution[f"{c}[{i}]"][-1] for c in "xy"] for i in range(1, 21)])
+        speed = np.array([[solution[f"der({c}[{i}])"][-1] for c in "xy"] for i in range(1, 21)])
+        assert np.abs(speed).max() < 1e-6
+        apart = np.linalg.norm(place[:, None] - place[None], axis=2)[np.triu_indices(20, 1)] - 0.04
+        gaps = np.concatenate([apart, place[:, 0] - 0.02, 0.28 - place[:, 0], place[:, 1] - 0.02])
+        assert gaps.min() > -1e-8
+        end = solution.energy
+        assert end is not None and end.dissipated is not None
+        lacks.append(abs(end.start - end.dissipated - end.end) / end.start)
+        closed = []
+        for i in range(20):
+            if place[i, 1] < 0.02 + 1e-7:
+                closed.append((i, None, np.array([0.0, 1.0])))
+            for wall, out in ((place[i, 0] - 0.02, 1.0), (0.28 - place[i, 0], -1.0)):
+                if wall < 1e-7:
+                    closed.append((i, None, np.array([out, 0.0])))
+            for j in range(i + 1, 20):
+                d = place[j] - place[i]
+                if np.linalg.norm(d) < 0.04 + 1e-7:
+                    closed.append((j, i, d / np.linalg.norm(d)))
+        K = np.zeros((len(closed), 20, 2))
+        for row, (i, j, normal) in zip(K, closed, strict=True):
+            row[i] += normal
+            if j is not None:
+                row[j] -= normal
+        weight = np.tile([0.0, 0.981], 20)
+        _, unbalanced = nnls(K.reshape(len(closed), -1).T, weight, maxiter=10000)
+        assert unbalanced < 1e-4
+    assert lacks[0] < 1e-7 and lacks[1] < 1e-9, lacks
+
+
+COLUMN_OF_THREE = """
+structural parameter Integer n = 3;
+structural parameter Integer idle = 70;
+coordinate Length y[n] = {0.3 m, 0.55 m, 0.9 m};
+for i in 1:n loop
+  kinetic 1/2*(0.1 kg*i)*der(y[i])^2;
+  potential 0.1 kg*i*9.81 m/s^2*y[i];
+end for;
+contact low: y[1] - 5 cm restitution 0.5;
+for i in 1:n-1 loop
+  contact hit[i]: y[i+1] - y[i] - 10 cm restitution 0.5;
+end for;
+for i in 1:idle loop
+  contact far_off[i]: y[1] + 100 m*i;
+end for;
+experiment(stop = 3 s);
+"""
+
+
+def bounces(count: int) -> list[float]:
+    """Times of hits of three balls above each other, by roots of quadratics; the fastest approach of those that touch first."""
+    y, v, m, g, t = np.array([0.25, 0.4, 0.65]), np.zeros(3), np.array([0.1, 0.2, 0.3]), 9.81, 0.0
+    times: list[float] = []
+    while len(times) < count:
+        waits = [(v[0] + np.sqrt(v[0] ** 2 + 2 * g * y[0])) / g]
+        for i in range(2):
+            rate, gap = v[i + 1] - v[i], y[i + 1] - y[i]
+            waits.append(gap / -rate if rate < 0 else np.inf)
+        k = int(np.argmin(waits))
+        y, v, t = y + v * waits[k] - g * waits[k] ** 2 / 2, v - g * waits[k], t + waits[k]
+        times.append(t)
+        if k == 0:
+            y[0], v[0] = 0.0, -v[0] / 2
+        else:
+            push = 1.5 * (v[k - 1] - v[k]) / (1 / m[k - 1] + 1 / m[k])
+            v[k - 1] -= push / m[k - 1]
+            v[k] += push / m[k]
+            y[k] = y[k - 1]
+    return times
+
+
+def test_three_balls_above_each_other_bounce_when_quadratics_say_and_end_as_a_column() -> None:
+    solution = mechc.loads(COLUMN_OF_THREE).simulate(estimate_error=False, tolerance=1e-10)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    hits = [e.time for e in solution.events if e.kind == "impact"]
+    assert np.allclose(hits[:12], bounces(12), rtol=0, atol=1e-9)
+    assert [solution[f"y[{i}]"][-1] for i in (1, 2, 3)] == pytest.approx([0.05, 0.15, 0.25], abs=1e-9)
+    end = solution.energy
+    assert end is not None and end.dissipated is not None
+    assert end.dissipated == pytest.approx(0.981 * (0.25 + 2 * 0.4 + 3 * 0.65), rel=1e-8)

@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "contact_projection.h"
+#include "energy.h"
 #include "near_rows.h"
+#include "pressing.h"
 #include "surface_friction.h"
 
 enum { ROUNDS_PER_ROW = 8 };
@@ -39,12 +41,6 @@ static int independent(mech_solver *s, mech_near_rows_basis *held, int n, int i)
     return mech_rows_solve(s, n + 1, held->row, target, x) == n + 1;
 }
 
-/* Whether a contact touches, and neither opens nor approaches. */
-static int may_rest(const mech_solver *s, int i)
-{
-    const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_still(s, i);
-    return (slow || s->events->open[i] < 0) && mech_row_touches(s, i);
-}
 
 /* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
 static void propose(mech_solver *s)
@@ -60,7 +56,7 @@ static void propose(mech_solver *s)
                 if (mech_row_holds(s, i) && independent(s, &held, n, i)) n++;
                 continue;
             }
-            const int rests = may_rest(s, i) && !(open[i] > 0);
+            const int rests = mech_row_may_rest(s, i) && !(open[i] > 0);
             const int holds = rests && independent(s, &held, n, i);
             n += holds;
             set(s, i, holds, 0);
@@ -235,44 +231,17 @@ static int take_choice(mech_solver *s)
         }
     int contact;
     if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
+    /* Thousands of gaps that are closed by what counts as touching lower a heap. */
+    const int booked = s->model->hybrid->crowd && mech_energy_booked(s);
+    const mech_real before = booked ? mech_energy_total(s) : 0;
     mech_contact_projection_state(s);
+    if (booked) mech_energy_book_beyond_rounding(s, before);
+    for (int i = 0; s->model->hybrid->crowd && i < s->events->n_rows; i++) { /* what is left is kept by others */
+        const mech_real approach = -mech_row_value(s, i, MECH_RATE);
+        if (mech_row_touches(s, i) && approach > 0 && approach <= mech_row_rest(s, i) / 100) s->events->open[i] = -1;
+    }
     mech_surface_friction_begin(s);
     return mech_rows_check(s, 1);
-}
-
-/* Crowds without friction at hand: what presses is the solution of one problem of complementarity. A contact that was
- * located where its force ends is out at first, and held again only if it would come back. */
-static int choose_pressing(mech_solver *s, int hit, int ends)
-{
-    mech_event_state *e = s->events;
-    mech_near_rows_problem p;
-    for (int again = 1; again;) {
-        p.n = again = 0;
-        for (int i = 0; i < e->n_rows; i++)
-            if (may_rest(s, i) && mech_row_moves_itself(s, i)) {
-                p.in[p.n] = i != ends;
-                p.set[p.n++] = i;
-            }
-        for (int i = 0; i < e->n_rows; i++) set(s, i, 0, 0);
-        mech_rows_read(s);
-        for (int k = 0; k < p.n; k++) {
-            const int i = p.set[k];
-            p.q[k] = mech_row_value(s, i, MECH_SECOND);
-            p.slack[k] = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
-            p.weak[k] = MECH_C(1e-10) * e->force[i];
-        }
-        if (!mech_near_rows_complement(s, &p)) return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
-        for (int k = 0; k < p.n; k++) set(s, p.set[k], p.in[k], 0);
-        mech_rows_read(s);
-        for (int i = 0; i < e->n_rows; i++) {
-            const mech_real rate = mech_row_value(s, i, MECH_RATE);
-            if (mech_row_holds(s, i) || e->open[i] != 0 || !(rate > 0) || !mech_row_touches(s, i)) continue;
-            if (!mech_row_falls_back(s, i, rate)) continue;
-            e->open[i] = -1;
-            again = 1;
-        }
-    }
-    return take_choice(s);
 }
 
 int mech_contact_modes_choose(mech_solver *s, int hit)
@@ -287,7 +256,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
-    if (s->model->hybrid->crowd && !friction) return choose_pressing(s, hit, ends);
+    if (s->model->hybrid->crowd && !friction) return mech_pressing_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s);
     propose(s);
     mech_surface_friction_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {

@@ -50,7 +50,8 @@ typedef struct mech_event_state {
 /* Places in counters. */
 enum {
     MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_AT_HAND,
-    MECH_MOVED, MECH_COUNTERS
+    MECH_MOVED, MECH_FASTEST,
+    MECH_LAID, MECH_PACE, MECH_COUNTERS
 };
 
 /* What a row of a crowd remembers, in the order of the arrays of rows. */

@@ -73,6 +73,22 @@ static int repeat_step(mech_solver *s, mech_real h, mech_real *error)
 
 enum { MOST_REPEATS = 12 };
 
+/* Moves the end of the attempted step along its tangent; 0 where the square of that is more than rounding of a gap. Each
+ * repetition of a step solves for the forces of a whole crowd again. */
+static int moved_along_tangent(mech_solver *s, int hit, mech_real change, mech_real *h)
+{
+    const mech_model *m = s->model;
+    const int row = hit - m->hybrid->n_switches;
+    mech_real most = 0;
+    if (!m->hybrid->crowd || row < 0) return 0;
+    for (int i = m->nq; i < m->nq + m->nv; i++) most = mech_max(most, mech_abs(s->dy_new[i]));
+    if (!(change * change * most <= MECH_C(1e-14) * s->events->gap_scale[row])) return 0;
+    for (int i = 0; i < s->ny; i++) s->y_new[i] += change * s->dy_new[i];
+    mech_normalise(m, s->y_new);
+    *h += change;
+    return 1;
+}
+
 /* Repeats the step so that it ends at the event: Newton's method on the step size. Where that does not settle at once,
  * it goes on by secants, to an end before the event: one beyond it would be a state that its mode does not allow. */
 static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
@@ -95,6 +111,7 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
         before = w[hit];
         change = slope < 0 ? -w[hit] / slope : 0;
         if (mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
+        if (*h + change > 0 && moved_along_tangent(s, hit, change, h)) break;
         if (mech_abs(change) > *h / 4 || *h + change > whole) {
             if (w[hit] >= 0 || mech_indicator_at_zero(s, hit, w[hit])) break;
             change = -*h / 2;
@@ -172,6 +189,20 @@ static int check_limits(mech_solver *s)
     return mech_rows_check(s, 1);
 }
 
+/* The end of a step of a crowd that is likely to meet an event: what lies far behind it would be looked at in vain. */
+static mech_real paced(const mech_solver *s, mech_real limit)
+{
+    const mech_real pace = s->events->counters[MECH_PACE];
+    return pace > 0 ? mech_min(limit, s->run->report.t + pace) : limit;
+}
+
+static void set_pace(mech_solver *s, mech_real h, int hit)
+{
+    enum { LONGER = 4 };
+    if (s->model->hybrid->crowd && s->method->adaptive) 
+        s->events->counters[MECH_PACE] = mech_max((hit >= 0 ? 1 : LONGER) * LONGER * h, MECH_C(1e-7) * s->o.dt_max);
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -179,7 +210,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real next = mech_schedule_next(s);
     mech_real t_new, h, part;
-    int hit = -1, status = mech_step_try(s, mech_min(limit, next), &t_new, &h);
+    int hit = -1, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (s->model->hybrid->crowd && (status = mech_window_for_step(s, &t_new, &h))) return status;
@@ -198,6 +229,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         run->origin = t_new; /* fixed steps go on from here */
         run->n_fixed = 0;
     }
+    set_pace(s, h, hit);
     status = mech_step_accept(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));

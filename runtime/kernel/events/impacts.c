@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "envelope.h"
 #include "journal.h"
 #include "near_rows.h"
 #include "rows.h"
@@ -38,11 +39,9 @@ static mech_real energy_lost(const mech_solver *s, mech_real *size)
  * it would not rise above what rounding leaves of the gap. */
 static mech_real restitution(mech_solver *s, int i)
 {
-    const mech_real e = mech_row_value(s, i, MECH_COEFFICIENT), rest = mech_row_value(s, i, MECH_EXTRA);
-    const mech_real r = -*mech_row_rate(s, i);
+    const mech_real e = mech_row_value(s, i, MECH_COEFFICIENT), r = -*mech_row_rate(s, i);
     const mech_real t = s->run->report.t, flight = t - s->events->last_hit[i];
-    const int rests = e * r <= (rest >= 0 ? rest : MECH_C(1e-9) * s->events->speed[i]) ||
-                      mech_row_falls_back(s, i, e * r);
+    const int rests = e * r <= mech_row_rest(s, i) || mech_row_falls_back(s, i, e * r);
     /* The flights that are left out would last as long as this geometric series. */
     s->events->delay[i] = rests && e > 0 && e < 1 && s->events->last_hit[i] > s->o.t0 ? flight * e / (1 - e) : 0;
     s->events->last_hit[i] = t;
@@ -270,6 +269,7 @@ static int hit_crowd_together(mech_solver *s)
 {
     mech_near_rows_problem p;
     p.n = 0;
+    p.share = MECH_DEPENDENT;
     for (int i = 0; i < s->events->n_rows; i++) {
         if (!mech_row_touches(s, i)) continue;
         const mech_real r = *mech_row_rate(s, i);
@@ -277,6 +277,7 @@ static int hit_crowd_together(mech_solver *s)
         p.in[p.n] = r < 0;
         p.q[p.n] = r < 0 ? (1 + restitution(s, i)) * r : r;
         p.slack[p.n] = mech_row_still(s, i) / 10;
+        p.held[p.n] = 0;
         p.weak[p.n++] = 0;
     }
     if (!mech_near_rows_complement(s, &p)) return mech_fail(s, MECH_NO_IMPACT, p.n ? p.set[0] : 0);
@@ -304,15 +305,24 @@ static int hit_with_friction(mech_solver *s, int contact)
     return fit_hits(s, n, hits) ? MECH_RUNNING : hit_fastest(s, contact);
 }
 
+/* Whether contact i approaches as impacts do: what has been laid down at this instant only does so by what the others that hold it
+ * leave it. */
+static int approaches(const mech_solver *s, int i)
+{
+    const mech_real approach = -*mech_row_rate(s, i);
+    if (!mech_row_touches(s, i) || !(approach > mech_row_idle(s, i))) return 0;
+    return !(s->events->open[i] < 0 && s->model->hybrid->crowd && approach <= mech_row_rest(s, i));
+}
+
 /* Whether what still approaches in a crowd is ended together: where none of it is faster than it rests, if none has friction;
  * where none rebounds and each row has had its turns, as blows that are passed on plastically only ever halve. */
 static int dies_out(const mech_solver *s, int round, int friction)
 {
     const int turns = round >= TURNS_PER_ROW * s->events->n_rows;
     for (int i = 0; i < s->events->n_rows; i++) {
-        const mech_real rest = mech_row_value(s, i, MECH_EXTRA), approach = -*mech_row_rate(s, i);
-        if (!mech_row_touches(s, i) || !(approach > mech_row_still(s, i))) continue;
-        const int slow = !friction && approach <= (rest >= 0 ? rest : MECH_C(1e-9) * s->events->speed[i]);
+        const mech_real approach = -*mech_row_rate(s, i);
+        if (!approaches(s, i)) continue;
+        const int slow = !friction && approach <= mech_row_rest(s, i);
         if (!slow && !(turns && mech_row_value(s, i, MECH_COEFFICIENT) == 0)) return 0;
     }
     return 1;
@@ -334,7 +344,7 @@ static int fastest_approach(const mech_solver *s)
     mech_real fastest = 0;
     for (int i = 0; i < s->events->n_rows; i++) {
         const mech_real approach = -*mech_row_rate(s, i);
-        if (mech_row_touches(s, i) && approach > mech_row_still(s, i) && (found < 0 || approach > fastest)) {
+        if (approaches(s, i) && (found < 0 || approach > fastest)) {
             found = i;
             fastest = approach;
         }
@@ -398,7 +408,7 @@ int mech_impacts_resolve(mech_solver *s, int *count)
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
-                if (i != contact && mech_row_touches(s, i) && -*mech_row_rate(s, i) > mech_row_still(s, i))
+                if (i != contact && approaches(s, i))
                     mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
             }
         mech_journal_note(s, MECH_IMPACT, contact, approach);

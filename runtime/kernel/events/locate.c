@@ -2,6 +2,7 @@
 #include "locate.h"
 
 #include "indicators.h"
+#include "rows.h"
 
 /* The samples that every step gets: of irregular places, so that nothing periodic looks constant. */
 static const mech_real places[MECH_SAMPLES - 1] = {0, MECH_C(0.2371), MECH_C(0.5557), MECH_C(0.7913), 1};
@@ -212,7 +213,16 @@ static int begins_at_zero(mech_solver *s, int k, mech_real w, mech_real rate)
     const int i = k - s->model->hybrid->n_switches;
     if (mech_indicator_at_zero(s, k, w)) return 1;
     if (i < 0 || e->rows[i].kind != MECH_CONTACT || e->z[e->rows[i].flag] > MECH_C(0.5)) return 0;
+    if (s->model->hybrid->crowd && e->fresh[k] > 0 && w < 0 && w >= -MECH_C(1e-6) * e->gap_scale[i]) return 1;
     return w < 0 && w >= -MECH_C(1e-7) * e->gap_scale[i] && rate > MECH_C(1e-12) * e->rate_scale[k];
+}
+
+/* Whether an open contact of a crowd touches and hardly moves: others that it depends on keep it, but for rounding. */
+static int is_idle(const mech_solver *s, int k)
+{
+    const int i = k - s->model->hybrid->n_switches;
+    if (i < 0 || !s->model->hybrid->crowd || s->events->rows[i].kind != MECH_CONTACT || mech_row_holds(s, i)) return 0;
+    return mech_abs(s->events->rate[k]) <= 10 * mech_row_idle(s, i);
 }
 
 /* Samples all indicators; 0 where one is at its event at the start already, *hit. */
@@ -258,9 +268,10 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
         search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k};
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */
-        const int leaves = zero && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k];
+        const int idle = zero && is_idle(s, k);
+        const int leaves = zero && !idle && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k];
         /* Rounding may leave w below zero: the way back to that level is the event. */
-        if (zero) q.shift = mech_max(0, -e->w[k]) + (leaves ? 0 : q.tol);
+        if (zero) q.shift = mech_max(0, -e->w[k]) + (leaves ? 0 : idle ? 1000 * q.tol : q.tol);
         sample x[MECH_SAMPLES - 1];
         for (int j = 0; j <= last; j++) x[j] = sampled(&q, places[j], e->w[j * n + k], e->rate[j * n + k]);
         if (!q.known) differentiate(x);

@@ -20,13 +20,16 @@ typedef struct mech_near_rows_basis {
 /* Adds row i, if it is independent of those added before. */
 int mech_near_rows_add(mech_solver *s, mech_near_rows_basis *basis, int i);
 
-/* A problem of complementarity: x >= 0, W x + q >= 0, one of them zero in each of the n rows of `set`, which rise. */
+/* A problem of complementarity: x >= 0, W x + q >= 0, one of them zero in each of the n rows of `set`, which rise; of rows
+ * that are held W x + q = 0, and x has either sign. */
 typedef struct mech_near_rows_problem {
     int n, set[MECH_MOST_ROWS];
+    mech_real share;                 /* of its own response, by less than which a row moves apart from others if it depends on them */
     mech_real q[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     mech_real slack[MECH_MOST_ROWS]; /* W x + q may be negative by so much, x by `weak`                        */
     mech_real weak[MECH_MOST_ROWS];
     int in[MECH_MOST_ROWS];          /* 1: x is that of a system of independent rows, else zero; a guess before */
+    int held[MECH_MOST_ROWS];
 } mech_near_rows_problem;
 
 /* Solves it; 0 where it has no solution. Where several x are solutions, W x is one and the same. */

@@ -21,6 +21,7 @@ void mech_rows_read(mech_solver *s)
         m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
         mech_widen(e->speed + i, *mech_row_rate(s, i));
+        if (m->hybrid->crowd) e->counters[MECH_FASTEST] = mech_max(e->counters[MECH_FASTEST], e->speed[i]);
         /* what would have to hold where nothing can is no measure */
         mech_real force = mech_abs(mech_row_value(s, i, MECH_FORCE));
         if (mech_row_of(s, i)->kind == MECH_FRICTION)
@@ -55,12 +56,33 @@ mech_real mech_row_still(const mech_solver *s, int i)
     return MECH_C(1e-11) * (j < 0 ? speed[i] : mech_max(speed[i], speed[j]));
 }
 
+mech_real mech_row_rest(const mech_solver *s, int i)
+{
+    const mech_event_state *e = s->events;
+    const mech_real rest = mech_row_value(s, i, MECH_EXTRA);
+    if (rest >= 0) return rest;
+    return s->model->hybrid->crowd ? mech_max(s->o.rtol, MECH_C(1e-9)) * e->counters[MECH_FASTEST] : MECH_C(1e-9) * e->speed[i];
+}
+
 int mech_row_touches(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i);
     if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->events->z[row->enabled] > MECH_C(0.5)))) return 0;
     const int closed = s->events->z[row->flag] > MECH_C(0.5);
-    return mech_abs(mech_row_value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->events->gap_scale[i];
+    const mech_real gap = mech_row_value(s, i, MECH_GAP), near = (closed ? 1000 : 1) * MECH_C(1e-9) * s->events->gap_scale[i];
+    return gap <= near && (gap >= -near || s->model->hybrid->crowd != NULL);
+}
+
+mech_real mech_row_idle(const mech_solver *s, int i)
+{
+    const mech_real still = mech_row_still(s, i);
+    return s->model->hybrid->crowd ? mech_max(still, MECH_C(1e-4) * mech_row_rest(s, i)) : still;
+}
+
+int mech_row_may_rest(const mech_solver *s, int i)
+{
+    const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_idle(s, i);
+    return (slow || s->events->open[i] < 0) && mech_row_touches(s, i);
 }
 
 void mech_rows_find_response(mech_solver *s)

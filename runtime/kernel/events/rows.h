@@ -33,12 +33,19 @@ static inline mech_real mech_row_response(const mech_solver *s, int i, int j)
 int mech_row_partner(const mech_solver *s, int i);
 /* The size of a value of a friction, over both rows on a surface. */
 mech_real mech_row_size(const mech_solver *s, int i, int which);
-/* Whether a contact is closed, as far as numbers tell. */
+/* Whether a contact is closed, as far as numbers tell. Of a crowd one that closed while a step was shortened to another's event
+ * may be beyond its surface by what the polynomial of the step was off. */
 int mech_row_touches(const mech_solver *s, int i);
+/* Whether a contact touches, and neither opens nor approaches. */
+int mech_row_may_rest(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_row_falls_back(const mech_solver *s, int i, mech_real rate);
+/* Speed below which a contact rests: of a crowd that within the tolerance of the fastest, where nothing is said. */
+mech_real mech_row_rest(const mech_solver *s, int i);
 /* Speed that counts as none. */
 mech_real mech_row_still(const mech_solver *s, int i);
+/* Approach that is none of an impact: of a crowd, in which contacts depend on each other, what rounding leaves of others. */
+mech_real mech_row_idle(const mech_solver *s, int i);
 /* Whether a force along row i changes its rate, by the responses found last: not so at a dead centre. */
 int mech_row_moves_itself(const mech_solver *s, int i);
 

@@ -192,7 +192,7 @@ int mech_window_for_instant(mech_solver *s, int hit)
         if ((int)e->window[i] % 2) continue;
         const mech_real *kept = e->kept + 2 * contact * MECH_KEPT;
         mech_crowd_values(&at, contact, e->values);
-        const int near = mech_abs(e->values[0]) <= MECH_C(2e-9) * kept[MECH_KEPT_GAP];
+        const int near = e->values[0] <= MECH_C(2e-9) * kept[MECH_KEPT_GAP];
         if (near || kept[MECH_KEPT_MODE] > 0 || contact == number / 2) touch[count++] = contact;
     }
     if (count > 1) mech_neighbours_order(s, count, touch);
@@ -358,7 +358,7 @@ void mech_window_respond(mech_solver *s)
         const int slip = is_slip(s, i), contact = contact_of(s, i), friction = mech_crowd_kind_of(c, contact)->friction;
         if (!slip) mech_crowd_values(&at, contact, e->values + own * c->n_values);
         e->first[i] = i;
-        if (mode_of(s, i - slip) > 0 || mech_abs(values[0]) <= MECH_C(2e-9) * e->gap_scale[i - slip]) {
+        if (mode_of(s, i - slip) > 0 || values[0] <= MECH_C(2e-9) * e->gap_scale[i - slip]) {
             row[n] = i;
             force[n++] = (mech_crowd_force){contact, slip, 0, values};
         }
