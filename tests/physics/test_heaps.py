@@ -239,7 +239,7 @@ def test_twenty_bouncing_balls_come_to_rest_in_a_close_packing() -> None:
         end = solution.energy
         assert end is not None and end.dissipated is not None
         lacks.append(abs(end.start - end.dissipated - end.end) / end.start)
-        closed = []
+        closed: list[tuple[int, int | None, np.ndarray]] = []
         for i in range(20):
             if place[i, 1] < 0.02 + 1e-7:
                 closed.append((i, None, np.array([0.0, 1.0])))
@@ -251,10 +251,10 @@ def test_twenty_bouncing_balls_come_to_rest_in_a_close_packing() -> None:
                 if np.linalg.norm(d) < 0.04 + 1e-7:
                     closed.append((j, i, d / np.linalg.norm(d)))
         K = np.zeros((len(closed), 20, 2))
-        for row, (i, j, normal) in zip(K, closed, strict=True):
-            row[i] += normal
-            if j is not None:
-                row[j] -= normal
+        for row, (ball, other, normal) in zip(K, closed, strict=True):
+            row[ball] += normal
+            if other is not None:
+                row[other] -= normal
         weight = np.tile([0.0, 0.981], 20)
         _, unbalanced = nnls(K.reshape(len(closed), -1).T, weight, maxiter=10000)
         assert unbalanced < 1e-4
