@@ -335,6 +335,8 @@ ROOTS: dict[str, tuple[str, Callable[[float], float]]] = {
         "3 N*sin(multiplier(track)/(1 N) - 7.262314441467)",
         lambda n: 3 * math.sin(n - 7.262314441467),
     ),
+    "steep where it begins": ("8 N*sin(multiplier(track)/(1 N) - 7.8)", lambda n: 8 * math.sin(n - 7.8)),
+    "a root": ("12 N*sqrt(multiplier(track)/(1 N) - 7.84)", lambda n: 12 * math.sqrt(max(0, n - 7.84))),
     "eleven forces": ("30 N*sin(multiplier(track)/(1 N))", lambda n: 30 * math.sin(n)),
 }
 

@@ -2,14 +2,14 @@
 
 Laws are taken out of the equations and given symbols w. What is left is affine, and its solution gives each force
 s = A + B w, with A and B of the state. The laws w = g(s) remain: H(s) = s - A - B g(s) = 0, as many equations as
-forces enter laws. The iteration begins at s = A, the force without the laws, with steps that are shortened where they
-lead nowhere (its derivative is that of the graph); each further step stands in a branch that is not entered once H is
-small. One more step polishes the result, so that it is exact to rounding in any precision, and its derivatives too.
-Where several forces agree with the laws the one holds into which A changes as the laws grow from nothing. On that way
-the determinant of dH/ds begins at one and stays positive, as two solutions meet where it vanishes: no step leads to
-where it is not, and none turns the angle of a sine so far that it might have vanished between. Laws with waves may have a
-determinant below zero at s = A, where the way leads past: then the iteration begins behind that way, which is gone in
-stages of growing laws. Where the iteration does not converge the result is no number, and the run says so.
+forces enter laws. Where several forces agree with the laws the one holds into which A changes as the laws grow from
+nothing: s - A - c B g(s) = 0 with a share c of them, that grows to one.
+The iteration begins at s = A. It tries all of the laws at once, and grows them slower where that leads nowhere; once
+they are whole, steps are shortened instead (their derivative is that of the graph). On the way the determinant of dH/ds
+begins at one and stays positive, as two solutions meet where it vanishes: no step leads from or to where it is not, and
+none turns the angle of a sine so far that it might have vanished between. Each step stands in a branch that is not
+entered once H is small. One more step polishes the result, so that it is exact to rounding in any precision, and its
+derivatives too. Where the iteration does not converge the result is no number, and the run says so.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from ...graph.differentiate import jacobian
 from ...graph.elimination.eliminate import solve_dense
 from ...graph.rewrite import rebuild, substitute
 
-STEPS = 24
-"""Most steps of the iteration; from the force without the laws some six are usual."""
+STEPS = 32
+"""Most steps of the iteration; some six are usual, and up to thirty where two solutions nearly meet."""
 
 TOLERANCE = 1e-11
 """Residual at which the iteration ends, as a share of the terms it is made of; the last step squares it."""
@@ -33,8 +33,6 @@ TOLERANCE = 1e-11
 WAVES = frozenset({ops.SIN, ops.COS, ops.TAN})
 TURN = 1.0
 """Most that one step turns the argument of a wave, in rad."""
-STAGES = 16
-"""Shares by which laws grow from nothing, one step of Newton's method each: a quarter of what a step may turn, mostly."""
 
 JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.EQUAL, ops.SIGN, ops.LESS, ops.LESS_EQUAL})
 
@@ -111,67 +109,81 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
     """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
     equations = _Equations(graph, laws, affine)
     point = equations.begin()
-    if equations.angles:
-        point = equations.grown(point)
-    forward = point.forward
-    fraction = graph.one
+    share, fraction = graph.zero, graph.one
+    beyond = graph.add(graph.two, graph.dot(point.away, point.away))
+    nowhere = graph.acos(beyond)  # a root would be squared away
     found: list[tuple[Node, tuple[Node, ...]]] = []
     for _ in range(STEPS):
-        step = point.step
-        done = graph.less_equal(point.merit, graph.zero)  # the slope may be infinite there
-        polished = tuple(graph.add(s, d) for s, d in zip(point.forces, step, strict=True))
-        ends = tuple(graph.select(done, s, p) for s, p in zip(point.forces, polished, strict=True))
+        whole = equations.newton(point, graph.one)
+        exact = _merit(graph, whole.residual, point.sizes)
+        done = graph.less_equal(exact, graph.zero)  # the slope may be infinite there
+        ends = tuple(
+            graph.select(whole.forward, graph.select(done, s, graph.add(s, d)), nowhere)
+            for s, d in zip(point.forces, whole.step, strict=True)
+        )
         found.append((point.small, ends))
-        moved = tuple(graph.add(s, graph.mul(fraction, d)) for s, d in zip(point.forces, step, strict=True))
+        grown = graph.minimum(graph.one, graph.add(share, fraction))
+        here = equations.newton(point, grown)
+        merit = _merit(graph, here.residual, point.sizes)
+        growing = graph.less(share, graph.one)
+        length = graph.select(growing, graph.one, fraction)
+        moved = tuple(
+            graph.add(s, graph.mul(length, d)) for s, d in zip(point.forces, here.step, strict=True)
+        )
         tried = equations.at(moved)
-        better = graph.less(_merit(graph, tried.residual, point.sizes), point.merit)
-        better = graph.logical_and(better, tried.forward)
+        there = equations.newton(tried, grown)
+        better = graph.less(_merit(graph, there.residual, point.sizes), merit)
+        better = graph.logical_and(better, graph.logical_and(here.forward, there.forward))
         for a, b in zip(tried.turned, point.turned, strict=True):
             near = graph.less_equal(graph.abs(graph.sub(a, b)), graph.constant(TURN))
             better = graph.logical_and(better, near)
         longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
         fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
+        share = graph.select(better, grown, share)
         point = _chosen(graph, better, tried, point)
-    nowhere = graph.acos(graph.add(graph.two, graph.abs(point.merit)))  # a root would be squared away
     result: tuple[Node, ...] = (nowhere,) * len(laws.forces)
     for small, polished in reversed(found):
         result = tuple(graph.select(small, a, b) for a, b in zip(polished, result, strict=True))
-    result = tuple(graph.select(forward, s, nowhere) for s in result)
     values = dict(zip(laws.forces, result, strict=True))
     return dict(zip(laws.formulas, substitute(graph, list(laws.formulas.values()), values), strict=True))
 
 
 class _Point(Struct, frozen=True):
-    """``residual`` H at ``forces``; ``merit`` is to fall, ``small`` says that H is; the next ``step`` of Newton's method;
-    ``forward`` says that dH/ds has a positive determinant; ``turned``: the angles of waves.
+    """At ``forces``: how far they are ``away`` from those without the laws, what the laws ``add``, and its ``slopes``, row by
+    row; ``small`` says that both are the same; ``turned``: the angles of waves.
 
     ``sizes`` of the terms in H. A step is judged by the sizes where it begins: where all forces go to zero together, H
     is as large as its terms from step to step.
     """
 
     forces: tuple[Node, ...]
-    residual: tuple[Node, ...]
+    away: tuple[Node, ...]
+    add: tuple[Node, ...]
+    slopes: tuple[Node, ...]
     sizes: tuple[Node, ...]
-    step: tuple[Node, ...]
-    merit: Node
     small: Node
-    forward: Node
     turned: tuple[Node, ...]
+
+
+class _Newton(Struct, frozen=True):
+    """Of the equations with a share of the laws: ``residual`` H, the ``step``, whether dH/ds has a positive determinant."""
+
+    residual: tuple[Node, ...]
+    step: tuple[Node, ...]
+    forward: Node
 
 
 def _chosen(graph: Graph, condition: Node, a: _Point, b: _Point) -> _Point:
     def choose(x: tuple[Node, ...], y: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(graph.select(condition, m, n) for m, n in zip(x, y, strict=True))
 
-    merit, small, forward = choose((a.merit, a.small, a.forward), (b.merit, b.small, b.forward))
     return _Point(
         choose(a.forces, b.forces),
-        choose(a.residual, b.residual),
+        choose(a.away, b.away),
+        choose(a.add, b.add),
+        choose(a.slopes, b.slopes),
         choose(a.sizes, b.sizes),
-        choose(a.step, b.step),
-        merit,
-        small,
-        forward,
+        graph.select(condition, a.small, b.small),
         choose(a.turned, b.turned),
     )
 
@@ -200,8 +212,7 @@ class _Equations:
         self.sizes = [graph.abs(a) for a in self.base]
         self.angles = [graph.args(n)[0] for n in laws.waves(graph)]
 
-    def at(self, forces: tuple[Node, ...], share: float = 1.0) -> _Point:
-        """Return the point of laws of a ``share`` of their size."""
+    def at(self, forces: tuple[Node, ...]) -> _Point:
         graph, count = self.graph, len(forces)
         places = dict(zip(self.symbols, forces, strict=True))
         values = substitute(graph, self.laws, places)
@@ -209,28 +220,37 @@ class _Equations:
             dict(zip(row, substitute(graph, list(row.values()), places), strict=True))
             for row in self.gradients
         ]
-        residual, sizes, matrix = [], [], []
+        away = tuple(graph.sub(s, base) for s, base in zip(forces, self.base, strict=True))
+        added, sizes, matrix = [], [], []
         small = graph.one
         for i, s in enumerate(forces):
-            h, size = graph.sub(s, self.base[i]), graph.add(graph.abs(s), self.sizes[i])
-            derivatives = [graph.one if j == i else graph.zero for j in range(count)]
-            for k, whole in self.factors[i].items():
-                factor = whole if share == 1 else graph.mul(graph.constant(share), whole)
+            total, size = graph.zero, graph.add(graph.abs(s), self.sizes[i])
+            derivatives = [graph.zero] * count
+            for k, factor in self.factors[i].items():
                 term = graph.mul(factor, values[k])
-                h, size = graph.sub(h, term), graph.add(size, graph.abs(term))
+                total, size = graph.add(total, term), graph.add(size, graph.abs(term))
                 for j, slope in slopes[k].items():
-                    derivatives[j] = graph.sub(derivatives[j], graph.mul(factor, slope))
-            residual.append(h)
+                    derivatives[j] = graph.add(derivatives[j], graph.mul(factor, slope))
+            added.append(total)
             sizes.append(size)
             matrix += derivatives
+            off = graph.abs(graph.sub(away[i], total))
             small = graph.logical_and(
-                small, graph.less_equal(graph.abs(h), graph.mul(graph.constant(TOLERANCE), size))
+                small, graph.less_equal(off, graph.mul(graph.constant(TOLERANCE), size))
             )
-        merit = _merit(graph, residual, sizes)
-        step, determinant = self._step(residual, matrix)
-        forward = graph.less(graph.zero, determinant)
         turned = tuple(substitute(graph, self.angles, places))
-        return _Point(forces, tuple(residual), tuple(sizes), step, merit, small, forward, turned)
+        return _Point(forces, away, tuple(added), tuple(matrix), tuple(sizes), small, turned)
+
+    def newton(self, point: _Point, share: Node) -> _Newton:
+        """Return the step where only a ``share`` of the laws holds."""
+        graph, count = self.graph, len(point.forces)
+        residual = [graph.sub(a, graph.mul(share, b)) for a, b in zip(point.away, point.add, strict=True)]
+        matrix = [
+            graph.sub(graph.one if k % (count + 1) == 0 else graph.zero, graph.mul(share, slope))
+            for k, slope in enumerate(point.slopes)
+        ]
+        step, determinant = self._step(residual, matrix)
+        return _Newton(tuple(residual), step, graph.less(graph.zero, determinant))
 
     def begin(self) -> _Point:
         """Return the forces without the laws, or where these have no value there, as 1/N at zero, one unit beside."""
@@ -241,28 +261,8 @@ class _Equations:
             return self.at(tuple(graph.one if graph.is_zero(s) else s for s in self.base))
         beside = self.at(tuple(graph.add(s, graph.one) for s in self.base))
         largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
-        return _chosen(graph, graph.less(first.merit, largest), first, beside)
-
-    def grown(self, first: _Point) -> _Point:
-        """Return the first point, or where no good step leads from it, the one that the way of growing laws leads to."""
-        graph = self.graph
-        good = first.forward
-        moved = tuple(graph.add(s, d) for s, d in zip(first.forces, first.step, strict=True))
-        angles = substitute(graph, self.angles, dict(zip(self.symbols, moved, strict=True)))
-        for a, b in zip(angles, first.turned, strict=True):
-            near = graph.less_equal(graph.abs(graph.sub(a, b)), graph.constant(TURN))
-            good = graph.logical_and(good, near)
-        forces, ahead = self.base, graph.one
-        try:
-            for k in range(1, STAGES + 1):
-                point = self.at(forces, k / STAGES)
-                ahead = graph.logical_and(ahead, point.forward)
-                forces = tuple(graph.add(s, d) for s, d in zip(forces, point.step, strict=True))
-            last = self.at(forces)
-        except DivisionByZero:
-            return first
-        beside = graph.logical_or(good, graph.logical_not(graph.logical_and(ahead, last.forward)))
-        return _chosen(graph, beside, first, last)
+        merit = _merit(graph, self.newton(first, graph.one).residual, first.sizes)
+        return _chosen(graph, graph.less(merit, largest), first, beside)
 
     def _step(self, residual: Sequence[Node], matrix: Sequence[Node]) -> tuple[tuple[Node, ...], Node]:
         """Return the step of Newton's method, and the determinant of the matrix."""

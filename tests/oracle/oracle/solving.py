@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Array = Any
 NEAR = 1e-9
-AWAY = (3, -3, 1, -1)
+AWAY = (3, -3, 1, -1, 0.3, -0.3, 0.1, -0.1)
 """Where other answers to questions in laws are looked for, as shares of their size."""
 
 
@@ -176,11 +176,11 @@ def solve_in(
         angle if name.endswith("/angle") else 0.0 if meaning.plain else 1.0 for name in names
     ]
     z, r, J, loose, bends = root(z)
-    if bends and asked and not quick and "slip*" not in modes.values():
-        k = n + len(names) + len(states)
-        for away in AWAY:  # other answers that agree with themselves
+    if bends and not quick and "slip*" not in modes.values():
+        asking = np.r_[n : n + len(names), n + len(names) + len(states) : N]
+        for away in AWAY:  # other forces and answers that agree with themselves
             elsewhere = z.copy()
-            elsewhere[k:] += away * (1 + np.abs(z[k:]))
+            elsewhere[asking] += away * (1 + np.abs(z[asking]))
             try:
                 other = root(elsewhere, 20)[0]
             except Undetermined:
