@@ -257,11 +257,11 @@ class _Equations:
         graph = self.graph
         try:
             first = self.at(self.base)
+            merit = _merit(graph, self.newton(first, graph.one).residual, first.sizes)
         except DivisionByZero:
             return self.at(tuple(graph.one if graph.is_zero(s) else s for s in self.base))
         beside = self.at(tuple(graph.add(s, graph.one) for s in self.base))
         largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
-        merit = _merit(graph, self.newton(first, graph.one).residual, first.sizes)
         return _chosen(graph, graph.less(merit, largest), first, beside)
 
     def _step(self, residual: Sequence[Node], matrix: Sequence[Node]) -> tuple[tuple[Node, ...], Node]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from oracle import Undetermined
+from oracle.series import real
 from oracle.start import project
 
 Values = dict[str, float]
@@ -94,7 +95,8 @@ def approaching(meaning: Any, rng: np.random.Generator) -> Values | None:
 
 
 def _gap(meaning: Any, state: Values, contact: Any) -> float:
-    return float(meaning.value(contact.gap, state))
+    """Return a gap, which no force enters: without a search for the forces, which may take long."""
+    return real(meaning.point(meaning.fill(state)).at(contact.gap))
 
 
 def _slope(meaning: Any, state: Values, contact: Any, name: str) -> float:
