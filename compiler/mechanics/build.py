@@ -40,6 +40,7 @@ from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
+from .sliding import warn_of_sliding
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse
 
@@ -136,6 +137,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         check_known_beforehand(system, reporter)
         check_instants(system, reporter)
         warn_of_idle(system, matter.statements, reporter)
+        warn_of_sliding(system, matter.statements, reporter)
     reporter.stop_on_errors()
     return system
 

@@ -158,7 +158,7 @@ def test_modules_of_all_examples() -> None:
         ),
         *(
             pytest.param(n, marks=pytest.mark.slow)
-            for n in ("stewart_platform", "slide_or_roll", "rolling_cylinder", "slider_crank")
+            for n in ("stewart_platform", "slide_or_roll", "rolling_cylinder", "slider_crank", "beam")
         ),
     ],
 )

@@ -11,6 +11,7 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Kind
 from ...graph import Node
 from ...graph.differentiate import jacobian
+from ...graph.elimination.clashes import clash
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ...mechanics.system import MechanicalSystem
 from ..rows.constraints import Row, settle
@@ -57,7 +58,8 @@ def accelerations(
         found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
         if singular.unknown >= len(free) + len(rows):
-            raise report_circle(system, forces.symbols, reporter) from None
+            contrary = clash(system.graph, equations, unknowns, [system.graph.zero] * len(unknowns))
+            raise report_circle(system, forces.symbols, reporter, contrary=contrary) from None
         raise massless(system, residual, free, rows, singular, reporter) from None
     count, total = len(free), len(free) + len(rows)
     known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))

@@ -101,12 +101,22 @@ def _warn_of_waves(system: MechanicalSystem, laws: Laws, reporter: Reporter) -> 
             )
 
 
-def report_circle(system: MechanicalSystem, symbols: Sequence[Node], reporter: Reporter) -> Exception:
-    """Report answers that determine each other, so that none of them can be found."""
+def report_circle(
+    system: MechanicalSystem, symbols: Sequence[Node], reporter: Reporter, *, contrary: bool = False
+) -> Exception:
+    """Report answers that determine each other, so that none of them can be found; ``contrary``: none fulfils the equations."""
     asked = [system.queries[s] for s in symbols if s in system.queries]
     queries: dict[str, Query] = {title(query): query for query in asked}
     names = " and ".join(f"'{name}'" for name in queries)
     first = next(iter(queries.values()))
+    if contrary:
+        return reporter.fail(
+            "E0537",
+            f"the equations for {names} contradict each other",
+            first.span,
+            caption="the force that contains this is as large as the force that it asks for, and something stands beside it",
+            help="no answer fulfils them: multiply it by another factor, or write the force without it",
+        )
     return reporter.fail(
         "E0537",
         f"nothing determines {names}",

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from mechc.lang.diagnostics import Label
+
 from ...flat.model import FlatModel, Origin
 from ...flat.unknowns import Group, groups
 from ...graph import DivisionByZero, Node
+from ...graph.elimination.clashes import clash, linear
 from ...graph.elimination.newton import newton
 from .values import Value, elements, filled
 
@@ -71,9 +74,20 @@ class Unknowns:
         stated = rows
         rows = [row for row in rows if not graph.is_zero(row)]
         self._check(group, stated, rows, unknowns)
+        # what the state enters may agree where the constraints hold
+        alone = not set(graph.support(*rows)) - set(unknowns)
+        if (
+            alone
+            and len(rows) > len(unknowns)
+            and linear(graph, rows, unknowns)
+            and clash(graph, rows, unknowns, guess)
+        ):
+            raise self._contradicting(group, everywhere=True)
         try:
             found = dict(zip(unknowns, newton(graph, rows, unknowns, guess), strict=True))
         except DivisionByZero:
+            if clash(graph, rows, unknowns, guess):
+                raise self._contradicting(group, everywhere=linear(graph, rows, unknowns)) from None
             raise self._undetermined(group, "at the guess they leave it open") from None
         names = tuple(u.name for u in group.unknowns)
         self.systems.append(System(names, tuple(unknowns), tuple(guess), tuple(rows)))
@@ -101,6 +115,18 @@ class Unknowns:
                 )
         if len(rows) < len(unknowns):
             raise self._undetermined(group, f"{len(stated) - len(rows)} of them hold whatever it is")
+
+    def _contradicting(self, group: Group, *, everywhere: bool) -> BaseException:
+        numbers = "number" if group.count == 1 else "numbers"
+        found = f"no {numbers} fulfil{'s' * (group.count == 1)} them all"
+        return self._lowering.reporter.fail(
+            "E0339",
+            f"the equations for {group.words} contradict each other",
+            group.unknowns[0].origin.span,
+            caption=found if everywhere else f"from the guess, {found}",
+            labels=tuple(Label(e.origin.span, "one of them") for e in group.equations[:4]),
+            help="one of them is to be left out, or says something else than is meant",
+        )
 
     def _undetermined(self, group: Group, why: str) -> BaseException:
         return self._lowering.reporter.fail(

@@ -226,13 +226,31 @@ def test_a_run_ends_where_a_solution_ends() -> None:
     assert solution["y"][seen] == pytest.approx(np.sqrt(1 - solution.time[seen]), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("beside", "told"), [("", "nothing determines"), (" + 2 N", "contradict each other")]
+)
+def test_a_force_that_repeats_itself_is_told_from_one_that_contradicts_itself(beside: str, told: str) -> None:
+    with pytest.raises(mechc.CompileError) as refused:
+        mechc.loads(
+            "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; constraint wall: x = 1 m;"
+            f"force -multiplier(wall){beside} on x;"
+        )
+    (only,) = refused.value.diagnostics
+    assert only.code == "E0537" and told in only.message
+
+
 REFUSED = {
     "output Length y ~ 1 m; equation y = 2 s;": ("E0302", "a time (s)"),
     "output Length y ~ 1 m;": ("E0339", "no equations"),
     "output Length y ~ 1 m; output Length z ~ 1 m; equation y + z = 1 m;": ("E0339", "2 unknown numbers, 1 equation"),
     "output Length y ~ 1 m; equation y - y = 0 m;": ("E0339", "do not determine"),
     "output Length y ~ 1 m; equation y = 2 m; equation 1 m = y - y;": ("E0339", "contradict"),
-    "output Length y ~ 0 m; equation y^2 = 2 m^2;": ("E0339", "at the guess"),
+    "output y ~ 1; output z ~ 1; equation y + z = 1; equation y + z = 2;": ("E0339", "contradict"),
+    "output y ~ 1; output z ~ 1; equation y + z = x/1 m; equation 2*y + 2*z = 2*x/1 m + 1;": ("E0339", "no numbers fulfil"),
+    "output y ~ 1; output z ~ 1; equation y^2 + z^2 = 1; equation y^2 + z^2 = 2;": ("E0339", "from the guess, no numbers"),
+    "output y ~ 1; equation y = 1; equation y = 2;": ("E0339", "no number fulfils"),
+    "output y ~ 1; output z ~ 1; equation y + z = 1; equation 2*y + 2*z = 2;": ("E0339", "do not determine"),
+    "output Length y ~ 0 m; equation y^2 = 2 m^2;": ("E0339", "at the guess they leave it open"),
     "output Length y[11] ~ 1 m; equation {y[i]*y[1] for i in 1:11} = {2 m^2 for i in 1:11};": ("E0339", "at most 10"),
     "output Length y ~ 1 m; equation y = 2 m; potential 1 N*y;": ("E0338", "must not depend"),
     "output Length y ~ 1 m; equation y = 2 m; let z = 2*y; force 1 N/m*z on x;": ("E0338", "'y' is found"),
