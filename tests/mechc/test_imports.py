@@ -54,7 +54,7 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["check", LOOP], {"numpy", "mechc.runtime"}),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
-        (["run", TREE], {"numpy", "mechc.runtime"}),
+        (["run", TREE], {"mechc.runtime"}),
         (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime"}),
         (["equations", TREE], {"sympy", "mpmath"}),
         (
