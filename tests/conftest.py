@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +15,11 @@ Golden = Callable[[str, str], None]
 
 
 def pytest_configure() -> None:
-    """Take Ctrl-C as Python does, also where a shell started the tests in the background and ignores it for them."""
+    """Take Ctrl-C as Python does, also where a shell started the tests in the background and ignores it for them.
+
+    Small matrices are solved faster by one thread than by several, which wait for each other, as the command line does.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
