@@ -293,7 +293,7 @@ def test_the_exit_code_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     file = tmp_path / "twins.mech"
     file.write_text(PLANE, encoding="utf-8")
     assert run(["stress", str(file), "--only", "twin"]) == 0
-    assert "12 the same motion" in capsys.readouterr().out
+    assert "13 the same motion" in capsys.readouterr().out
 
 
 FREE = """

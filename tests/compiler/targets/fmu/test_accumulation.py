@@ -142,8 +142,8 @@ def test_a_wrong_restitution_is_refused(sound: Made) -> None:
 @pytest.mark.parametrize("text", [BALL, SLOPE], ids=["ball", "slope"])
 def test_a_unit_that_never_rests_is_refused(text: str, tmp_path: Path) -> None:
     unit = replace(made(text, "2"), kinds=("me",))
-    head = "static int may_rest(const mech_solver *s, int i)\n{"
-    data = rebuilt(unit.package.data, "contact_modes.c", head, head + "\n    return 0;", tmp_path)
+    head = "int mech_row_may_rest(const mech_solver *s, int i)\n{"
+    data = rebuilt(unit.package.data, "rows.c", head, head + "\n    return 0;", tmp_path)
     with pytest.raises(CompileError, match="Model Exchange differs from the native run by"):
         check_package(replace(unit, package=replace(unit.package, data=data)))
 
