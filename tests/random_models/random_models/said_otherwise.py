@@ -75,22 +75,24 @@ def _compared(base: Compiled, twin: Twin, seed: int) -> list[str]:
             other.settle(there)
         except NoMotion:
             continue
-        mine = _booked(base.everything(state))
-        near = [_booked(base.everything(shaken(state, rng))) for _ in range(2)]
-        theirs = _booked({n: x / sizes.get(n, 1.0) for n, x in other.everything(there).items()})
+        mine = _booked(base.everything(state), apart)
+        near = [_booked(base.everything(shaken(state, rng)), apart) for _ in range(2)]
+        theirs = _booked({n: x / sizes.get(n, 1.0) for n, x in other.everything(there).items()}, apart)
         wrong = differences(mine, theirs, near, apart, base.relative)
         if wrong:
             return ["".join(f"{n}: {x:.12g}, twin {y:.12g}\n" for n, x, y in wrong[:6]) + base.text]
     return []
 
 
-def _booked(values: dict[str, float]) -> dict[str, float]:
+_ACCOUNTS = {"d energy.supplied": 1.0, "d energy.dissipated": -1.0}
+
+
+def _booked(values: dict[str, float], apart: list[str]) -> dict[str, float]:
     """Return values with the power of both accounts as one: on which of them a force counts, the text of a model decides."""
-    accounts = {"d energy.supplied": 1.0, "d energy.dissipated": -1.0}
-    if accounts.keys().isdisjoint(values):
+    if _ACCOUNTS.keys().isdisjoint(values) or not _ACCOUNTS.keys().isdisjoint(apart):
         return values
-    booked = sum(sign * values.get(name, 0.0) for name, sign in accounts.items())
-    return {n: x for n, x in values.items() if n not in accounts} | {"d energy.booked": booked}
+    booked = sum(sign * values.get(name, 0.0) for name, sign in _ACCOUNTS.items())
+    return {n: x for n, x in values.items() if n not in _ACCOUNTS} | {"d energy.booked": booked}
 
 
 def _size(twin: Twin, unit: str) -> float:
