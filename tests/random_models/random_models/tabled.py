@@ -20,7 +20,7 @@ def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
     chosen = [q for q in base.problem.inputs if random.random() < 0.7]
     found: dict[str, Path] = {}
     for q in chosen:
-        times = [0.0, *sorted(round(random.uniform(0.05, 0.95), 3) for _ in range(ROWS - 2)), 1.0]
+        times = [0.0, *sorted({round(random.uniform(0.05, 0.95), 3) for _ in range(ROWS - 2)}), 1.0]
         rows = [f"{t!r},{round(random.uniform(-1, 1), 3)!r}" for t in times]
         found[q.name] = folder / f"{len(found)}.csv"
         found[q.name].write_text("\n".join((f"time [s],{q.name} [{q.unit or '1'}]", *rows)) + "\n")
