@@ -8,12 +8,17 @@ import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from .arrays.choice import Array, np
 
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
 AT_ONCE = 65_536
 """Rows that are looked at together."""
+FEW = 8
+"""Rows that are taken from anywhere before what lies around them leaves the memory."""
 NO_RESERVE = 0x4000 if sys.platform.startswith("linux") else 0
 """Of mmap: memory that is never there as a whole."""
 
@@ -106,15 +111,37 @@ def slices(count: int, *arrays: Array | None) -> Iterator[slice]:
             passed(*arrays)
 
 
+def taken(which: NDArray[np.intp], *arrays: Array | None) -> tuple[Array | None, ...]:
+    """Take a few rows by their numbers, none of ``Passing``. One in a file brings up to megabytes around it along, which leave the memory
+    on the way."""
+    if not any(map(_mapped, arrays)):
+        return tuple(None if array is None else array[which] for array in arrays)
+    found = []
+    for array in arrays:
+        parts = []
+        for begin in range(0, 0 if array is None else len(which), FEW):
+            assert array is not None
+            parts.append(array[which[begin : begin + FEW]])
+            passed(array)
+        found.append(None if array is None else np.concatenate([array[:0], *parts]))
+    return tuple(found)
+
+
 def passed(*arrays: Array | None) -> None:
     """Let rows leave the memory: those in files are read again when somebody asks for them, those of ``Passing`` are gone."""
     for array in arrays:
-        base: Any = array
-        while type(base).__module__ == "numpy":
-            base = base.base
-        if isinstance(base, memoryview):
-            base = base.obj
-        if type(base).__module__ == "mmap" and hasattr(base, "madvise"):
+        mapped = _mapped(array)
+        if mapped is not None and hasattr(mapped, "madvise"):
             import mmap
 
-            base.madvise(mmap.MADV_DONTNEED)
+            mapped.madvise(mmap.MADV_DONTNEED)
+
+
+def _mapped(array: Array | None) -> Any:
+    """Return the file that an array lies in, or the memory of ``Passing``; None for others."""
+    base: Any = array
+    while type(base).__module__ == "numpy":
+        base = base.base
+    if isinstance(base, memoryview):
+        base = base.obj
+    return base if type(base).__module__ == "mmap" else None

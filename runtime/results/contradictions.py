@@ -20,7 +20,7 @@ from msgspec import Struct
 from ..arrays.choice import np
 from ..case import Case
 from ..problem import Array, Problem
-from ..rows import slices
+from ..rows import slices, taken
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
 from .doubts import Contradiction
 from .evaluate import evaluate_rows
@@ -84,9 +84,11 @@ class Pair(Struct, frozen=True, eq=False):
         """Give rows of the main run; the last one is its end."""
         if isinstance(rows, slice) and rows.stop == self.count < self.t.size:
             rows = np.arange(rows.start, rows.stop)
-        if not isinstance(rows, slice):
-            rows = np.where(rows == self.count - 1, self.t.size - 1, rows)
-        return self.t[rows], self.y[rows], None if self.z is None else self.z[rows]
+        if isinstance(rows, slice):
+            return self.t[rows], self.y[rows], None if self.z is None else self.z[rows]
+        t, y, z = taken(np.where(rows == self.count - 1, self.t.size - 1, rows), self.t, self.y, self.z)
+        assert t is not None and y is not None
+        return t, y, z
 
 
 def checks(problem: Problem, *, as_stated: bool) -> tuple[Check, ...]:

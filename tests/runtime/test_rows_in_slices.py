@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -91,3 +92,29 @@ def test_a_point_costs_the_numbers_of_its_states() -> None:
     """Time, two states, and the energy of the companion; nothing of a million points is there twice."""
     done = subprocess.run([sys.executable, "-c", PEAK, PENDULUM], check=True, capture_output=True, text=True)
     assert float(done.stdout) < 1.25 * 8 * 4
+
+
+TAKEN = """
+import sys
+from pathlib import Path
+import numpy as np
+from mechc.runtime.rows import Scratch, passed, taken
+rows = Scratch(Path(sys.argv[1])).empty(1_000_000, 16)
+rows[:] = np.arange(1_000_000.0)[:, None]
+passed(rows)
+of = np.arange(0, 1_000_000, 20_000)
+def resident():
+    with open("/proc/self/statm") as file:
+        return 4096 * int(file.read().split()[1])
+before = resident()
+found, none = taken(of, rows, None)
+assert none is None and np.array_equal(found, np.repeat(of[:, None], 16, axis=1))
+print(resident() - before)
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the system tells it elsewhere")
+def test_rows_that_are_taken_from_a_file_leave_the_memory(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", TAKEN, str(tmp_path)]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert int(done.stdout) < 4_000_000  # of 128 MB
