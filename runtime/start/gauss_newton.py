@@ -4,7 +4,8 @@ Minimise |D (x - guess)|^2 + |e|^2 subject to c(x) = 0, with weights D and wishe
 problem by a singular value decomposition, so that equations that repeat others do no harm. Steps longer than half a
 characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved. Close to the
 end the part along the equations is stretched by what the step before has left of it (A. Aitken 1937): steps do not see
-the curvature of the equations, by which the nearest point may be much nearer or farther.
+the curvature of the equations, by which the nearest point may be much nearer or farther. What no equation moves takes no
+part, so that it keeps every bit.
 
 J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
 
@@ -80,10 +81,12 @@ def nearest(
     x, here, taken = start, at(start), 0
     scale = np.zeros(here.hard.size)
     unit, share, factor = 1.0, 1.0, 1.0
-    w = weights[free]
-    before = np.zeros(free.size)
+    loose, d = free, np.zeros(weights.size)
     while taken < STEPS:
         taken += 1
+        free = _moved(here, loose)
+        w = weights[free]
+        before = np.zeros(free.size) if linear else w * d[free]
         jacobian = here.hard_jacobian / weights
         scale = np.maximum(scale, np.abs(jacobian).max(axis=1, initial=0.0))
         rows = np.where(scale > 0, scale, 1.0)
@@ -108,11 +111,11 @@ def nearest(
         else:
             break
         settled = bool(np.abs(step).max() < 1e-12 * unit and value >= merit)
-        x, here, before = move(x, d), there, before if linear else step
+        x, here = move(x, d), there
         if settled:
             break
     rows = np.where(scale > 0, scale, 1.0)
-    x, here, further = _restored(at, move, x, here, rows, free, weights)
+    x, here, further = _restored(at, move, x, here, rows, loose, weights)
     fulfilled = bool(_worst(here, rows) <= FULFILLED * unit)
     return Nearest(x, here, rows, fulfilled, taken + further)
 
@@ -123,16 +126,17 @@ def _restored(
     x: Array,
     here: Local,
     rows: Array,
-    free: NDArray[np.intp],
+    loose: NDArray[np.intp],
     weights: Array,
 ) -> tuple[Array, Local, int]:
     """Go on by the shortest steps onto the equations alone, as far as rounding allows: the search for the nearest point
     may come to rest beside them. Return the point, everything there, and the steps."""
-    w = weights[free]
     for taken in range(RESTORATION):
         worst = _worst(here, rows)
         if not worst > ROUNDING:
             return x, here, taken
+        free = _moved(here, loose)
+        w = weights[free]
         step = _onto(here, rows, free, w)
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size):
@@ -144,6 +148,21 @@ def _restored(
             return x, here, taken
         x, here = move(x, d), there
     return x, here, RESTORATION
+
+
+def _moved(here: Local, loose: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return what is away from its guess, and what equations connect with that or with an equation that is off."""
+    touched = np.vstack([here.hard_jacobian, here.soft_jacobian])[:, loose] != 0
+    rows = np.concatenate([here.hard, here.soft]) != 0
+    reached = here.deviation[loose] != 0
+    while True:
+        rows = rows | (touched & reached).any(axis=1)
+        further = reached | (touched & rows[:, None]).any(axis=0)
+        if (further == reached).all():
+            break
+        reached = further
+    moved: NDArray[np.intp] = loose[reached]
+    return moved
 
 
 def _along_share(step: Array, before: Array, share: float, factor: float) -> float:

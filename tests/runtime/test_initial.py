@@ -270,3 +270,28 @@ def test_the_nearest_point_of_a_curve_that_bends_more_than_it_is_far(
     curvature = 1 + (4 * math.cos(s / 0.1)) ** 2 - (h - y) * 40 * math.sin(s / 0.1)
     assert curvature > 0, "it is a nearest point"
     assert abs(gradient / curvature) < 1e-11
+
+
+BESIDE = """
+coordinate a[3] ~ {0.52, 0.19, 0.79};
+coordinate Angle b = 0.3 rad; initial der(b) ~ 0.7 rad/s;
+coordinate c ~ 0.31;
+coordinate p ~ 0.2; coordinate q ~ 0.2; initial der(p) ~ 0.1/(1 s); initial der(q) ~ 0.1/(1 s);
+coordinate Rotation R ~ rotz(30 deg)*rotx(0.7 rad); initial der(R) ~ {0.3, -0.1, 0.7} rad/s;
+kinetic 1/2*1 kg.m^2*(norm(der(R))^2 + sum(der(a[i])^2 for i in 1:3) + der(b)^2 + der(c)^2 + der(p)^2 + der(q)^2);
+constraint tied: a[3] = 0.75*c + 0.2*sin(1.7 s^-1*time);
+constraint held: p = q;
+"""
+
+
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_what_no_constraint_moves_keeps_every_bit(target: Literal["c", "python"]) -> None:
+    """Neither what no row turns on, nor what rows connect that hold to the last bit: conditions may be at their edge."""
+    solution = mechc.loads(BESIDE).simulate(stop=1e-9, target=target, estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    first = {q.name: float(solution[q.name][0]) for q in solution.problem.states}
+    assert first["a[3]"] == pytest.approx(0.75 * first["c"], abs=1e-14) and first["a[3]"] != 0.79
+    kept = {"a[1]": 0.52, "a[2]": 0.19, "der(a[1])": 0.0, "der(a[2])": 0.0, "b": 0.3, "der(b)": 0.7}
+    kept |= {"der(R)[1]": 0.3, "der(R)[2]": -0.1, "der(R)[3]": 0.7}
+    kept |= {"p": 0.2, "q": 0.2, "der(p)": 0.1, "der(q)": 0.1}
+    assert {name: first[name] for name in kept} == kept

@@ -30,7 +30,7 @@ static void *make_task(const mech_model *m, mech_task *k, mech_real length)
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nv = (size_t)m->nv, rows = (size_t)s->n_rows;
     const size_t point = ny + rows + rows * nv + nv;
     const size_t numbers = 2 * point + ny + 3 * nv + 2 * rows + mech_nearest_numbers(m);
-    const size_t integers = 2 * rows + nv + mech_nearest_integers(m);
+    const size_t integers = 2 * rows + 3 * nv + mech_nearest_integers(m);
     mech_real *block = calloc(1, numbers * sizeof(mech_real) + integers * sizeof(int));
     if (!block) return NULL;
     mech_real *next = block;
@@ -51,8 +51,10 @@ static void *make_task(const mech_model *m, mech_task *k, mech_real length)
     k->work = k->scale + rows;
     k->hard = (int *)(k->work + mech_nearest_numbers(m));
     k->soft = k->hard + rows;
-    k->free = k->soft + rows;
-    k->order = k->free + nv;
+    k->loose = k->soft + rows;
+    k->free = k->loose + nv;
+    k->reached = k->free + nv;
+    k->order = k->reached + nv;
     for (int j = 0; j < m->nv; j++) k->weights[j] = 1 / (s->size[j] > 0 ? s->size[j] : length);
     for (int i = 0; i < s->n_rows; i++) k->shares[i] = s->rows[i].pure ? 1 : 1 / length;
     return block;
@@ -63,14 +65,14 @@ static void begin_stage(mech_task *k, int stage, const unsigned char *known)
     const mech_model *m = k->model;
     const mech_start *s = m->start;
     k->stage = stage;
-    k->n_hard = k->n_soft = k->n_free = 0;
+    k->n_hard = k->n_soft = k->n_loose = k->n_free = 0;
     for (int i = 0; i < s->n_rows; i++) {
         if (s->rows[i].stage != stage) continue;
         if (s->rows[i].hard) k->hard[k->n_hard++] = i;
         else k->soft[k->n_soft++] = i;
     }
     for (int j = 0; j < m->nv; j++)
-        if (!known[stage == 1 ? s->partner[j] : m->nq + j]) k->free[k->n_free++] = j;
+        if (!known[stage == 1 ? s->partner[j] : m->nq + j]) k->loose[k->n_loose++] = j;
 }
 
 /* Tries the guess, then states around it: the guess itself may be a position where nothing can begin. */
@@ -85,8 +87,8 @@ static int place(mech_task *k, mech_start_report *r, mech_real *best)
         mech_real off;
         int row;
         for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
-        for (int f = 0; f < k->n_free; f++)
-            k->d[k->free[f]] = mech_min(size, MECH_C(1.5)) * next_number(&numbers) / k->weights[k->free[f]];
+        for (int f = 0; f < k->n_loose; f++)
+            k->d[k->loose[f]] = mech_min(size, MECH_C(1.5)) * next_number(&numbers) / k->weights[k->loose[f]];
         memcpy(k->here.y, k->guess, bytes);
         mech_displace(k->model, k->here.y, k->d);
         if (mech_nearest(k, &off, &row, &r->steps[0])) {

@@ -30,6 +30,10 @@ static void turn(mech_real *q, const mech_real *by)
 
 static void rotation_vector(const mech_real *a, const mech_real *b, mech_real *out)
 {
+    if (a[0] == b[0] && a[1] == b[1] && a[2] == b[2] && a[3] == b[3]) {
+        for (int i = 0; i < 3; i++) out[i] = 0; /* fused products leave rounding */
+        return;
+    }
     const mech_real back[4] = {a[0], -a[1], -a[2], -a[3]};
     mech_real relative[4];
     product(back, b, relative);
@@ -43,7 +47,8 @@ void mech_displace(const mech_model *m, mech_real *y, const mech_real *d)
     for (int j = 0; j < m->nv; j++) {
         const int i = m->start->partner[j];
         if (!is_rotation(m, i)) y[i] += d[j];
-        else if (j == 0 || m->start->partner[j - 1] != i) turn(y + i, d + j);
+        else if ((j == 0 || m->start->partner[j - 1] != i) && (d[j] != 0 || d[j + 1] != 0 || d[j + 2] != 0))
+            turn(y + i, d + j);
     }
 }
 

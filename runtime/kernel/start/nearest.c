@@ -2,7 +2,8 @@
  * problem by orthogonal factors with pivoting, so that rows that repeat others do no harm. Steps longer than half a
  * characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved. Close to the
  * end the part along the rows is stretched by what the step before has left of it (A. Aitken 1937): steps do not see the
- * curvature of the rows, by which the nearest point may be much nearer or farther.
+ * curvature of the rows, by which the nearest point may be much nearer or farther. What no row moves takes no part, so
+ * that it keeps every bit.
  *
  * J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
  */
@@ -89,11 +90,43 @@ static mech_real merit(const mech_task *k, const mech_point *at, mech_real mu)
     return squares / 2 + mu * mech_sqrt(residuals);
 }
 
+static const mech_real *gradient(const mech_task *k, int row)
+{
+    return k->here.jacobian + (size_t)row * (size_t)k->model->nv;
+}
+
 /* The entry of a gradient in scaled directions. */
 static mech_real entry(const mech_task *k, int row, int f)
 {
     const int j = k->free[f];
-    return k->here.jacobian[(size_t)row * (size_t)k->model->nv + (size_t)j] / k->weights[j];
+    return gradient(k, row)[j] / k->weights[j];
+}
+
+/* Marks all that a row turns on, if it is off itself or turns on something marked; returns whether something is new. */
+static int reach(const mech_task *k, int row)
+{
+    const mech_real *turns = gradient(k, row);
+    int off = k->here.values[row] != 0, found = 0;
+    for (int f = 0; f < k->n_loose && !off; f++) off = k->reached[k->loose[f]] && turns[k->loose[f]] != 0;
+    for (int f = 0; f < k->n_loose && off; f++) {
+        int *reached = &k->reached[k->loose[f]];
+        if (!*reached && turns[k->loose[f]] != 0) found = *reached = 1;
+    }
+    return found;
+}
+
+/* Leaves free what is away from its guess, and what rows connect with that or with a row that is off. */
+static void find_free(mech_task *k)
+{
+    for (int f = 0; f < k->n_loose; f++) k->reached[k->loose[f]] = k->here.deviation[k->loose[f]] != 0;
+    for (int found = 1; found;) {
+        found = 0;
+        for (int a = 0; a < k->n_hard; a++) found |= reach(k, k->hard[a]);
+        for (int a = k->n_soft; a-- > 0;) found |= reach(k, k->soft[a]);
+    }
+    k->n_free = 0;
+    for (int f = 0; f < k->n_loose; f++)
+        if (k->reached[k->loose[f]]) k->free[k->n_free++] = k->loose[f];
 }
 
 /* Where the parts of `work` lie: factors of the gradients' transpose and of their range. */
@@ -251,12 +284,12 @@ static void take(mech_task *k)
 
 static void measure_rows(mech_task *k)
 {
-    const int nv = k->model->nv;
     for (int a = 0; a < k->n_hard; a++) {
-        const mech_real *gradient = k->here.jacobian + (size_t)k->hard[a] * (size_t)nv;
         mech_real *scale = &k->scale[k->hard[a]];
-        for (int j = 0; j < nv; j++)
-            if (!(mech_abs(gradient[j] / k->weights[j]) <= *scale)) *scale = mech_abs(gradient[j] / k->weights[j]);
+        for (int j = 0; j < k->model->nv; j++) {
+            const mech_real size = mech_abs(gradient(k, k->hard[a])[j] / k->weights[j]);
+            if (!(size <= *scale)) *scale = size;
+        }
     }
 }
 
@@ -267,7 +300,9 @@ static int restore(mech_task *k)
     factors x;
     for (int taken = 0; taken < RESTORATION; taken++) {
         const mech_real worst = worst_of(k, &k->here, NULL);
-        if (!(worst > rounding()) || !factorise(k, &x)) return taken;
+        if (!(worst > rounding())) return taken;
+        find_free(k);
+        if (!factorise(k, &x)) return taken;
         onto(k, &x, k->step);
         const mech_real size = largest(k->step, k->n_free);
         if (!mech_finite(size)) return taken;
@@ -285,6 +320,7 @@ static int search(mech_task *k, progress *at)
     factors x;
     measure_rows(k);
     if (linear) at->unit = mech_max(at->unit, worst_of(k, &k->here, NULL));
+    find_free(k);
     if (!factorise(k, &x)) return 0;
     onto(k, &x, k->step);
     along(k, &x, at, k->step);

@@ -14,9 +14,11 @@ typedef struct mech_task {
     const mech_model *model;
     mech_real t;
     const mech_real *u, *z, *p;
-    int stage, n_hard, n_soft, n_free;
+    int stage, n_hard, n_soft, n_loose, n_free;
     int *hard, *soft;        /* rows of this stage                                               */
-    int *free;               /* [n_free] of the velocities: what may move                        */
+    int *loose;              /* [n_loose] of the velocities: what may move                       */
+    int *free;               /* [n_free] of these: what something moves at this step             */
+    int *reached;            /* [nv] whether something moves it                                  */
     mech_real *guess;        /* [ny]                                                             */
     mech_real *weights;      /* [nv] one over the size of each coordinate                        */
     mech_real *shares;       /* [n_rows] weights of wishes                                       */
