@@ -265,7 +265,7 @@ def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Fun
         layout.nx == len(layout.accounts)
         and not system.rotations
         and not layout.constrained
-        and system.symbols.velocities.isdisjoint(system.graph.support(*forces))
+        and not system.graph.depend(forces, system.symbols.velocities)
     )
 
 

@@ -139,7 +139,6 @@ def needs(
     """Return the facts that hold for a model."""
     graph = system.graph
     rhs = next(f for f in functions if f.name == "rhs")
-    support = set(graph.support(*rhs.outputs))
     facts = {
         "space": system.kinematics.size == 3 and _is_spatial(system),
         "rotations": bool(system.rotations),
@@ -151,7 +150,7 @@ def needs(
         "inputs": bool(layout.inputs),
         "tables": _has_tables(system, functions),
         "discrete": bool(layout.discretes),
-        "time": system.symbols.time in support,
+        "time": graph.depend(rhs.outputs, [system.symbols.time]),
         "drives": bool(system.drives),
         "gravity": any(m.field is not None for m in system.masses),
         "dissipation": "energy.dissipated" in layout.accounts,
@@ -215,7 +214,7 @@ def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
     own += [(row.multiplier, row.equation) for row in solved.rows]
     within = {n: n for n in group}  # an unknown of each node that has any; the others are in its group
     left, right, code = graph._left, graph._right, graph._code
-    for n in graph.reach([equation for _, equation in own]):
+    for n in graph.reach_of([equation for _, equation in own], group):
         if not (left[n] in within or right[n] in within or code[n] == SELECT):
             continue
         found = [within[x] for x in graph.args(n) if x in within]
@@ -232,7 +231,7 @@ def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
 
 def _form(system: MechanicalSystem, solved: Solved) -> Choice:
     moving = system.symbols.positions | system.symbols.velocities | {system.symbols.time}
-    constant = moving.isdisjoint(system.graph.support(*solved.pivots))
+    constant = not system.graph.depend(solved.pivots, moving)
     form = "constant mass matrix, factorised once" if constant else solved.method
     count = len(system.v)
     reason = f"{solved.operations} operations for {count} accelerations"

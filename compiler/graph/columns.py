@@ -10,7 +10,7 @@ from msgspec import Struct
 from .field import HALF, P
 from .interning import NONE
 from .node import Graph
-from .operations import CONST, LOOKUP, NEG, PARTIAL, SELECT, SYMBOL
+from .operations import CONST, LOOKUP, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SYMBOL
 from .reached import Node
 from .table import Table
 
@@ -76,7 +76,7 @@ def graph_of(made: Columns) -> Graph:
     graph._names = dict(zip(of[SYMBOL], made.names, strict=True))
     graph._constants = dict(zip(of[CONST], made.constants, strict=True))
     graph._lookups = dict(zip(of[LOOKUP], made.lookups, strict=True))
-    graph._partial = _partial(graph)
+    graph._traits, graph._used = _traits(graph), set(codes) | graph._used
     graph._symbols = {name: n for n, name in graph._names.items()}
     graph._negatives = {Node(left[n]): n for n in of[NEG]}
     graph._cache = {("constant", value): n for n, value in graph._constants.items()}
@@ -85,13 +85,18 @@ def graph_of(made: Columns) -> Graph:
     return graph
 
 
-def _partial(graph: Graph) -> bytearray:
-    partial = bytearray()
+def _traits(graph: Graph) -> bytearray:
+    """Return the traits of all nodes (interning.py); the kinds of symbols are not kept."""
+    traits = bytearray()
     third = graph._third
     for n, (code, a, b) in enumerate(zip(graph._code, graph._left, graph._right, strict=True)):
-        own = code in PARTIAL or (a >= 0 and partial[a]) or (b >= 0 and partial[b])
-        partial.append(own or (code == SELECT and partial[third[Node(n)]]))
-    return partial
+        own = SINGULAR if code in PARTIAL else OTHER if code == SYMBOL else 0
+        if a >= 0:
+            own |= traits[a]
+        if b >= 0:
+            own |= traits[b]
+        traits.append(own | traits[third[Node(n)]] if code == SELECT else own)
+    return traits
 
 
 def _classes(graph: Graph, constants: list[Node]) -> dict[int, Node]:

@@ -14,7 +14,7 @@ def jvp(graph: Graph, outputs: Sequence[Node], tangents: Mapping[Node, Node]) ->
 
     Independent nodes are usually symbols; of any other node the sweep does not look at the arguments.
     """
-    return _forward(graph, graph.reach(outputs), outputs, tangents)
+    return _forward(graph, graph.reach_of(outputs, tangents), outputs, tangents)
 
 
 def _forward(
@@ -104,10 +104,10 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
     The cotangents count as constants. ``wrt`` are usually symbols; the sweep does not pass beyond them.
     """
     seeds = list(seeds)
-    if not graph.reached_among([n for n, _ in seeds], wrt):
+    if not graph.depend((n for n, _ in seeds), wrt):
         return [graph.zero for _ in wrt]
     code, left, right, zero = graph._code, graph._left, graph._right, graph.zero
-    order = graph.reach(n for n, _ in seeds)
+    order = graph.reach_of((n for n, _ in seeds), wrt)
     size = (order[-1] if order else -1) + 1
     leaf = bytearray(size)
     for w in wrt:
@@ -234,7 +234,7 @@ def gradient(graph: Graph, scalar: Node, wrt: Sequence[Node]) -> list[Node]:
         if opposite is not None and (opposite, symbols) in known:
             at, negative = opposite, not negative
             break
-        parts = [k for k, a in enumerate(graph.args(at)) if graph.reached_among([a], wrt)]
+        parts = [k for k, a in enumerate(graph.args(at)) if graph.depend([a], symbols)]
         code = graph.op(at)
         if code not in (ADD, SUB, NEG) or len(parts) != 1:
             at, negative = scalar, False
@@ -281,4 +281,4 @@ def jacobian(graph: Graph, outputs: Sequence[Node], wrt: Sequence[Node]) -> list
 def is_affine(graph: Graph, nodes: Sequence[Node], symbols: Set[Node]) -> bool:
     """Tell whether nodes are affine in symbols: their derivative in any direction contains none of them."""
     seeds = {s: graph.symbol(f"#direction {k}") for k, s in enumerate(sorted(symbols))}
-    return symbols.isdisjoint(graph.support(*jvp(graph, nodes, seeds)))
+    return not graph.depend(jvp(graph, nodes, seeds), symbols)

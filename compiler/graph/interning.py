@@ -16,18 +16,21 @@ The other way round is accepted: x*y/x is y, an identity may remove a singular s
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Collection, Iterable, Sequence, Set
 from fractions import Fraction
 from itertools import compress
 from typing import Final, Self
 
-from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
-from .operations import ADD, CONST, MUL, NEG, PARTIAL, SELECT, SUB, SYMBOL
-from .reached import Answers, Node, few_reached, marked
+from .field import HALF, Angle, P, hashed, of_fraction
+from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
+from .reached import Answers, Node, depends_on, few_reached, marked, marked_within, within
 from .table import Table
 
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
+
+ASKED: Final = 64
+"""Sets of nodes whose traits are remembered: those of all velocities, say, are asked about for each statement."""
 
 
 class Store:
@@ -39,6 +42,7 @@ class Store:
 
     __slots__ = (
         "_angles",
+        "_asked",
         "_cache",
         "_classes",
         "_code",
@@ -48,12 +52,13 @@ class Store:
         "_lookups",
         "_names",
         "_negatives",
-        "_partial",
         "_points",
         "_reached",
         "_right",
         "_symbols",
         "_third",
+        "_traits",
+        "_used",
         "_values",
         "by_value",
         "gradients",
@@ -77,7 +82,8 @@ class Store:
         self._left: list[Node] = []
         self._right: list[Node] = []
         self._values: list[int] = []
-        self._partial = bytearray()
+        self._traits = bytearray()
+        """Whether singular, and kinds of symbols that it depends on (operations.py)."""
         # what only some nodes have
         self._third: dict[Node, Node] = {}
         self._names: dict[Node, str] = {}
@@ -87,6 +93,9 @@ class Store:
         self._points: dict[Node, tuple[int, int]] = {}
         self._inverses: dict[Node, int] = {}
         self._reached = Answers()
+        self._asked: dict[frozenset[Node], bytes] = {}
+        self._used = {ADD, SUB, MUL}
+        """Operations that some node has, and perhaps these."""
         # from structure or value to node
         self._symbols: dict[str, Node] = {}
         self._classes: dict[int, Node] = {}
@@ -154,6 +163,26 @@ class Store:
         marks = self._marks(wanted, stopped)
         return list(compress(range(len(marks)), marks))  # type: ignore[arg-type]
 
+    def reach_of(self, outputs: Iterable[Node], nodes: Iterable[Node]) -> list[Node]:
+        """Return those of ``reach`` that may depend on some nodes, or be one: all that are, and some others."""
+        wanted = tuple(outputs)
+        few = few_reached(self, wanted)
+        return marked_within(self, wanted, self._within(frozenset(nodes))) if few is None else few
+
+    def depend(self, outputs: Iterable[Node], nodes: Collection[Node]) -> bool:
+        """Tell whether some output depends on one of some nodes, or is one."""
+        sought = frozenset(nodes)
+        return depends_on(self, outputs, sought, self._within(sought))
+
+    def _within(self, nodes: frozenset[Node]) -> bytes:
+        """Return for each combination of traits whether what has them may depend on one of some nodes."""
+        asked = self._asked.get(nodes)
+        if asked is None:
+            if len(self._asked) >= ASKED:
+                self._asked.clear()
+            asked = self._asked[nodes] = within(frozenset([self._traits[n] for n in nodes]))
+        return asked
+
     def _marks(self, wanted: tuple[Node, ...], known: frozenset[Node] = frozenset()) -> bytearray:
         """Return a byte for each node that is 1 where one is reached; large questions are often asked again."""
         return marked(self, wanted, known) if known else self._reached.to(self, wanted)
@@ -161,6 +190,8 @@ class Store:
     def reached_with(self, outputs: Iterable[Node], codes: Set[int]) -> list[Node]:
         """Return those of the nodes that outputs reach that have one of some operations, ascending."""
         wanted, code = tuple(outputs), self._code
+        if codes.isdisjoint(self._used):
+            return []
         few = few_reached(self, wanted)
         if few is not None:
             return [n for n in few if code[n] in codes]
@@ -169,9 +200,18 @@ class Store:
             return []
         return [n for n in compress(range(len(marks)), marks) if code[n] in codes]  # type: ignore[misc]
 
+    def having(self, nodes: Iterable[Node], codes: Set[int]) -> list[Node]:
+        """Return those of some nodes that have one of some operations."""
+        code = self._code
+        return [] if codes.isdisjoint(self._used) else [n for n in nodes if code[n] in codes]
+
     def reached_among(self, outputs: Sequence[Node], candidates: Iterable[Node]) -> list[Node]:
         """Return those of some nodes that the outputs depend on, or are."""
-        wanted = tuple(outputs)
+        wanted, traits = tuple(outputs), self._traits
+        held = {traits[n] for n in wanted}
+        candidates = [n for n in candidates if any(not traits[n] & ~own for own in held)]
+        if not candidates:
+            return []
         few = few_reached(self, wanted)
         if few is not None:
             found = set(few)
@@ -184,33 +224,34 @@ class Store:
 
         ``given`` nodes that are met are among them, but not what is below.
         """
-        left, right, code = self._left, self._right, self._code
+        left, right, code, third = self._left, self._right, self._code, self._third
         done, leaf = bytearray(len(code)), bytearray(len(code))
         for n in given:
             leaf[n] = 1
         order: list[Node] = []
+        emit = order.append
         for output in outputs:
-            stack = [output]
+            stack: list[int] = [output]
+            push, pop = stack.append, stack.pop
             while stack:
-                n = stack[-1]
-                if not done[n]:
-                    if not leaf[n]:
-                        a = left[n]
-                        if a >= 0:
-                            if not done[a]:
-                                stack.append(a)
-                                continue
-                            b = right[n]
-                            if b >= 0:
-                                if not done[b]:
-                                    stack.append(b)
-                                    continue
-                                if code[n] == SELECT and not done[c := self._third[n]]:
-                                    stack.append(c)
-                                    continue
+                n = pop()  # type: ignore[assignment]
+                if n < 0:
+                    emit(~n)  # type: ignore[arg-type]  # its arguments are there
+                    continue
+                while not done[n]:
                     done[n] = 1
-                    order.append(n)
-                stack.pop()
+                    a = left[n]
+                    if a < 0 or leaf[n]:
+                        emit(n)
+                        break
+                    push(~n)
+                    b = right[n]
+                    if b >= 0:
+                        if third and code[n] == SELECT:
+                            push(third[n])
+                        if not done[b]:
+                            push(b)
+                    n = a
         return order
 
     def support(self, *outputs: Node) -> list[Node]:
@@ -223,7 +264,8 @@ class Store:
 
     def count_operations(self, outputs: Iterable[Node]) -> int:
         """Count all distinct nodes but constants and symbols; sine and cosine count apart."""
-        return sum(map(SYMBOL.__lt__, compress(self._code, self._marks(tuple(outputs)))))
+        codes = bytes(compress(self._code, self._marks(tuple(outputs))))
+        return len(codes) - codes.count(CONST) - codes.count(SYMBOL)
 
     # ------------------------------------------------------------------ trials
 
@@ -232,7 +274,9 @@ class Store:
         other = object.__new__(type(self))
         for slot in Store.__slots__:
             held = getattr(self, slot)
-            setattr(other, slot, held.copy() if isinstance(held, (list, dict, bytearray, Answers)) else held)
+            setattr(
+                other, slot, held.copy() if isinstance(held, (list, dict, set, bytearray, Answers)) else held
+            )
         return other
 
     def adopt(self, fork: Self) -> None:
@@ -250,8 +294,14 @@ class Store:
         self._left.append(a)
         self._right.append(b)
         self._values.append(v)
-        partial = self._partial
-        partial.append(code in PARTIAL or (a >= 0 and partial[a]) or (b >= 0 and partial[b]))
+        self._used.add(code)
+        traits = self._traits
+        own = SINGULAR if code in PARTIAL else 0
+        if a >= 0:
+            own |= traits[a]
+            if b >= 0:
+                own |= traits[b]
+        traits.append(own)
         return n
 
     def _intern(self, code: int, a: Node, b: Node, v: int) -> Node:
@@ -267,10 +317,10 @@ class Store:
         """Tell whether a node with the right value may represent an operation; see the module."""
         if self._code[found] == SUB and code not in (ADD, SUB):
             return False
-        partial = self._partial
-        if not partial[found] or code in PARTIAL:
+        traits = self._traits
+        if not traits[found] & SINGULAR or code in PARTIAL:
             return True
-        return bool((a >= 0 and partial[a]) or (b >= 0 and partial[b]))
+        return bool((a >= 0 and traits[a] & SINGULAR) or (b >= 0 and traits[b] & SINGULAR))
 
     def _structural(self, code: int, a: Node, b: Node = NONE) -> Node:
         """Return the node with this operation and these arguments, or a new one."""
@@ -324,11 +374,13 @@ class Store:
                 self._classes[key_of_class] = n
         return n
 
-    def symbol(self, name: str) -> Node:
+    def symbol(self, name: str, kind: int = OTHER) -> Node:
+        """Return the symbol of this name; ``kind`` (operations.py) is that of a new one."""
         n = self._symbols.get(name)
         if n is None:
             v = hashed("symbol", name, self.seed)
             self._symbols[name] = n = self._new(SYMBOL, NONE, NONE, v)
+            self._traits[n] = kind
             self._names[n] = name
             self._classes[v if v <= HALF else P - v] = n
         return n
@@ -338,47 +390,3 @@ class Store:
         if table not in self.tables:
             self.tables.append(table)
         return self.tables.index(table)
-
-    # ------------------------------------------------------------------ angles in the field
-
-    def _point(self, n: Node) -> tuple[int, int]:
-        """Return (cosine, sine) of an angle in the field."""
-        point = self._points.get(n)
-        if point is None:
-            exponent = self._angle(n).exponent()
-            if exponent is None:
-                exponent = opaque_angle(self._values[n], self.seed).exponent()
-                assert exponent is not None
-            self._points[n] = point = circle(exponent)
-        return point
-
-    def _angle(self, n: Node) -> Angle:
-        """Return the angle that a node stands for: linear in symbols, opaque below anything else."""
-        angles, code, left, right = self._angles, self._code, self._left, self._right
-        stack = [n]
-        while stack:
-            k = stack[-1]
-            if k in angles:
-                stack.pop()
-                continue
-            c, a, b = code[k], left[k], right[k]
-            if c == CONST:
-                angles[k] = constant_angle(self._constants[k], self.seed)
-            elif c == SYMBOL:
-                angles[k] = symbol_angle(self._names[k], self.seed)
-            elif c in (ADD, SUB):
-                if a in angles and b in angles:
-                    angles[k] = angles[a] + angles[b] if c == ADD else angles[a] - angles[b]
-                else:
-                    stack += (a, b)
-            elif c == NEG or (c == MUL and CONST in (code[a], code[b])):
-                if c == MUL and code[a] != CONST:
-                    a, b = b, a
-                factor, inner = (Fraction(-1), a) if c == NEG else (self._constants[a], b)
-                if inner in angles:
-                    angles[k] = angles[inner].scaled(factor)
-                else:
-                    stack.append(inner)
-            else:
-                angles[k] = opaque_angle(self._values[k], self.seed)
-        return angles[n]

@@ -365,5 +365,11 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
 PARTIAL: Final = frozenset(row.code for row in OPERATIONS if row.regular is not None)
 """Operations that have no value, or no derivative, for some arguments."""
 
+SINGULAR: Final = 1
+"""The trait of what has such an operation somewhere."""
+
+POSITION, VELOCITY, ACCELERATION, PARAMETER, TIME, RATE, OTHER = 2, 4, 8, 16, 32, 64, 128
+"""Kinds of symbols, and the traits of what depends on one: what lacks a trait of a symbol does not depend on it."""
+
 JUMPING: Final = frozenset(row.code for row in OPERATIONS if row.jumps)
 """Operations whose value jumps."""

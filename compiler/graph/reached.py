@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence, Set
+from functools import cache
 from itertools import islice
 from typing import Final, NewType, Protocol
 
@@ -24,6 +25,7 @@ class Arguments(Protocol):
     _left: list[Node]
     _right: list[Node]
     _third: dict[Node, Node]
+    _traits: bytearray
 
     def args(self, n: Node) -> tuple[Node, ...]: ...
 
@@ -92,6 +94,41 @@ def marked(graph: Arguments, wanted: Collection[Node], known: Collection[Node] =
     return marks
 
 
+@cache
+def within(asked: frozenset[int]) -> bytes:
+    """Return for each combination of traits whether what has them may depend on a node that has one of some others."""
+    return bytes(any(not own & ~held for own in asked) for held in range(256))
+
+
+def marked_within(graph: Arguments, wanted: Collection[Node], may: bytes) -> list[Node]:
+    """Return those nodes that ``marked`` marks whose traits are allowed, and those of arguments that are, ascending."""
+    traits = graph._traits
+    top = max(wanted, default=-1)
+    marks = bytearray(top + 1)
+    for n in wanted:
+        marks[n] = may[traits[n]]
+    left, right, code = graph._left, graph._right, graph._code
+    find: Callable[[int, int, int], Node] = marks.rfind  # type: ignore[assignment]  # a node or -1
+    found: list[Node] = []
+    add = found.append
+    n = find(1, 0, top + 1)
+    while n >= 0:
+        add(n)
+        a = left[n]
+        if a >= 0:
+            if may[traits[a]]:
+                marks[a] = 1
+            b = right[n]
+            if b >= 0:
+                if may[traits[b]]:
+                    marks[b] = 1
+                if code[n] == SELECT and may[traits[c := graph._third[n]]]:
+                    marks[c] = 1
+        n = find(1, 0, n)
+    found.reverse()
+    return found
+
+
 def few_reached(
     graph: Arguments, wanted: Collection[Node], known: Collection[Node] = frozenset()
 ) -> list[Node] | None:
@@ -122,16 +159,18 @@ def few_reached(
     return found
 
 
-def depends_on(graph: Arguments, wanted: Node, symbols: Set[Node]) -> bool:
-    """Tell whether a node depends on one of some symbols, or is one; what is found first ends the search."""
-    seen, pending = {wanted}, [wanted]
+def depends_on(graph: Arguments, wanted: Iterable[Node], sought: Set[Node], may: bytes) -> bool:
+    """Tell whether a node depends on one of others, or is one; what is found first ends the search. ``may``: their ``within``."""
+    traits = graph._traits
+    pending = [n for n in wanted if may[traits[n]]]
+    seen = set(pending)
     left, right, code = graph._left, graph._right, graph._code
     while pending:
         n = pending.pop()
-        if n in symbols:
+        if n in sought:
             return True
         for a in graph.args(n) if code[n] == SELECT else (left[n], right[n]):
-            if a >= 0 and a not in seen:
+            if a >= 0 and may[traits[a]] and a not in seen:
                 seen.add(a)
                 pending.append(a)
     return False

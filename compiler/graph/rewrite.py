@@ -17,7 +17,7 @@ def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node
         return list(outputs)
     images: dict[Node, Node] = dict(replacements)
     left, right, code = graph._left, graph._right, graph._code
-    for n in graph.reach(outputs):
+    for n in graph.reach_of(outputs, replacements):
         # the number of an argument that is not there is no key
         if (left[n] in images or right[n] in images or code[n] == ops.SELECT) and n not in images:
             arguments = graph.args(n)

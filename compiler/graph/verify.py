@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 from ..malformed import Malformed, excerpt
 from . import operations as ops
+from .angles import point_of
 from .field import HALF, P, hashed, of_fraction
 from .interning import NONE
 from .node import Graph
-from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SYMBOL
+from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SINGULAR, SYMBOL
 from .reached import Node
 
 SYMMETRIC = frozenset({ops.ADD, ops.MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
@@ -67,12 +68,12 @@ class _Check:
 
     def run(self) -> None:
         graph = self.graph
-        columns = (graph._left, graph._right, graph._values, graph._partial)
+        columns = (graph._left, graph._right, graph._values, graph._traits)
         if any(len(column) != len(graph) for column in columns):
             raise Malformed("graph", f"its columns have {len(graph)} and {[len(c) for c in columns]} rows")
         for n in range(len(graph)):
             self.operation(n)
-            self.partial(n)
+            self.traits(n)
             self.leaf(n)
         self.fixed()
         self.unique()
@@ -103,13 +104,25 @@ class _Check:
         if code == NEG and graph._code[operands[0]] in (NEG, CONST):
             self.fail(n, "is minus a constant, or minus a negative")
 
-    def partial(self, n: int) -> None:
+    def traits(self, n: int) -> None:
         graph = self.graph
-        expected = graph._code[n] in PARTIAL or any(graph._partial[a] for a in _operands(graph, n))
-        if graph._partial[n] != expected:
+        traits = graph._traits
+        expected = SINGULAR if graph._code[n] in PARTIAL else 0
+        for a in _operands(graph, n):
+            expected |= traits[a]
+        if (traits[n] ^ expected) & SINGULAR:
             self.fail(
-                n, f"{'has' if expected else 'has no'} states in which it is undefined, but says otherwise"
+                n,
+                f"{'has' if expected & SINGULAR else 'has no'} states in which it is undefined, but says otherwise",
             )
+        kinds = traits[n] & ~SINGULAR
+        if graph._code[n] == SYMBOL:
+            if kinds == 0 or kinds & (kinds - 1):
+                self.fail(n, "is a symbol of no kind, or of several")
+        elif kinds != expected & ~SINGULAR:
+            self.fail(n, "says that it depends on other kinds of symbols than its operands do")
+        if graph._code[n] not in graph._used:
+            self.fail(n, "has an operation that the graph does not know of")
 
     def leaf(self, n: int) -> None:
         graph, at = self.graph, Node(n)
@@ -176,9 +189,9 @@ class _Check:
             case ops.DIV:
                 return v * operands[1] % P == operands[0]
             case ops.COS:
-                return v == graph._point(graph._left[n])[0]
+                return v == point_of(graph, graph._left[n])[0]
             case ops.SIN:
-                return v == graph._point(graph._left[n])[1]
+                return v == point_of(graph, graph._left[n])[1]
             case code:
                 extra = graph._lookups.get(at, ())
                 return v == hashed(OPERATIONS[code].name, operands, extra, graph.seed)

@@ -19,6 +19,7 @@ from ..flat.model import (
 )
 from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
+from ..graph.operations import RATE
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .curves import curve_of, finished
@@ -170,7 +171,7 @@ def _unknown_rates(
 ) -> None:
     for order in (1, 2):
         of = graph.name(node)
-        rates[node] = graph.symbol(f"der({of})" if can_drive(scalar) else f"#rate {order} of {of}")
+        rates[node] = graph.symbol(f"der({of})" if can_drive(scalar) else f"#rate {order} of {of}", RATE)
         node = rates[node]
         unknown[node] = scalar
 

@@ -117,7 +117,7 @@ class Matter:
 
     def _field(self, gravity: Expression) -> tuple[Node, ...]:
         field = self._lowering.numbers(gravity)
-        if self._symbols.accelerations.intersection(self.graph.support(*field)):
+        if self.graph.depend(field, self._symbols.accelerations):
             raise self._reporter.fail(
                 "E0519",
                 "'gravity' must not depend on accelerations",
@@ -150,7 +150,7 @@ class Matter:
 
     def _check_fixed(self, nodes: Sequence[Node], what: str, value: Expression, help: str) -> None:
         self._lowering.questions.refuse(nodes, what, value, STATED)
-        if not self._symbols.moving.isdisjoint(self.graph.support(*nodes)):
+        if self.graph.depend(nodes, self._symbols.moving):
             self._reporter.error(
                 "E0513",
                 f"{what} must not depend on coordinates",
@@ -189,7 +189,7 @@ class Matter:
         if energy.kind != "dissipation":
             self._lowering.questions.refuse((value,), f"'{energy.kind}'", energy.value, STATED)
         accelerations = self._symbols.accelerations
-        if energy.kind != "lagrangian" and accelerations.intersection(self.graph.support(value)):
+        if energy.kind != "lagrangian" and self.graph.depend([value], accelerations):
             self._reporter.error(
                 "E0519",
                 f"'{energy.kind}' must not depend on accelerations",

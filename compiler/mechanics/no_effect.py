@@ -8,7 +8,6 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Origin
 from ..graph import Graph, Node
-from ..graph.reached import depends_on
 from .forces import rate_of
 from .modes import ImpulseAction
 from .system import MechanicalSystem
@@ -26,7 +25,7 @@ def warn_of_idle(system: MechanicalSystem, energies: Sequence[Node], reporter: R
     def check(
         what: str, nodes: tuple[Node, ...], kept: Set[Node], origin: Origin, why: str, help: str = ""
     ) -> None:
-        if not any(depends_on(graph, n, kept) for n in nodes):
+        if not graph.depend(nodes, kept):
             reporter.warning("W0531", f"this {what} has no effect", origin.shown, caption=why, help=help)
 
     still = "what it acts on does not move"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,8 +66,10 @@ def _columns(
     graph: Graph, nodes: Sequence[Node], constants: Mapping[Node, int], layout: Mapping[Node, Slot]
 ) -> tuple[NDArray[np.int8], Numbers, Numbers, Numbers]:
     """Return kinds, and columns that still hold the nodes of operands."""
-    kinds = np.array([graph._code[n] for n in nodes], np.int8)
-    first, second = (np.array([column[n] for n in nodes], np.int32) for column in (graph._left, graph._right))
+    kinds = np.array(bytearray(_picked(graph._code, nodes)), np.int8)
+    first, second = (
+        np.array(array("i", _picked(column, nodes)), np.int32) for column in (graph._left, graph._right)
+    )
     third = np.full(len(nodes), -1, np.int32)
     kinds[kinds == CONST] = LITERAL
     for k in np.flatnonzero(kinds == SYMBOL).tolist():
@@ -84,6 +87,10 @@ def _columns(
         kinds[hoisted], first[hoisted], second[hoisted] = LOAD, ARRAYS.index("p"), places[hoisted] - 1
         third[hoisted] = -1
     return kinds, first, second, third
+
+
+def _picked(column: Sequence[int], nodes: Sequence[Node]) -> Sequence[int]:
+    return itemgetter(*nodes)(column) if len(nodes) > 1 else [column[n] for n in nodes]
 
 
 def _body(kinds: NDArray[np.int8], columns: Sequence[Numbers], numbers: Sequence[Fraction]) -> LongBody:

@@ -36,11 +36,10 @@ def schedule(graph: Graph, outputs: Sequence[Node], given: Collection[Node] = ()
 
 def _pairs(graph: Graph, nodes: Sequence[Node], given: Collection[Node]) -> dict[Node, Node]:
     """Return for each sine or cosine that comes first the other one of the same argument."""
-    op = graph.op
     first: dict[Node, Node] = {}
     pairs: dict[Node, Node] = {}
-    for n in nodes:
-        if op(n) in (SIN, COS) and n not in given:
+    for n in graph.having(nodes, {SIN, COS}):
+        if n not in given:
             (angle,) = graph.args(n)
             other = first.setdefault(angle, n)
             if other != n:

@@ -92,7 +92,7 @@ def conservative(system: MechanicalSystem) -> list[Node]:
     graph = system.graph
     if graph.is_constant(system.potential):
         return [graph.zero] * len(system.v)
-    if not system.symbols.velocities.isdisjoint(graph.support(system.potential)):
+    if graph.depend([system.potential], system.symbols.velocities):
         return lagrange(system, graph.neg(system.potential))
     return projected(system, gradient(graph, system.potential, [s.node for s in system.q]))
 

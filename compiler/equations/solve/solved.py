@@ -217,9 +217,9 @@ def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporte
 def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
     """Report inputs and accelerations whose rates the formulas need; a rate that cancels is not needed."""
     graph = system.graph
-    for n in graph.support(*nodes):
-        scalar = system.unknown_rates.get(n)
-        if scalar is None or all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
+    for n in sorted(graph.reached_among(nodes, system.unknown_rates)):
+        scalar = system.unknown_rates[n]
+        if all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
             continue
         if isinstance(scalar, Query):
             reporter.error(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property
 
 from msgspec import Struct
 
@@ -82,7 +83,9 @@ def solve(
     best: _Candidate | None = None
     made = tried = 0
     done: list[tuple[Variant, frozenset[int]]] = []
-    for variant in _variants(system, variants, dense):
+    considered = _variants(system, variants, dense)
+    alone = len(considered) == 1
+    for variant in considered:
         if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
             break
         if variant and any(_same(variant, other, widths) for other, widths in done):
@@ -90,7 +93,7 @@ def solve(
         tried += 1
         # what is much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best.work + 1000.0
-        fork = graph.fork()
+        fork = graph if alone else graph.fork()
         try:
             candidate = _try(fork, system, rows, order, variant, count, limit)
         except TooMuchWork:
@@ -103,20 +106,25 @@ def solve(
             best = candidate
     if best is None:
         raise ValueError("no variant to try")
-    graph.adopt(best.graph)
+    if best.graph is not graph:
+        graph.adopt(best.graph)
     if isinstance(best.found, Solution):
         return _elimination(best.found, DENSE, best.operations)
     found = best.found.solution()
     return _elimination(found, best.found.variant.name, graph.count_operations(found.unknowns))
 
 
-class _Candidate(Struct, frozen=True):
-    """What one variant came to in ``graph``, with the operations and the products that it took so far."""
+class _Candidate(Struct, frozen=True, dict=True):
+    """What one variant came to in ``graph``, with the formulas and the products that it made so far."""
 
     graph: Graph
     found: Attempt | Solution
-    operations: int
+    formulas: Sequence[Node]
     work: int
+
+    @cached_property
+    def operations(self) -> int:
+        return self.graph.count_operations(self.formulas)
 
 
 def _try(
@@ -131,10 +139,10 @@ def _try(
     """Eliminate ``count`` unknowns in a fork; dense elimination goes to its end. Raises TooMuchWork."""
     if variant is None:
         found = eliminate_dense(fork, system, rows, order, limit)
-        return _Candidate(fork, found, fork.count_operations(found.unknowns), found.work)
+        return _Candidate(fork, found, found.unknowns, found.work)
     attempt = Attempt(fork, system, rows, order, variant)
     attempt.advance(count, limit=limit)
-    return _Candidate(fork, attempt, attempt.operations(), attempt.work)
+    return _Candidate(fork, attempt, attempt.formulas(), attempt.work)
 
 
 def solve_dense(

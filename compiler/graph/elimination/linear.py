@@ -46,7 +46,7 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
     """
     code, left, right = graph._code, graph._left, graph._right
     zero, one = graph.zero, graph.one
-    order = graph.reach(residuals)
+    order = graph.reach_of(residuals, unknowns)
     uses: dict[Node, int] = dict.fromkeys(unknowns, 0)
     dependent: list[Node] = []
     leaves = set(unknowns)

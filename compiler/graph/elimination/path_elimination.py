@@ -130,12 +130,12 @@ class Attempt:
             pending.remove(i)
             self._done.append(i)
 
-    def operations(self) -> int:
-        """Count those of the unknowns that are gone, in terms of what is left, and of the rows that are left."""
+    def formulas(self) -> list[Node]:
+        """Return those of the unknowns that are gone, in terms of what is left, and of the rows that are left."""
         state = self._state
         gone = state.back_substitute([state.unknowns[i] for i in self._done])
         left = [c for k, row in state.rows.items() for c in (*row.values(), state.offsets[k])]
-        return state.graph.count_operations([*gone, *left])
+        return [*gone, *left]
 
     def solution(self, *, limit: float = float("inf")) -> Solution:
         """Eliminate what is left, and evaluate the unknowns."""

@@ -41,6 +41,8 @@ class VirtualDisplacement(Struct, frozen=True):
 def reactions_asked(model: FlatModel) -> frozenset[str]:
     """Return the names of the joints whose reaction or moment the model uses."""
     joints = {joint.name for joint in model.joints}
+    if not joints:
+        return frozenset()
     return frozenset(q.target for q in _queries(model) if q.function in REACTIONS and q.target in joints)
 
 

@@ -12,6 +12,7 @@ from mechc.lang.units import Dimension
 from ...flat.model import Expression, FlatModel, Kind, Role, Variable
 from ...flat.subscripts import element_name, subscripts
 from ...graph import Graph, Node
+from ...graph.operations import ACCELERATION, OTHER, PARAMETER, POSITION, TIME, VELOCITY
 from ...graph.vector import quaternion_rate
 from .values import Value, filled
 
@@ -108,7 +109,7 @@ def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset(
         scalars[variable.role].extend(made)
         values[variable.name] = _arranged(variable, tuple(s.node for s in made))
     return Symbols(
-        graph.symbol("time"),
+        graph.symbol("time", TIME),
         tuple(coordinates),
         tuple(scalars[Role.STATE]),
         tuple(scalars[Role.INPUT]),
@@ -119,9 +120,14 @@ def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset(
     )
 
 
+KINDS = {Role.COORDINATE: POSITION, Role.PARAMETER: PARAMETER}
+"""Of symbols (graph/operations.py)."""
+
+
 def _scalars(graph: Graph, variable: Variable) -> tuple[Scalar, ...]:
+    kind = KINDS.get(variable.role, OTHER)
     return tuple(
-        Scalar(graph.symbol(element_name(variable.name, i)), element_name(variable.name, i), variable, i)
+        Scalar(graph.symbol(name := element_name(variable.name, i), kind), name, variable, i)
         for i in subscripts(variable.type.shape)
     )
 
@@ -140,14 +146,14 @@ def _coordinate(graph: Graph, variable: Variable) -> Coordinate:
     q = _scalars(graph, variable)
     v = tuple(
         Scalar(
-            graph.symbol(rate_name(variable.name, s.indices)),
+            graph.symbol(rate_name(variable.name, s.indices), VELOCITY),
             rate_name(variable.name, s.indices),
             variable,
             s.indices,
         )
         for s in q
     )
-    a = tuple(graph.symbol(f"der({s.name})") for s in v)
+    a = tuple(graph.symbol(f"der({s.name})", ACCELERATION) for s in v)
     return Coordinate(variable, q, v, a, tuple(s.node for s in v))
 
 
@@ -155,11 +161,11 @@ def _rotation(graph: Graph, variable: Variable) -> Coordinate:
     """A rotation: unit quaternion (scalar first) and body angular velocity, q' = q (0, w)/2."""
     name = variable.name
 
-    def make(text: str, k: int) -> Scalar:
-        return Scalar(graph.symbol(text), text, variable, (k,))
+    def make(text: str, k: int, kind: int) -> Scalar:
+        return Scalar(graph.symbol(text, kind), text, variable, (k,))
 
-    q = tuple(make(f"{name}[{k + 1}]", k) for k in range(4))
-    v = tuple(make(f"der({name})[{k + 1}]", k) for k in range(3))
-    a = tuple(graph.symbol(f"der({name}, 2)[{k + 1}]") for k in range(3))
+    q = tuple(make(f"{name}[{k + 1}]", k, POSITION) for k in range(4))
+    v = tuple(make(f"der({name})[{k + 1}]", k, VELOCITY) for k in range(3))
+    a = tuple(graph.symbol(f"der({name}, 2)[{k + 1}]", ACCELERATION) for k in range(3))
     qdot = quaternion_rate(graph, tuple(s.node for s in q), tuple(s.node for s in v))
     return Coordinate(variable, q, v, a, qdot)

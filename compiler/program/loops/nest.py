@@ -70,6 +70,8 @@ class Nests:
 
     def _build(self, bodies: Sequence[Sequence[Entry]], chain: tuple[Nest, ...]) -> list[Site | Nest]:
         found: list[Site | Nest] = []
+        plain = not any(type(entry) is Run for entry in bodies[0])  # statements one behind the other
+        begins = np.array([body[0] for body in bodies]) if plain else None
         for q, first in enumerate(bodies[0]):
             if type(first) is Run:
                 runs = [body[q] for body in bodies]
@@ -79,7 +81,7 @@ class Nests:
                 nest.children = self._build([i for each in iterations for i in each], (*chain, nest))
                 found.append(nest)
             else:
-                statements = np.array([body[q] for body in bodies])
+                statements = np.array([body[q] for body in bodies]) if begins is None else begins + q
                 site = Site(len(self.sites), chain, statements)
                 self.sites.append(site)
                 self.site_of[statements] = site.number

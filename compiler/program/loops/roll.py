@@ -44,7 +44,7 @@ class _Writer:
         self.nests = nests
         self.places = Places(nests)
         self.indices = Indices()
-        self.taken = {int(place) for place in self.places.at if place >= 0}
+        self.taken = set(self.places.at[self.places.at >= 0].tolist())
         self.padded: dict[int, int] = {}
         """Free places that hold a copy, and whose value it is."""
 

@@ -5,6 +5,7 @@ A period is the distance of equal windows; a run goes on as long as each token i
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -31,42 +32,46 @@ Entry = int | Run
 def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> list[Entry]:
     """Return the statements with runs put together."""
     items: list[Entry] = list(range(len(tokens)))
-    found = tokens.tolist()
+    sizes = np.ones(len(tokens), np.int64)
     for window, repeats, least in LEVELS:
-        items, found = _level(items, found, operands, window, repeats, least)
+        items, tokens, sizes = _level(items, tokens, sizes, operands, window, repeats, least)
     return items
 
 
 def _level(
     items: list[Entry],
-    tokens: list[int],
+    tokens: NDArray[np.int64],
+    sizes: NDArray[np.int64],
     operands: NDArray[np.int64],
     window: int,
     repeats: int,
     least: int,
-) -> tuple[list[Entry], list[int]]:
+) -> tuple[list[Entry], NDArray[np.int64], NDArray[np.int64]]:
     n = len(items)
     if n < 2 * window:
-        return items, tokens
-    weight = np.concatenate([[0], np.cumsum([x.size if type(x) is Run else 1 for x in items])])
+        return items, tokens, sizes
+    weight = np.concatenate([[0], np.cumsum(sizes)])
     out: list[Entry] = []
     shapes: list[object] = []
+    counts: list[NDArray[np.int64]] = []
     done = 0
-    for start, end, period in _periodic(np.array(tokens), window, repeats, least, weight):
+    for start, end, period in _periodic(tokens, window, repeats, least, weight):
         first = start + _phase(items, operands, start, end, period)
         count = (end - first) // period
         if count < repeats:
             first, count = start, (end - start) // period
         out += items[done:first]
-        shapes += tokens[done:first]
+        shapes += tokens[done:first].tolist()
+        counts += sizes[done:first], weight[[first + count * period]] - weight[first]
         done = first + count * period
         iterations = [items[k : k + period] for k in range(first, done, period)]
         out.append(Run(iterations, int(weight[done] - weight[first])))
-        shapes.append(tuple(tokens[first : first + period]))
+        shapes.append(tuple(tokens[first : first + period].tolist()))
     out += items[done:]
-    shapes += tokens[done:]
+    shapes += tokens[done:].tolist()
     numbers: dict[object, int] = {}
-    return out, [numbers.setdefault(shape, len(numbers)) for shape in shapes]
+    numbered = np.array([numbers.setdefault(shape, len(numbers)) for shape in shapes], np.int64)
+    return out, numbered, np.concatenate([*counts, sizes[done:]])
 
 
 def _periodic(
@@ -77,17 +82,22 @@ def _periodic(
     ends: dict[int, NDArray[np.intp]] = {}
     tried: dict[int, int] = {}
     done = skip = 0
-    for j in np.flatnonzero(before >= 0).tolist():
+    windows = np.flatnonzero(before >= 0).tolist()
+    at = 0
+    while at < len(windows):
+        j = windows[at]
         if j < skip:
+            at = bisect_left(windows, skip, at)
             continue
+        at += 1
         i = int(before[j])
         period = j - i
         if i < done or tried.get(period, -1) > j:
             continue
         if period not in ends:
             ends[period] = np.flatnonzero(tokens[period:] != tokens[:-period])
-        at = int(np.searchsorted(ends[period], i))
-        end = int(ends[period][at]) + period if at < ends[period].size else len(tokens)
+        last = int(np.searchsorted(ends[period], i))
+        end = int(ends[period][last]) + period if last < ends[period].size else len(tokens)
         tried[period] = end
         if end - i >= repeats * period and weight[end] - weight[i] >= least:
             yield i, end, period
@@ -99,8 +109,10 @@ def _equal_before(tokens: NDArray[np.int64], window: int) -> NDArray[np.int64]:
     """Return for each window the last one before it with the same tokens, -1 where there is none."""
     n = len(tokens) - window + 1
     code = np.zeros(n, np.uint64)
+    letters = tokens.astype(np.uint64) + np.uint64(1)
     for k in range(window):
-        code = code * np.uint64(0x9E3779B97F4A7C15) + (tokens[k : k + n].astype(np.uint64) + np.uint64(1))
+        code *= np.uint64(0x9E3779B97F4A7C15)
+        code += letters[k : k + n]
         code ^= code >> np.uint64(29)
     order = np.argsort(code, kind="stable")
     same = code[order[1:]] == code[order[:-1]]
@@ -117,8 +129,8 @@ def _phase(items: Sequence[Entry], operands: NDArray[np.int64], start: int, end:
     low, high = max(start, middle - period), min(end, middle + period)
     where = {s: q for q in range(low, high) for s in _statements(items[q])}
     last: dict[int, int] = {}
-    for statement, q in where.items():
-        for value in operands[statement].tolist():
+    for q, values in zip(where.values(), operands[list(where)].tolist(), strict=True):
+        for value in values:
             made = where.get(value, q)
             if made < q < made + period:
                 last[made] = max(last.get(made, 0), q)

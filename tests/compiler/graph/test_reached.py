@@ -6,7 +6,6 @@ import pytest
 
 from mechc.compiler.graph import Graph, Node, reached
 from mechc.compiler.graph import operations as ops
-from mechc.compiler.graph.reached import depends_on
 
 
 def walked(graph: Graph, wanted: list[Node], known: set[Node]) -> list[Node]:
@@ -45,7 +44,7 @@ def test_all_ways_find_the_same(graph: Graph) -> None:
         asked = rng.choices(everything, k=9)
         assert graph.reached_among(wanted, asked) == [n for n in asked if n in found]
         for n in wanted:
-            assert depends_on(graph, n, set(asked)) == (not set(asked).isdisjoint(walked(graph, [n], set())))
+            assert graph.depend([n], asked) == (not set(asked).isdisjoint(walked(graph, [n], set())))
         known = set(rng.choices(everything, k=4))
         assert graph.reach(iter(wanted), iter(known)) == walked(graph, wanted, known)
 

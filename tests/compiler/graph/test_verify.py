@@ -72,7 +72,19 @@ def twice_negative(g: Graph) -> None:
 
 
 def whole(g: Graph) -> None:
-    g._partial[find(g, ops.DIV)] = False
+    g._traits[find(g, ops.DIV)] &= ~ops.SINGULAR
+
+
+def another_kind(g: Graph) -> None:
+    g._traits[find(g, ops.DIV)] ^= ops.VELOCITY
+
+
+def no_kind(g: Graph) -> None:
+    g._traits[g.symbol("x")] = 0
+
+
+def unused(g: Graph) -> None:
+    g._used.discard(ops.DIV)
 
 
 def nameless(g: Graph) -> None:
@@ -137,6 +149,9 @@ BREAKS: list[tuple[Callable[[Graph], None], str]] = [
     (descending, "mul is symmetric"),
     (twice_negative, "minus a constant"),
     (whole, "undefined, but says otherwise"),
+    (another_kind, "depends on other kinds of symbols"),
+    (no_kind, "a symbol of no kind"),
+    (unused, "an operation that the graph does not know of"),
     (nameless, "lacks a name"),
     (same_name, "symbol x exists twice"),
     (same_constant, "not 0, 1, -1, 2, 1/2"),
