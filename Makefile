@@ -41,7 +41,7 @@ demo: $(VENV)/installed
 	@echo "To see it move: $(BIN)/mechc view $(MODEL)"
 
 test: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
+	$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m "not slow"
 
 test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -q -n $(JOBS) -m slow

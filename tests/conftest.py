@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,10 +20,20 @@ def pytest_configure() -> None:
     """Take Ctrl-C as Python does, also where a shell started the tests in the background and ignores it for them.
 
     Small matrices are solved faster by one thread than by several, which wait for each other, as the command line does.
+    What is imported is compiled once for all processes that tests start, also where containers tell Python to keep nothing.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish() -> None:
+    """Let nobody look for cycles in what lasts as long as the tests: modules, and ten thousand of them."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

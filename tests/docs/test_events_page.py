@@ -15,7 +15,17 @@ PAGE = (ROOT / "docs" / "events.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```mech\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("text", BLOCKS, ids=[re.findall(r"model (\w+)", block)[0] for block in BLOCKS])
+NAMES = [re.findall(r"model (\w+)", block)[0] for block in BLOCKS]
+LONG = {"Balls"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        pytest.param(block, id=name, marks=pytest.mark.slow if name in LONG else ())
+        for block, name in zip(BLOCKS, NAMES, strict=True)
+    ],
+)
 def test_models_run(text: str) -> None:
     model = mechc.loads(text)
     assert not model.diagnostics

@@ -17,8 +17,15 @@ EXPLANATIONS = sorted(
     path for path in (ROOT / "docs" / "explanation").glob("*.md") if path.name != "README.md"
 )
 HOW_TO = sorted(path for path in (ROOT / "docs" / "how_to").glob("*.md") if path.name != "README.md")
-LONG = {"fmu_in_co_simulation", "c_for_embedded_use", "cluster", "device"}
-"""Pages that build libraries or pages, or begin processes."""
+LONG = {
+    "fmu_in_co_simulation",
+    "c_for_embedded_use",
+    "cluster",
+    "device",
+    "batches_of_gradients",
+    "long_results",
+}
+"""Pages that build libraries or pages, begin processes, or run for long."""
 
 
 @pytest.mark.parametrize(

@@ -175,6 +175,7 @@ def test_explanation_states_reason_and_saving() -> None:
         assert words in text
 
 
+@pytest.mark.slow
 def test_large_models_are_explained_without_what_grows_with_their_square() -> None:
     chain = PLANAR_TREE.replace(
         "Bar trunk; Revolute foot(world -> trunk.a, angle = 60 deg);",

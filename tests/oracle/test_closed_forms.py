@@ -34,6 +34,7 @@ def test_period_of_a_pendulum() -> None:
     assert end["a"] == pytest.approx(1, abs=1e-10) and end["der(a)"] == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_free_body_obeys_euler() -> None:
     m = meaning(
         "coordinate Rotation R; initial der(R) = {1, 2, 3} rad/s; frame b = world * R;"

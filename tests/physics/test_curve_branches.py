@@ -34,6 +34,7 @@ def film() -> Any:
     return mechc.load(FILM).study("curves", over="b = 0.5 .. 0.8")
 
 
+@pytest.mark.slow
 def test_where_the_soap_film_tears(film: Any) -> None:
     """U64: r = c cosh(z/c): both films become one where x tanh(x) = 1, b = x / cosh(x) = 0.66274342, waist 0.552434; there
     and for some way before it both have more than the 2 pi of two discs."""

@@ -97,7 +97,7 @@ def test_motion(name: str, method: str, target: Literal["c", "python"]) -> None:
     assert found == pytest.approx(expected, rel=1e-6 if method == "gauss4" else NEAR)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [pytest.param("sled", marks=pytest.mark.slow), "pump"])
 def test_standalone_c(name: str, tmp_path: Path) -> None:
     text, names, expected = MODELS[name]
     model = mechc.loads(text)

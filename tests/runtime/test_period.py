@@ -119,6 +119,7 @@ def test_power_laws(degree: int) -> None:
         within(found, "period", exact * energy ** (1 / degree - 0.5))
 
 
+@pytest.mark.slow
 def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
     """U153: the angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed; it goes to
     2 pi sqrt(lambda/3) towards the least energy, 3/2 at r = 1."""

@@ -185,6 +185,7 @@ def steady_of(text: str, **settings: Any) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.mark.slow
 def test_conical_pendulum_as_a_point_on_a_sphere() -> None:
     """m r^2 W = L with W^2 = g/|z|; small motions: W^2 (1 + 3 cos^2) as of the spherical pendulum. Then the speed at this height."""
     (one,) = steady_of(CONICAL)

@@ -27,7 +27,9 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.slow if n == "curves" else ()) for n in STUDIES]
+)
 def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its settings, its page, its command, its method and its JSON object go through the table."""
     kind = STUDIES[name]

@@ -149,6 +149,7 @@ def test_what_is_missing_is_said() -> None:
         mechc.loads(THROWN).threshold(reaches="h = 1")
 
 
+@pytest.mark.slow
 def test_initial_values_and_inputs_are_varied_too() -> None:
     text = THROWN.replace("  parameter v = 1;\n", "").replace("= v;", "= 5;")
     found = mechc.loads(text).threshold(over="der(h) = 1 .. 8", reaches="h = 1.5").summary()

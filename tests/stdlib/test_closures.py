@@ -14,8 +14,18 @@ import mechc
 JOINTS = joints()
 CASES = [(joint, settings) for joint in JOINTS for settings in joint.settings]
 EVERY = pytest.mark.parametrize(
-    ("joint", "settings"), CASES, ids=[f"{j.library}-{j.name}-{j.settings.index(s)}" for j, s in CASES]
+    ("joint", "settings"),
+    [
+        pytest.param(
+            j,
+            s,
+            id=f"{j.library}-{j.name}-{j.settings.index(s)}",
+            marks=() if s == j.settings[-1] else pytest.mark.slow,
+        )
+        for j, s in CASES
+    ],
 )
+"""In each run of the tests the last settings of each joint, which differ most from its defaults."""
 
 BODY = {
     "planar": "gravity {1, -9} m/s^2;\nBody body(m = 2 kg, J = 0.3 kg.m^2, com = {0.4, -0.1} m);\ntorque 2 N.m on body.a;\n",

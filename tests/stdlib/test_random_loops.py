@@ -72,7 +72,7 @@ def run(text: str, joints: list[tuple[str, str, str]], cut: int) -> dict[str, li
 
 @pytest.mark.parametrize(
     ("size", "seed"),
-    [(2, 1), (2, 2), (2, 3), (3, 1), *(pytest.param(3, k, marks=pytest.mark.slow) for k in range(2, 10))],
+    [(2, 1), (2, 2), (2, 3), *(pytest.param(3, k, marks=pytest.mark.slow) for k in range(1, 10))],
 )
 def test_any_joint_may_be_cut(size: int, seed: int) -> None:
     """Tree edges, closures, edges walked backwards and places on bodies: one motion, the same reactions."""

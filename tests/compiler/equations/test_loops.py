@@ -30,7 +30,7 @@ def operations(file: str, n: int) -> int:
     [
         ("closed_chain.mech", (10, 20, 30), 117),
         ("ladder.mech", (4, 8, 12), 378),
-        ("spatial_chain.mech", (12, 18, 24), 487),
+        pytest.param("spatial_chain.mech", (12, 18, 24), 487, marks=pytest.mark.slow),
     ],
 )
 def test_cost_of_loops_is_linear(file: str, sizes: tuple[int, int, int], bound: float) -> None:

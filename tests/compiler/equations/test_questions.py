@@ -314,10 +314,10 @@ def compare(question: Question, part: Part) -> None:
 
 
 def pairs() -> list[object]:
-    """Every question in every place; one in nine is quick enough for each run of the tests."""
+    """Every question in every place; one in eighteen is quick enough for each run of the tests."""
     table = itertools.product(enumerate(QUESTIONS), enumerate(PLACES))
     return [
-        pytest.param(name, there, marks=() if (i + j) % 9 == 0 else pytest.mark.slow)
+        pytest.param(name, there, marks=() if (i + j) % 18 == 0 else pytest.mark.slow)
         for (i, name), (j, there) in table
     ]
 
@@ -337,7 +337,13 @@ def test_reaction_that_is_asked_for_nowhere_else(there: str) -> None:
     assert outcome(alone, "rhs", values) == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize(("name", "there"), sorted(NOT_CIRCULAR))
+@pytest.mark.parametrize(
+    ("name", "there"),
+    [
+        pytest.param(*pair, marks=pytest.mark.slow if k % 3 else ())
+        for k, pair in enumerate(sorted(NOT_CIRCULAR))
+    ],
+)
 def test_question_in_an_energy(name: str, there: str) -> None:
     compare(QUESTIONS[name], ENERGIES[there])
 
@@ -415,8 +421,13 @@ USES = {
 }
 
 
-@pytest.mark.parametrize("use", USES)
-@pytest.mark.parametrize("asked", ANSWERS)
+@pytest.mark.parametrize(
+    ("asked", "use"),
+    [
+        pytest.param(asked, use, marks=() if (i + j) % 3 == 0 else pytest.mark.slow)
+        for (i, asked), (j, use) in itertools.product(enumerate(ANSWERS), enumerate(USES))
+    ],
+)
 def test_answer_in_space_is_what_the_output_says(asked: str, use: str) -> None:
     """Where the answer stands, an input with its value gives the same accelerations."""
     unit, size = ANSWERS[asked]

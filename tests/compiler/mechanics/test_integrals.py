@@ -53,7 +53,12 @@ CLOSED: dict[str, Callable[[float, float, float], float]] = {
 }
 
 
-@pytest.mark.parametrize("integral", CLOSED)
+NESTED = "integral(integral(s*t for t in 0:s) for s in 0:c)"
+
+
+@pytest.mark.parametrize(
+    "integral", [pytest.param(i, marks=pytest.mark.slow if i == NESTED else ()) for i in CLOSED]
+)
 def test_integrals_that_are_known(integral: str) -> None:
     """Kinks and jumps at places linear in the variable, ends that are singular, bounds that move and that are turned."""
     source = random.Random(integral)

@@ -145,9 +145,9 @@ BASES: dict[str, Base] = {}
 @pytest.fixture(params=["plane", "space", "losing", "told"])
 def base(request: pytest.FixtureRequest) -> Base:
     name = request.param
-    return BASES.setdefault(
-        name, base_of({"plane": PLANE, "space": SPACE, "losing": LOSING, "told": TOLD}[name])
-    )
+    if name not in BASES:
+        BASES[name] = base_of({"plane": PLANE, "space": SPACE, "losing": LOSING, "told": TOLD}[name])
+    return BASES[name]
 
 
 MADE = {

@@ -99,7 +99,7 @@ def test_two_models_in_one_program(tmp_path: Path) -> None:
     assert [float(line) for line in done.stdout.split()] == [-2.0, -5.0]
 
 
-@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_no_name_is_without_prefix(fmi: int, tmp_path: Path) -> None:
     objects(tmp_path / "a", SPRING.format(name="Spring", k=8, event=EVENT), fmi, "Spring_")
     names = visible(tmp_path / "a")

@@ -58,6 +58,10 @@ end Arm;
 """
 
 
+VERSIONS = [2, pytest.param(3, marks=pytest.mark.slow)]
+"""For what takes its time and has little to do with the version."""
+
+
 @pytest.fixture(scope="module", params=[2, 3])
 def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, int]:
     path = tmp_path_factory.mktemp("arm") / "arm.fmu"
@@ -265,6 +269,7 @@ def moves(path: Path, library: Path) -> list[float]:
     return [float(v) for v in driver.co_simulation(other, np.linspace(0.0, 2.0, 9), 0.25)[-1]]
 
 
+@pytest.mark.parametrize("arm", VERSIONS, indirect=True)
 def test_the_sources_compile_by_one_command(arm: tuple[Path, int], tmp_path: Path) -> None:
     path, _ = arm
     with zipfile.ZipFile(path) as archive:
@@ -461,6 +466,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("arm", VERSIONS, indirect=True)
 def test_check_and_run_from_the_command_line(
     arm: tuple[Path, int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -485,6 +491,7 @@ def test_an_unknown_name_in_a_run(arm: tuple[Path, int], capsys: pytest.CaptureF
     assert "no variable that can be set 'kk'; it has" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("arm", VERSIONS, indirect=True)
 def test_values_of_a_run_have_units(arm: tuple[Path, int], capsys: pytest.CaptureFixture[str]) -> None:
     printed = []
     for value in ("k=3200", "k=3.2 kN/m"):
