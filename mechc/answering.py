@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec.structs import replace
 
+from .asking.asked import Asked, holds_formulas
 from .asking.given_values import UsageMistake
-from .asking.question import Asked, formulas, study
+from .asking.question import formulas, study
 from .compiler.equations.compliance import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
@@ -16,7 +17,6 @@ from .runtime.case import find_experiment
 from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
-from .runtime.settings import FORMULAS, settings_of
 from .runtime.studies.kinds.sweep import Runs, Sweep
 from .runtime.studies.runs.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
@@ -156,16 +156,9 @@ def _needs(asked: Asked) -> frozenset[str]:
     )
 
 
-def _states_formulas(asked: Asked) -> bool:
-    """Whether a setting that may hold formulas was given."""
-    return any(
-        s.kind in FORMULAS and isinstance(asked.given.get(s.name), str) for s in settings_of(asked.question)
-    )
-
-
 def with_formulas(model: M, asked: Asked) -> M:
     """Return the model with the formulas of a question as outputs."""
-    if not _states_formulas(asked):
+    if not holds_formulas(asked):
         return model
     equations = model.compilation.equations
     names = [e.name for e in (*equations.states, *equations.outputs)]
@@ -218,7 +211,7 @@ def _foreseen(model: CompiledModel) -> bool:
 
 def _cause(run: Run) -> Failure | None:
     """What ended a run, or its companion run."""
-    return run.failure or run.accuracy.failure
+    return run.motion.stopped or run.motion.companion_stopped
 
 
 def _met(run: Run) -> bool:
@@ -238,7 +231,8 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
     found = solve(problem, replace(question, stiff_after=FEW_STEPS))
-    if all(run.failure is None or run.failure.kind != TOO_MANY_STEPS for run in found.runs):
+    stopped = [run.motion.stopped for run in found.runs]
+    if all(why is None or why.kind != TOO_MANY_STEPS for why in stopped):
         return problem, found
     if any(run.statistics.stiff_time is not None for run in found.runs):
         problem, question = _posed(model, asked, method="auto")

@@ -19,7 +19,7 @@ from .model import CompiledModel, compiled
 from .suggest import closest
 
 if TYPE_CHECKING:
-    from .asking.question import Asked
+    from .asking.asked import Asked
     from .functions import Functions
     from .runtime.ensembles.result import Ensemble
     from .runtime.results.streamed import Streamed
@@ -277,7 +277,7 @@ class Model(CompiledModel):
     def _asked(
         self, kind: str, values: Mapping[str, Given] | None, given: Mapping[str, Any]
     ) -> tuple[Model, Asked]:
-        from .asking.question import asked
+        from .asking.asked import asked
         from .runtime.studies.table import STUDIES
 
         if kind not in STUDIES:

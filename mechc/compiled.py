@@ -44,6 +44,8 @@ class Code(Struct, eq=False):
     asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     """The SI unit of everything that may be set, once somebody has asked for it."""
+    mechanical: tuple[frozenset[str], dict[str, int]] | None = None
+    """What ``rotations_and_drives`` gives, once somebody has asked for it."""
     angles: str | None = None
     """The unit in which pictures show angles that state none, once somebody has asked for it."""
 
@@ -80,6 +82,18 @@ class Code(Struct, eq=False):
 
         made = compile_flat(self.compilation, flat, parts)
         return Code(self.source, self.folder, self.model, self.structural, made, parts, twin=True)
+
+    def rotations_and_drives(self) -> tuple[frozenset[str], dict[str, int]]:
+        """Return the names of rotations, and those of prescribed coordinates with the lines of their drives."""
+        if self.mechanical is None:
+            system = self.compilation.system
+            driven: dict[str, int] = {}
+            for row in system.drives:
+                line = row.origin.span.file.position(row.origin.span.start)[0]
+                driven |= {system.q[k].name: line for k in row.q if system.q[k].name not in driven}
+            rotations = (c.variable.name for c in system.symbols.coordinates if c.is_rotation)
+            self.mechanical = frozenset(rotations), driven
+        return self.mechanical
 
     def with_parts(self, parts: frozenset[str]) -> Code:
         """Return the same with parts built whether they are needed or not."""

@@ -142,11 +142,12 @@ class CompiledModel:
         known = self.structural_parameters
         structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
         settings = {name: value for name, value in values.items() if name not in known}
-        changed = type(self)(self._code.variant(self._code.structural | structural), self._settings)
+        code = self._code.variant(self._code.structural | structural) if structural else self._code
+        changed = type(self)(code, self._settings)
         new = changed._in_si(settings)  # a mistake is told here, not when the run begins
-        units = changed.settable_units()
+        units = changed.settable_units() if self._settings else {}
         kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
-        model = type(self)(changed._code, kept | settings)
+        model = type(self)(code, kept | settings)
         if not kept:
             model._given_in_si = new
         return model
@@ -217,15 +218,13 @@ class CompiledModel:
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
         if not settings:
             return {}
-        system = self.compilation.system
-        rotations = {c.variable.name for c in system.symbols.coordinates if c.is_rotation}
+        rotations, driven = self._code.rotations_and_drives()
         units = self.settable_units()
-        for row in system.drives:
-            for name in {system.q[k].name for k in row.q} & settings.keys() - units.keys():
-                raise UsageMistake(
-                    f"'{name}' is prescribed by 'drive' (line {row.origin.span.file.position(row.origin.span.start)[0]})",
-                    "change what the drive is formed of",
-                )
+        for name in (driven.keys() & settings.keys()) - units.keys() if driven else ():
+            raise UsageMistake(
+                f"'{name}' is prescribed by 'drive' (line {driven[name]})",
+                "change what the drive is formed of",
+            )
         return settings_in_si(settings, units, rotations)
 
     def problem(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from .asking.asked import Asked
 from .asking.given_values import Given
-from .asking.question import Asked
 from .compiled import Code, Exact
 from .compiler.compilation import StoredCompilation, stages_of
 from .lang.source import SourceFile

@@ -14,14 +14,16 @@ from msgspec import Struct, field
 
 from mechc.suggest import suggest
 
+from .allowed_values import check_parameters, check_state
 from .arrays.choice import np
 from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
 from .limits_of_time import check_finite, check_size
+from .once import once
 from .outcome import SimulationError
 from .output_times import output_times
-from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
+from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting
 from .rows import IN_MEMORY, Follower, Storage
 from .settings import settable
 
@@ -138,14 +140,23 @@ def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
     return problem.experiments[0] if problem.experiments else None
 
 
-def find_setting(problem: Problem, name: str) -> Setting:
-    """Find what a value by this name sets: a parameter, an initial value or a constant input."""
+@once
+def _settings(problem: Problem) -> dict[str, Setting]:
+    """List what can be set, by name: of equal names the first one counts."""
+    found: dict[str, Setting] = {}
     for array, quantities in (("p", problem.parameters), ("y", problem.states), ("u", problem.inputs)):
         for index, quantity in enumerate(quantities):
-            if quantity.name == name:
-                if array == "u":
-                    check_set(problem, index)
-                return Setting(array, index)
+            found.setdefault(quantity.name, Setting(array, index))
+    return found
+
+
+def find_setting(problem: Problem, name: str) -> Setting:
+    """Find what a value by this name sets: a parameter, an initial value or a constant input."""
+    found = _settings(problem).get(name)
+    if found is not None:
+        if found.array == "u":
+            check_set(problem, found.index)
+        return found
     if any(quantity.name == name for quantity in problem.outputs):
         raise SimulationError(f"'{name}' is an output of '{problem.name}': it follows from the motion")
     known = [q.name for q in (*problem.parameters, *problem.states, *problem.inputs)]
@@ -158,16 +169,18 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     """Make a run ready. Raises ``SimulationError``."""
     wanted = {find_setting(problem, name): float(value) for name, value in options.values.items()}
     experiment = find_experiment(problem, options.experiment)
-    p, chosen, numbers, words = _settle(problem, functions, experiment, wanted)
+    p, chosen, numbers, words, started = _settle(problem, functions, experiment, wanted)
     guessed = {Setting(s.array, s.index) for s in experiment.settings if s.guess} if experiment else set()
     guessed -= set(wanted)
-    _check_parameters(problem, p)
+    check_parameters(problem, p)
     tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
 
     span = _time_span(problem, options, numbers)
     begin = span.begin
     tables = with_derivatives(problem, tables, begin, span.stop)
-    z, y0 = initial_state(problem, functions, begin, p, tables)
+    if started is None or begin != 0 or tables:
+        started = initial_state(problem, functions, begin, p, tables)
+    z, y0 = started
     known = np.array(problem.known, dtype=bool)
     for setting, value in chosen.items():
         if setting.array == "y":
@@ -179,7 +192,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         places = [problem.dependent[k] for k in free]
         for _ in places:  # one of them may be stated with another
             y0[places] = functions.initial_of_others(begin, y0, u, z, p)[free]
-    _check_state(problem, y0)
+    check_state(problem, y0)
     wanted_state, assembled = y0, None
     if problem.assembly:
         from .start.initial import assemble
@@ -283,8 +296,9 @@ def initial_state(
 
 def _settle(
     problem: Problem, functions: Functions, experiment: Experiment | None, wanted: Mapping[Setting, float]
-) -> tuple[Array, dict[Setting, float], dict[str, float], dict[str, str]]:
-    """Parameters with all settings applied, the settings, and the options of the experiment."""
+) -> tuple[Array, dict[Setting, float], dict[str, float], dict[str, str], tuple[Array, Array] | None]:
+    """Parameters with all settings applied, the settings, and the options of the experiment; the discrete variables and the state
+    at time 0 without tables, where they were needed on the way."""
     count = len(problem.parameters)
     chosen = {Setting(s.array, s.index): value for s, value in wanted.items()}
     fixed = set(chosen)
@@ -304,7 +318,7 @@ def _settle(
 
     p = parameters()
     if experiment is None:
-        return p, chosen, {}, {}
+        return p, chosen, {}, {}, None
     for name in (*experiment.options, *experiment.words):
         if name not in (*NUMBERS, *WORDS, *OF_ENSEMBLES):
             raise SimulationError(
@@ -322,7 +336,7 @@ def _settle(
             if setting not in fixed:
                 chosen[setting] = float(value)
         if chosen == before:
-            return p, chosen, numbers, dict(experiment.words)
+            return p, chosen, numbers, dict(experiment.words), (z, y)
         p = parameters()
     raise SimulationError(
         f"the settings of experiment '{experiment.name}' do not settle: they depend on each other"
@@ -339,46 +353,3 @@ def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int
             raise SimulationError(f"the input '{name}' is given twice: as a value and as a table")
         tables[setting.index] = table
     return tables
-
-
-def _check_parameters(problem: Problem, p: Array) -> None:
-    for quantity, value in zip(problem.parameters, p.tolist(), strict=False):
-        if math.isnan(value):
-            raise SimulationError(
-                f"the parameter '{quantity.name}' has no value; "
-                f"give it one in the model, or with --set {quantity.name}=...",
-                quantity.origin,
-            )
-        if math.isinf(value):
-            raise SimulationError(f"the parameter '{quantity.name}' is infinite", quantity.origin)
-        _check_range(quantity, value, "the parameter")
-
-
-def _check_state(problem: Problem, y0: Array) -> None:
-    for quantity, value in zip(problem.states, y0.tolist(), strict=True):
-        if not math.isfinite(value):
-            what = "not a number" if math.isnan(value) else "infinite"
-            raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
-        _check_range(quantity, value, "the initial value of")
-    for index in problem.rotations:
-        norm = float(np.linalg.norm(y0[index : index + 4]))
-        if not norm > 0:
-            quantity = problem.states[index]
-            raise SimulationError(f"the initial rotation '{quantity.name}' is zero", quantity.origin)
-        y0[index : index + 4] /= norm
-
-
-def _check_range(quantity: Quantity, value: float, what: str) -> None:
-    if quantity.minimum is None and quantity.maximum is None:
-        return
-    unit = f" {quantity.unit}" if quantity.unit else ""
-    if quantity.minimum is not None and value < quantity.minimum:
-        raise SimulationError(
-            f"{what} '{quantity.name}' is {value:g}{unit}, below its minimum {quantity.minimum:g}{unit}",
-            quantity.origin,
-        )
-    if quantity.maximum is not None and value > quantity.maximum:
-        raise SimulationError(
-            f"{what} '{quantity.name}' is {value:g}{unit}, above its maximum {quantity.maximum:g}{unit}",
-            quantity.origin,
-        )

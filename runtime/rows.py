@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 AT_ONCE = 65_536
 """Rows that are looked at together."""
+FEW_NUMBERS = 65_536
+"""Numbers in the rows of runs that are judged when somebody asks."""
 FEW = 8
 """Rows that are taken from anywhere before what lies around them leaves the memory."""
 NO_RESERVE = 0x4000 if sys.platform.startswith("linux") else 0

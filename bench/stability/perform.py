@@ -14,8 +14,8 @@ from msgspec.structs import replace
 import mechc
 from mechc.answering import plan
 from mechc.api import Model
+from mechc.asking.asked import asked
 from mechc.asking.given_values import UsageMistake
-from mechc.asking.question import asked
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.truth import compile_for_reference, true_errors
 from mechc.runtime.native.build import BuildError

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,7 +50,7 @@ def unknown_setting(question: type[Study], name: str, known: Sequence[str]) -> U
     )
 
 
-def around_of(question: type[Study], given: Mapping[str, Any], known: Sequence[str]) -> dict[str, Any]:
+def around_of(question: type[Study], given: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:
     """Take out what stands around a question whose settings are ``known``; some have one that is called ``to``. Raises
     UsageMistake, ResultsFileError."""
     check_around(given)

@@ -7,11 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct, field
-from msgspec.structs import replace
-
 from ..lang.units import UnitError, parse_unit
-from ..runtime.case import Progress
 from ..runtime.inputs import Table, read_tables
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
@@ -28,11 +24,10 @@ from ..runtime.settings import (
     settings_of,
 )
 from ..runtime.studies.study import Study
-from .common_settings import AROUND, around_of, unknown_setting
+from .asked import Asked, known_of
 from .ensemble_settings import OF_ENSEMBLES
 from .formulas import apart, in_momenta, is_value, output_of, settable_units, sides
 from .given_values import (
-    Target,
     UsageMistake,
     elements_of,
     read_point,
@@ -47,48 +42,12 @@ if TYPE_CHECKING:
     from ..runtime.fitting.measured import Measured
 
 
-class Asked(Struct, frozen=True):
-    """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
-
-    ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
-    what runs it: compiled C, Python, or C where there is a compiler; ``to`` is the file (``Streamed``) that a run grows.
-    """
-
-    question: type[Study]
-    experiment: str | None = None
-    given: Mapping[str, object] = field(default_factory=dict)
-    inputs: Mapping[str, str | Path] = field(default_factory=dict)
-    target: Target = "auto"
-    progress: Progress | None = None
-    to: Any = None
-
-    def changed(self, **settings: object) -> Asked:
-        """Return the same question with other settings."""
-        return replace(self, given={**self.given, **settings})
-
-
-def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
-    """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
-    settings = settings_of(question)
-    known = [setting.name for setting in settings]
-    called = {s.option: s.name for s in settings if s.option != s.name}
-    # the tables of inputs are a mapping, names of them are none
-    given = {called.get(n, n) if not isinstance(what, Mapping) else n: what for n, what in given.items()}
-    for name in given:
-        if name not in known and name not in AROUND:
-            raise unknown_setting(question, name, known)
-    lists = {s.name for s in settings if s.kind == "kept"}
-    given = {n: ", ".join(w) if n in lists and isinstance(w, (list, tuple)) else w for n, w in given.items()}
-    around = around_of(question, given, known)
-    return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
-
-
 def study(it: Asked, problem: Problem, values: Mapping[str, float]) -> Study:
     """Return the question in SI. Raises UsageMistake, SimulationError.
 
     ``values`` are those of the model that were changed.
     """
-    kinds = {setting.name: setting for setting in settings_of(it.question)}
+    kinds = known_of(it.question).settings
     settings: dict[str, Any] = {n: _READ[kinds[n].kind](kinds[n], w, problem) for n, w in it.given.items()}
     return it.question(
         experiment=it.experiment,
@@ -367,6 +326,8 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
 
 def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Table]:
     """Read the CSV file of each input. Raises UsageMistake, SimulationError."""
+    if not files:
+        return {}
     units = {quantity.name: quantity.unit for quantity in problem.inputs}
     tables: dict[str, Table] = {}
 

@@ -167,7 +167,7 @@ def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., An
 def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     from ..answering import answer
     from ..api import load
-    from ..asking.question import asked
+    from ..asking.asked import asked
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
     from .failures import code_of, show_warnings

@@ -57,7 +57,7 @@ def native_run(
     Raises CompileError (E0906) if it fails, SimulationError.
     """
     from ..answering import answered
-    from ..asking.question import asked
+    from ..asking.asked import asked
     from ..runtime.native.build import find_compiler
     from ..runtime.studies.kinds.motion import Simulate
     from ..solution import Solution

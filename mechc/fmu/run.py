@@ -23,6 +23,7 @@ from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.results.accuracy import Accuracy
 from ..runtime.results.evaluate import Columns
 from ..runtime.results.solution import Motion
+from ..runtime.results.verdict import Judged, Verdict
 from ..solution import Solution
 from .guard import Limits, Lost, guarded
 
@@ -227,10 +228,7 @@ def _solution(made: Simulated) -> Solution:
         interpolation="linear between output points",
         experiment="",
         parameters={},
-        outcome=Outcome.COMPLETED,
-        message="",
-        failure=None,
         statistics=Statistics(f"{KINDS[made.kind]} by fmpy", len(instants) - 1, None, 0, made.seconds),
-        accuracy=Accuracy(),
+        judged=Judged(Verdict(Outcome.COMPLETED, "", None, Accuracy())),
     )
     return Solution(motion)

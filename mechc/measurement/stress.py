@@ -19,8 +19,8 @@ from msgspec.structs import replace
 
 from ..answering import answered, plan
 from ..api import Model, load
+from ..asking.asked import Asked, asked
 from ..asking.given_values import Given, UsageMistake
-from ..asking.question import Asked, asked
 from ..compiler.twins.table import TWINS
 from ..compiler.twins.twin import NotApplicable
 from ..lang.diagnostics import CompileError

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..answering import answered, plan
-from ..asking.question import Asked
+from ..asking.asked import Asked
 from ..compiler.flat.model import Definition, DefinitionRole, Expression, Role
 from ..compiler.twins.reversal import is_rate
 from ..compiler.twins.table import TWINS

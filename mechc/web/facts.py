@@ -10,8 +10,8 @@ import numpy as np
 from msgspec import Struct
 
 from mechc.answering import answer, plan
+from mechc.asking.asked import asked
 from mechc.asking.given_values import UsageMistake
-from mechc.asking.question import asked
 from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.display import Display, factor
 from mechc.presentation.stillness import Stillness
@@ -26,8 +26,8 @@ from .assembly import methods
 from .failures import failure_texts
 
 if TYPE_CHECKING:
+    from mechc.asking.asked import Asked
     from mechc.asking.given_values import Given
-    from mechc.asking.question import Asked
     from mechc.model import CompiledModel
     from mechc.runtime.studies.runs.simulate import Plan
 

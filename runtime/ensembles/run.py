@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..integrate.interruption import noted_interruptions
+from ..integrate.interruption import NotedInterruptions
 from ..outcome import SimulationError
 from .batches import Batches
 from .found import Found, Piece
@@ -70,7 +70,7 @@ def run_ensemble(
         found.take(*one)
     told = recipe.options.progress or _nobody
     done = int((found.outcomes > 0).sum())
-    with noted_interruptions() as interrupted:
+    with NotedInterruptions() as interrupted:
         if done:
             told(done / n)
 

@@ -6,42 +6,41 @@ import signal
 import threading
 from _signal import getsignal as handler_of  # type: ignore[import-not-found]
 from _signal import signal as set_handler
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable
+from types import FrameType, TracebackType
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
 """Signals that ask for an end (of ``_signal``: the functions of ``signal`` go through enumerations, longer than a short run). The command line lets both raise KeyboardInterrupt; in other programs SIGTERM stays theirs."""
 
 
-@contextmanager
-def noted_interruptions() -> Iterator[Callable[[], bool]]:
-    """Yield a function that tells whether Ctrl-C was pressed since; a second Ctrl-C raises at once.
+class NotedInterruptions:
+    """Within it Ctrl-C is noted; what it gives tells whether that was pressed since. A second Ctrl-C raises at once.
 
     Raises KeyboardInterrupt at the end where it was pressed and nobody was told: behind the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
     signal itself, nothing is changed.
     """
-    noted = told = False
 
-    def tell() -> bool:
-        nonlocal told
-        told = noted
-        return noted
+    def __enter__(self) -> Callable[[], bool]:
+        self._noted = self._told = False
+        in_main = threading.current_thread() is threading.main_thread()
+        self._taken = [one for one in ENDING if in_main and handler_of(one) is signal.default_int_handler]
+        for one in self._taken:
+            set_handler(one, self._note)
+        return self._tell
 
-    def note(number: int, frame: FrameType | None) -> None:
-        nonlocal noted
-        if noted:
-            raise KeyboardInterrupt
-        noted = True
-
-    in_main = threading.current_thread() is threading.main_thread()
-    taken = [one for one in ENDING if in_main and handler_of(one) is signal.default_int_handler]
-    try:
-        for one in taken:
-            set_handler(one, note)
-        yield tell
-    finally:
-        for one in taken:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for one in self._taken:
             set_handler(one, signal.default_int_handler)
-    if noted and not told:
-        raise KeyboardInterrupt
+        if kind is None and self._noted and not self._told:
+            raise KeyboardInterrupt
+
+    def _tell(self) -> bool:
+        self._told = self._noted
+        return self._noted
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self._noted:
+            raise KeyboardInterrupt
+        self._noted = True

@@ -19,7 +19,7 @@ from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices
 from .event_log import EventLog
 from .events import merged
-from .interruption import noted_interruptions
+from .interruption import NotedInterruptions
 from .kernel_failure import kernel_failure
 from .solver import Solver
 from .solver_options import SolverOptions
@@ -53,14 +53,14 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             Passing() if reader else options.follower.storage if options.follower else IN_MEMORY,
             dense=options.dense,
         ) as solver,
-        noted_interruptions() as interrupted,
+        NotedInterruptions() as interrupted,
     ):
         record = _Record(solver, min(options.dense_kept, DENSE_LIMIT)) if options.dense else None
         log = EventLog(solver, problem) if problem.hybrid is not None else None
         heard = _listen(solver, reader)
         told = None if options.follower is None else _Told(solver, case, options.follower)
         status = _advance(solver, case, options, record, log, told, interrupted)
-        report, y = solver.report()
+        report = solver.progress()
         t, rows, z = _written(solver, status, reader, heard, options)
         happened, ended = None, ""
         if log is not None:
@@ -73,7 +73,7 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             y=rows,
             dense=_dense(record, case, options, report, interrupted()),
             statistics=_statistics(kernel, case.functions, report),
-            failure=_failure(problem, status, report, y, options),
+            failure=_failure(problem, status, report, solver, options),
             interrupted=status in UNTROUBLED and interrupted(),
             happened=happened,
             terminated=ended if status == Status.TERMINATED else None,
@@ -89,7 +89,7 @@ def _written(
 ) -> tuple[Array, Array, Array | None]:
     """Give times, states and discrete variables of all rows with the point where a run stopped; the last row, where the
     others were read already."""
-    report, now = solver.report()
+    report = solver.progress()
     count = report.n_grid
     t, y, z = solver.rows
     early = status != Status.REACHED and not (count and t[count - 1] >= report.t)
@@ -104,7 +104,7 @@ def _written(
         return times, y[:count], None if z is None else z[:count]
     if early:
         heard(count)
-        last = np.array([report.t]), now[None], None if z is None else solver.discretes()[None]
+        last = np.array([report.t]), solver.report()[1][None], None if z is None else solver.discretes()[None]
         reader.read(count, *last)
         return last
     row = slice(max(count - 1, 0), count)
@@ -146,7 +146,7 @@ def _advance(
     """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
     status, size = Status.RUNNING, FIRST_SLICE
     while not interrupted():
-        report, _ = solver.report()
+        report = solver.progress()
         left = _steps_left(options, report)
         if left <= 0 or report.seconds > options.seconds:
             break
@@ -164,7 +164,7 @@ def _advance(
         if told is not None:
             told.go_on()
         if options.progress is not None:
-            options.progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
+            options.progress((solver.progress().t - case.begin) / (case.stop - case.begin))
     return status
 
 
@@ -187,7 +187,7 @@ class _Told:
 
     def go_on(self) -> None:
         """Tell of the rows before the present time: what happens at it may not be at its end."""
-        report, _ = self._solver.report()
+        report = self._solver.progress()
         t, y, z = self._solver.rows
         end = int(np.searchsorted(t[: report.n_grid], report.t))
         while self._done < end:
@@ -217,7 +217,7 @@ class _Record:
 
     def renew(self) -> None:
         """Put the full buffer aside and give the kernel a larger one; none beyond the limit."""
-        filled = self._solver.recorded(self._solver.report()[0].n_record)
+        filled = self._solver.recorded(self._solver.progress().n_record)
         self._filled.append(filled)
         self._size += filled.nbytes
         if self._size > self._limit:
@@ -231,7 +231,7 @@ class _Record:
     def polynomials(self) -> DenseOutput | None:
         if self._size > self._limit:
             return None
-        rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.report()[0].n_record)])
+        rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.progress().n_record)])
         if not rows.size:
             return None
         coefficients = rows[:, 2:].reshape(-1, self._solver.n_dense, self._solver.ny)
@@ -298,8 +298,11 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
 
 
 def _failure(
-    problem: Problem, status: Status, report: native.ReportStruct, y: Array, options: SolverOptions
+    problem: Problem, status: Status, report: native.ReportStruct, solver: Solver, options: SolverOptions
 ) -> Failure | None:
+    if status == Status.REACHED:
+        return None
+    y = solver.report()[1]
     if status == Status.RUNNING and _steps_left(options, report) <= 0:
         return too_many_steps(problem, report.steps, report.t, y)
     if status == Status.RUNNING and report.seconds > options.seconds:

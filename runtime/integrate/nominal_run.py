@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable
 
 from msgspec.structs import replace
 
 from ..arrays.choice import np
 from ..case import Case, inputs_at
+from ..native import kernel as native
 from ..nominal import nominal_values, sizes_of
 from ..problem import Array
 from .kernel_run import run_kernel
+from .kernel_sizes import kernel_sizes
 from .scipy_methods import PREFIX, run_scipy
+from .solver import table_structs
 from .solver_options import SolverOptions
 from .trajectory import Trajectory
 
@@ -24,10 +28,41 @@ MOST_STEPS = 5000
 def nominal_of(case: Case) -> Array:
     """Give the nominal value [ny] of each state in a case (nominal.py).
 
-    What switches needs the kernel: without it such a case makes no first run.
+    What switches needs the kernel: without it such a case makes no first run. The kernel knows the rules (start/nominal.c); they
+    are gone through here where it cannot, and where a first run has to tell more.
     """
+    found = _by_kernel(case) if case.functions.struct is not None else None
+    if found is not None:
+        return found
     runs = case.functions.struct is not None or case.problem.hybrid is None
     return _nominal(case, (lambda provisional: largest_values(case, provisional)) if runs else None)
+
+
+def _by_kernel(case: Case) -> Array | None:
+    """Give the nominal values as the kernel's rules have them; None where these need a first run."""
+    problem, model = case.problem, case.functions.struct
+    assert model is not None
+    tables, _alive = table_structs(case.tables)
+    y0, z, p = (np.ascontiguousarray(values) for values in (case.y0, case.z, case.p))
+    stated, nominal = np.ascontiguousarray(_stated(case)), np.empty(problem.ny)
+    options = native.OptionsStruct(
+        t0=case.begin,
+        n_tables=len(case.tables),
+        tables=ctypes.addressof(tables),
+        y0=y0.ctypes.data,
+        z=z.ctypes.data,
+        p=p.ctypes.data,
+    )
+    kernel = native.kernel_for(model, bool(case.asked and case.asked.reproducible))
+    more = kernel.mech_nominal_at_start(
+        ctypes.addressof(model),
+        ctypes.addressof(kernel_sizes(problem)[0]),
+        ctypes.byref(options),
+        case.stop,
+        stated.ctypes.data,
+        nominal.ctypes.data,
+    )
+    return nominal if more == 0 else None
 
 
 def takes_pilot(case: Case) -> bool:

@@ -16,7 +16,7 @@ from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..outcome import Failure, assertion_failed, given_up, not_finite, step_too_small, too_many_steps
 from ..problem import Array
-from .interruption import noted_interruptions
+from .interruption import NotedInterruptions
 from .solver_options import SolverOptions
 from .trajectory import Reader, Statistics, Trajectory, with_last_point, with_unit_rotations
 
@@ -125,7 +125,7 @@ def run_scipy(case: Case, options: SolverOptions, reader: Reader | None = None) 
     shortest, longest = np.inf, 0.0
     failure = _first_failure(system, t, y, ends[0] if ends else t)
     begun = told = time.perf_counter()
-    with noted_interruptions() as interrupted, np.errstate(all="ignore"):
+    with NotedInterruptions() as interrupted, np.errstate(all="ignore"):
         for end in ends:
             if failure or interrupted():
                 break

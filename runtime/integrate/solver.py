@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import functools
 from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -42,43 +43,45 @@ class Solver:
     ) -> None:
         struct = case.functions.struct
         assert struct is not None
-        index = kernel.mech_method_index(method.encode())
-        assert index >= 0
         self._kernel = kernel
         self._case = case  # the library of its functions stays loaded
-        self.n_dense = int(kernel.mech_method_n_dense(index))
-        self.ny = case.y0.size
+        index, self.n_dense = method_of(kernel, method)
+        self.ny, self.nz = case.y0.size, case.z.size
         self._tables, self._table_data = table_structs(case.tables)
         # np.unique imports numpy.ma, which takes longer than a short run
-        stops = np.array(
-            sorted({t for table in case.tables.values() for t in table.kinks().tolist()}), dtype=float
+        stops = sorted(
+            {t for table in case.tables.values() for t in table.kinks().tolist() if t > case.begin}
         )
-        self._arrays = {
-            "atol": np.ascontiguousarray(atol),
-            "y0": np.ascontiguousarray(case.y0),
-            "z": np.ascontiguousarray(case.z),
-            "p": np.ascontiguousarray(case.p),
-            "stops": stops[stops > case.begin],
-            "grid": np.ascontiguousarray(case.grid),
-            "grid_y": storage.empty(case.grid.size + 1, self.ny),  # and the point where a run stops
-        }
-        self.nz = case.z.size
-        if struct.hybrid:
-            self._arrays["grid_z"] = storage.empty(case.grid.size + 1, self.nz)
+        given = [atol, case.y0, case.z, case.p]
+        self._numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
+        at = self._numbers.ctypes.data
+        n_grid = case.grid.size
+        self._grid = np.ascontiguousarray(case.grid)
+        self._grid_y = storage.empty(n_grid + 1, self.ny)  # and the point where a run stops
+        self._grid_z = storage.empty(n_grid + 1, self.nz) if struct.hybrid else None
         self._listener: object = None
         self._record = np.empty(0)
+        self._report = native.ReportStruct()
+        self._report_at = ctypes.byref(self._report)
         options = native.OptionsStruct(
             method=index,
             n_tables=len(case.tables),
-            n_stops=self._arrays["stops"].size,
-            n_grid=case.grid.size,
+            n_stops=len(stops),
+            n_grid=n_grid,
             t0=case.begin,
             dt_max=case.max_step if case.max_step > 0 else 1.0,
             dt=step,
             rtol=tolerance,
+            atol=at,
+            y0=at + 8 * self.ny,
+            z=at + 16 * self.ny,
+            p=at + 8 * (2 * self.ny + self.nz),
             tables=ctypes.addressof(self._tables),
+            stops=at + 8 * (self._numbers.size - len(stops)),
+            grid=self._grid.ctypes.data,
+            grid_y=self._grid_y.ctypes.data,
+            grid_z=None if self._grid_z is None else self._grid_z.ctypes.data,
             dense=dense,
-            **{name: array.ctypes.data for name, array in self._arrays.items()},
         )
         self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
         if not self._handle:
@@ -111,6 +114,11 @@ class Solver:
         self._kernel.mech_read(self._handle, ctypes.byref(report), y.ctypes.data)
         return report, y
 
+    def progress(self) -> native.ReportStruct:
+        """Where the run stands: the same object each time."""
+        self._kernel.mech_read(self._handle, self._report_at, None)
+        return self._report
+
     def write(self, y: Array) -> None:
         """Go on from another state."""
         self._kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
@@ -133,24 +141,24 @@ class Solver:
         self._kernel.mech_load(self._handle, memory)
 
     def grid_rows(self, count: int) -> tuple[Array, Array]:
-        return self._arrays["grid"][:count], self._arrays["grid_y"][:count]
+        return self._grid[:count], self._grid_y[:count]
 
     def add_last(self, count: int) -> int:
         """Put the state where a run stopped behind ``count`` rows of the grid; give the number of rows then."""
-        self._arrays["grid_y"][count] = self.report()[1]
-        if "grid_z" in self._arrays:
-            self._arrays["grid_z"][count] = self.discretes()
+        self._grid_y[count] = self.report()[1]
+        if self._grid_z is not None:
+            self._grid_z[count] = self.discretes()
         return count + 1
 
     @property
     def rows(self) -> tuple[Array, Array, Array | None]:
         """Times, states and, where something switches, discrete variables of the grid, as far as they are written."""
-        return self._arrays["grid"], self._arrays["grid_y"], self._arrays.get("grid_z")
+        return self._grid, self._grid_y, self._grid_z
 
     @property
     def instants(self) -> Array:
         """What was noted at instants so far: time, both sides of states and discrete variables."""
-        return self._instants[: self._n_instants + self.report()[0].n_instants]
+        return self._instants[: self._n_instants + self.progress().n_instants]
 
     def listen(self, listener: Callable[[int], None], every: int) -> None:
         """Have ``listener`` called with the number of rows that are written, whenever there are about ``every`` more."""
@@ -187,7 +195,7 @@ class Solver:
 
     def _count_events(self) -> None:
         """Count what the kernel has noted since it was given room, and number its instants through."""
-        report, _ = self.report()
+        report = self.progress()
         self._events["instant"][self._n_events : self._n_events + report.n_events] += self._n_instants
         self._n_events += report.n_events
         self._n_instants += report.n_instants
@@ -217,6 +225,14 @@ class Solver:
 
     def recorded(self, count: int) -> Array:
         return self._record[:count]
+
+
+@functools.cache
+def method_of(kernel: ctypes.CDLL, name: str) -> tuple[int, int]:
+    """Give the number of a method of a kernel, and how many coefficients its polynomials have."""
+    index = int(kernel.mech_method_index(name.encode()))
+    assert index >= 0
+    return index, int(kernel.mech_method_n_dense(index))
 
 
 def _events_of(instants: int, nz: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Protocol
 
 from msgspec import Struct
@@ -10,6 +11,7 @@ from msgspec import Struct
 from ..arrays.choice import np
 from ..outcome import Failure
 from ..problem import Array
+from ..rows import slices
 from .events import EventRecord
 
 
@@ -64,7 +66,7 @@ class Reader(Protocol):
         """Take further rows, of which the first has the number ``first``: times, states and discrete variables."""
 
 
-class Trajectory(Struct, frozen=True, eq=False):
+class Trajectory(Struct, frozen=True, eq=False, dict=True):
     """``t`` [n], ``y`` [n, ny]: the rows of the grid that were reached, then the point where a run stopped
     early. ``dense`` is None if it was not asked for, or would have exceeded its bound of memory."""
 
@@ -77,6 +79,18 @@ class Trajectory(Struct, frozen=True, eq=False):
     happened: EventRecord | None = None
     terminated: str | None = None
     """The text of the branch that ended the run."""
+
+    @cached_property
+    def reached(self) -> Array:
+        """The largest size [ny] of each state among the rows; what is no number counts as none."""
+        found = np.zeros(self.y.shape[1])
+        for part in slices(len(self.y), self.y):
+            rows = np.abs(self.y[part])
+            sizes = rows.max(axis=0)
+            if not np.isfinite(sizes).all():
+                sizes = np.where(np.isfinite(rows), rows, 0.0).max(axis=0)
+            found = np.maximum(found, sizes)
+        return found
 
 
 def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[Array, Array]:

@@ -290,6 +290,10 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
     "mech_start_state": (c_int, (c_void_p, c_double, *(c_void_p,) * 6, POINTER(StartReportStruct))),
     "mech_assemble": (c_int, (c_void_p, c_double, *(c_void_p,) * 5, POINTER(StartReportStruct))),
+    "mech_nominal_at_start": (
+        c_int,
+        (c_void_p, c_void_p, POINTER(OptionsStruct), c_double, c_void_p, c_void_p),
+    ),
     "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
 }
 

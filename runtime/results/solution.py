@@ -28,6 +28,7 @@ from .further_solutions import Several
 from .quantities import Display, LazyValues, Results, Values
 from .remarks import shown_remarks
 from .sensitivity import Sensitivities, Sensitivity, none_asked
+from .verdict import Judged
 
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
@@ -49,7 +50,8 @@ class Motion(Struct, frozen=True, eq=False):
     ``columns`` [n, k]: one for each of ``quantities(problem)``, at the times ``time`` [n]; ``at`` gives them at other
     times. ``as_stated``: the default experiment, with no value and no input changed. ``pictured``: the numbers of
     ``problem.scene`` at times, where somebody asked for a picture; ``states_at``: states and discrete variables at times,
-    those among them that tell what touches and sticks.
+    those among them that tell what touches and sticks. ``stopped``: why the run ended
+    before its end, if it did, and its companion.
     """
 
     problem: Problem
@@ -59,19 +61,21 @@ class Motion(Struct, frozen=True, eq=False):
     interpolation: str
     experiment: str
     parameters: Mapping[str, float]
-    outcome: Outcome
-    message: str
-    failure: Failure | None
     statistics: Statistics
-    accuracy: Accuracy
+    judged: Judged
+    stopped: Failure | None = None
+    companion_stopped: Failure | None = None
     events: Sequence[Event] = ()
-    remarks: tuple[str, ...] = ()
     as_stated: bool = False
     pictured: Columns | None = None
     states_at: Callable[[Array], tuple[Array, Array | None]] | None = None
     sensitivities: Sensitivities | None = None
     condition: Condition | None = None
     sought: Callable[[], Branches] | None = None
+
+    def told(self, **changes: Any) -> Motion:
+        """Return the same with a verdict that says something else."""
+        return replace(self, judged=Judged(replace(self.judged(), **changes)))
 
 
 class Solution(Results):
@@ -84,21 +88,44 @@ class Solution(Results):
 
     def __init__(self, motion: Motion) -> None:
         problem = motion.problem
-        self.time = motion.time
         self._report = None
         self.motion = motion
         self.problem = problem
         self.model = problem.name
         self.experiment = motion.experiment
         self.parameters = motion.parameters
-        self.outcome = motion.outcome
-        self.message = motion.message
-        self.failure = motion.failure
         self.statistics = motion.statistics
-        self.accuracy = motion.accuracy
         self.events = motion.events
         self.interpolation = motion.interpolation
         self._at = motion.at
+
+    @cached_property
+    def time(self) -> Array:  # type: ignore[override]
+        return self._given(self.motion.time)
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended."""
+        return self.motion.judged().outcome
+
+    @property
+    def message(self) -> str:
+        """How it ended, in words."""
+        return self.motion.judged().message
+
+    @property
+    def failure(self) -> Failure | None:
+        """Why it failed, if it did."""
+        return self.motion.judged().failure
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """How accurate it was."""
+        return self.motion.judged().accuracy
+
+    def _given(self, values: Array) -> Array:
+        """Give numbers away that belong to whoever asks: while they are still to be judged, a copy."""
+        return values.copy() if self.motion.judged.pending else values
 
     @cached_property
     def quantities(self) -> Mapping[str, Quantity]:
@@ -115,7 +142,7 @@ class Solution(Results):
         column = self.motion.columns.column
         if len(self.motion.columns) > AT_ONCE:
             return LazyValues(list(self._column), lambda name: column(self._column[name]))
-        return Values({name: column(index) for name, index in self._column.items()})
+        return Values({name: self._given(column(index)) for name, index in self._column.items()})
 
     @cached_property
     def _extents(self) -> Mapping[str, Extent]:
@@ -149,7 +176,7 @@ class Solution(Results):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is to be known of the run: what it said itself, then what its results show."""
-        return (*self.motion.remarks, *self._shown_remarks)
+        return (*self.motion.judged().remarks, *self._shown_remarks)
 
     @cached_property
     def _shown_remarks(self) -> tuple[str, ...]:
@@ -184,7 +211,7 @@ class Solution(Results):
 
     def add_remark(self, remark: str) -> None:
         """Say something further about the run."""
-        self.motion = replace(self.motion, remarks=(*self.motion.remarks, remark))
+        self.motion = self.motion.told(remarks=(*self.motion.judged().remarks, remark))
         self._report = None
 
     @property
@@ -266,7 +293,7 @@ class Solution(Results):
             "outcome": self.outcome.value,
             "message": self.message,
             "remarks": list(self.remarks),
-            "time": float(self.time[-1]),
+            "time": float(self.motion.time[-1]),
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
             **self._sensitivity_summary(names),
             **({} if self.motion.condition is None else {"condition": self.motion.condition.summary()}),

@@ -14,8 +14,12 @@
  */
 #include "nominal.h"
 
-static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
+#include <stdlib.h>
+#include <string.h>
 
+#include "inputs.h"
+
+static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
 
 static const mech_quantity *state(const mech_motion *x, int i) { return &x->sizes->states[i]; }
 
@@ -167,4 +171,50 @@ int mech_nominal_rules(const mech_motion *x, const mech_real *reached, const mec
     int unsized = of_positions(x, reached, bounds, nominal);
     unsized |= of_velocities(x, bounds, nominal);
     return unsized | of_accounts(x, reached, nominal);
+}
+
+/* Zero for what is rounding beside others of its unit that it feels, among n states from `first` on. */
+static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *values)
+{
+    for (int i = first; i < first + n; i++) {
+        mech_real largest = 0;
+        for (int k = first; k < first + n; k++)
+            if (mech_alike(&sizes->states[k], &sizes->states[i])) largest = mech_max(largest, mech_abs(values[k]));
+        if (mech_abs(values[i]) < ROUNDING * largest) values[i] = 0;
+    }
+}
+
+void mech_look_at_start(mech_motion *x, const mech_options *o, const mech_real *plain, mech_real *u, mech_real *out)
+{
+    const mech_model *m = x->model;
+    const int ny = m->nq + m->nv + m->nx;
+    if (m->nu) mech_inputs(m, o->tables, o->n_tables, NULL, o->t0, o->p, u);
+    m->rhs(o->t0, o->y0, u, o->z, o->p, x->rates);
+    for (int i = 0; i < ny; i++)
+        if (!mech_finite(x->rates[i])) x->rates[i] = 0;
+    if (m->n_outputs) m->outputs(o->t0, o->y0, u, o->z, o->p, out);
+    x->energy = 0;
+    for (int k = 0; k < x->sizes->n_energies; k++) {
+        const mech_real energy = mech_abs(out[x->sizes->energies[k]]);
+        if (mech_finite(energy)) x->energy = mech_max(x->energy, energy);
+    }
+    memcpy(x->y0, plain, (size_t)ny * sizeof(mech_real));
+    const int first[] = {0, m->nq, m->nq + m->nv}, n[] = {m->nq, m->nv, m->nx};
+    for (int part = 0; part < 3; part++) {
+        drop_rounding(x->sizes, first[part], n[part], x->y0);
+        drop_rounding(x->sizes, first[part], n[part], x->rates);
+    }
+}
+
+int mech_nominal_at_start(const mech_model *m, const mech_sizes *sizes, const mech_options *o, mech_real stop,
+                          const mech_real *plain, mech_real *nominal)
+{
+    const size_t ny = (size_t)(m->nq + m->nv + m->nx);
+    mech_real *work = calloc(2 * ny + (size_t)(m->nu + m->n_outputs) + 1, sizeof *work);
+    if (!work) return -1;
+    mech_motion x = {m, sizes, o->p, work, work + ny, 0, stop - o->t0};
+    mech_look_at_start(&x, o, plain, work + 2 * ny, work + 2 * ny + m->nu);
+    const int unsized = mech_nominal_rules(&x, NULL, NULL, nominal);
+    free(work);
+    return unsized;
 }

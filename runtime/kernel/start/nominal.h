@@ -22,4 +22,8 @@ int mech_alike(const mech_quantity *a, const mech_quantity *b);
 int mech_nominal_rules(const mech_motion *motion, const mech_real *reached, const mech_real *bounds,
                        mech_real *nominal);
 
+/* Fills y0, rates and energy; u[nu] and out[n_outputs] are there to work in. */
+void mech_look_at_start(mech_motion *motion, const mech_options *options, const mech_real *plain, mech_real *u,
+                        mech_real *out);
+
 #endif

@@ -2,45 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "inputs.h"
 #include "nominal.h"
 
 enum { POINTS = 200, MOST_STEPS = 5000 }; /* a motion of more steps is judged by its beginning */
 
-static const mech_real TOLERANCE = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
-
-/* Zero for what is rounding beside others of its unit that it feels, among n states from `first` on. */
-static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *values)
-{
-    for (int i = first; i < first + n; i++) {
-        mech_real largest = 0;
-        for (int k = first; k < first + n; k++)
-            if (mech_alike(&sizes->states[k], &sizes->states[i])) largest = mech_max(largest, mech_abs(values[k]));
-        if (mech_abs(values[i]) < ROUNDING * largest) values[i] = 0;
-    }
-}
-
-static void look_at_start(mech_motion *x, const mech_options *o, const mech_real *plain, mech_real *u, mech_real *out)
-{
-    const mech_model *m = x->model;
-    const int ny = m->nq + m->nv + m->nx;
-    if (m->nu) mech_inputs(m, o->tables, o->n_tables, NULL, o->t0, o->p, u);
-    m->rhs(o->t0, o->y0, u, o->z, o->p, x->rates);
-    for (int i = 0; i < ny; i++)
-        if (!mech_finite(x->rates[i])) x->rates[i] = 0;
-    if (m->n_outputs) m->outputs(o->t0, o->y0, u, o->z, o->p, out);
-    x->energy = 0;
-    for (int k = 0; k < x->sizes->n_energies; k++) {
-        const mech_real energy = mech_abs(out[x->sizes->energies[k]]);
-        if (mech_finite(energy)) x->energy = mech_max(x->energy, energy);
-    }
-    memcpy(x->y0, plain, (size_t)ny * sizeof(mech_real));
-    const int first[] = {0, m->nq, m->nq + m->nv}, n[] = {m->nq, m->nv, m->nx};
-    for (int part = 0; part < 3; part++) {
-        drop_rounding(x->sizes, first[part], n[part], x->y0);
-        drop_rounding(x->sizes, first[part], n[part], x->rates);
-    }
-}
+static const mech_real TOLERANCE = MECH_C(1e-6);
 
 static void keep_largest(int ny, const mech_real *y, mech_real *largest)
 {
@@ -99,7 +65,7 @@ int mech_nominal_values(const mech_model *m, const mech_sizes *sizes, const mech
     if (!work) return 1;
     mech_real *reached = work + 2 * ny, *u = reached + ny;
     mech_motion x = {m, sizes, o->p, work, work + ny, 0, stop - o->t0};
-    look_at_start(&x, o, plain, u, u + m->nu);
+    mech_look_at_start(&x, o, plain, u, u + m->nu);
     int status = 0;
     if (mech_nominal_rules(&x, NULL, NULL, nominal)) {
         status = run_ahead(m, o, stop, nominal, reached);

@@ -63,4 +63,9 @@ typedef struct mech_sizes {
 MECH_API int mech_nominal_values(const mech_model *model, const mech_sizes *sizes, const mech_options *options,
                                  mech_real stop, const mech_real *plain, mech_real *nominal);
 
+/* The same without a first run. 0; 1 where one would tell more, and nominal[ny] is what it begins with; -1 where memory is
+   missing. */
+MECH_API int mech_nominal_at_start(const mech_model *model, const mech_sizes *sizes, const mech_options *options,
+                                   mech_real stop, const mech_real *plain, mech_real *nominal);
+
 #endif

@@ -35,7 +35,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
         if one.drift is not None and one.independent
     ]
     accuracy = solution.accuracy
-    remarks = [*solution.motion.remarks]
+    remarks = [*solution.motion.judged().remarks]
     remarks += [f"constant: {one.formula}" for one in found if one.independent and len(one.formula) > LONG]
     remarks += [
         f"in it {name} = {text}" for one in found if one.independent for name, text in one.where.items()
@@ -44,7 +44,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     if not drifts:
         remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")
     checked = replace(accuracy, conserved=(*accuracy.conserved, *drifts))
-    return type(solution)(replace(solution.motion, accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))
+    return type(solution)(solution.motion.told(accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))
 
 
 def _short(formula: str) -> str:

@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...case import part_of
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, Range, settable
@@ -120,7 +120,7 @@ def _over(problem: Problem, study: Floquet, linear: Linearised) -> Findings:
     sizes = np.full([len(a) for a in axes], np.nan)
     all_values: list[Any] = []
     done, outcome = 0, Outcome.COMPLETED
-    with noted_interruptions() as interrupted:
+    with NotedInterruptions() as interrupted:
         for index in itertools.product(*(range(len(a)) for a in axes)):
             if interrupted():
                 outcome = Outcome.INTERRUPTED

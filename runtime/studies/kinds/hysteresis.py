@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...case import find_setting, inputs_at
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
@@ -69,7 +69,7 @@ class Hysteresis(Study, frozen=True, kw_only=True):
             )
         seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
         values = np.linspace(over.low, over.high, over.count or COUNT)
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             sweep = _Sweep(problem, self, over, seen, interrupted)
             up = sweep.branch(values, (0.0, 0.5))
             down = sweep.branch(values[::-1], (0.5, 1.0)) if sweep.goes_on else []

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from scipy.stats import t as student
 
 from ...case import inputs_at
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
 from ...native import kernel as native
@@ -88,7 +88,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
         """Follow the motion and its changes. Raises SimulationError where it has no derivatives."""
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
         plan = plan_run(problem, options)
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
 
 

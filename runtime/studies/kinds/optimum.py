@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from scipy.optimize import minimize, minimize_scalar
 
 from ...case import find_setting
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
@@ -57,7 +57,7 @@ class Optimum(Study, frozen=True, kw_only=True):
             )
         if self.when not in WHEN:
             raise SimulationError(f"what counts is {', '.join(WHEN)}, not '{self.when}'")
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             search = _Search(problem, with_horizon(problem, self, 100.0, TOLERANCE))
             place = search.rough(interrupted)
             place, off = search.polished(place) if not interrupted() else (place, None)

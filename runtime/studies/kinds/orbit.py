@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...case import inputs_at
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...native import kernel as native
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, ModelFunction, Problem
@@ -329,7 +329,7 @@ def _followed(
     special: list[dict[str, Any]] = []
     before: Array | None = None
     outcome, message = Outcome.COMPLETED, ""
-    with noted_interruptions() as interrupted:
+    with NotedInterruptions() as interrupted:
         for k, value in enumerate(axis):
             if interrupted():
                 outcome = Outcome.INTERRUPTED

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from scipy.optimize import brentq, minimize_scalar
 
 from ...case import inputs_at
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import DenseOutput
@@ -71,7 +71,7 @@ class Scattering(Study, frozen=True, kw_only=True):
         axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
         found: list[Passage] = []
         outcome = Outcome.COMPLETED
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             for k, b in enumerate(axis):
                 if interrupted():
                     outcome = Outcome.INTERRUPTED

@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text, worst
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
@@ -88,7 +88,7 @@ class Section(Study, frozen=True, kw_only=True):
         axes = swept_axes(problem, self)
         starts = [dict(zip(axes, row, strict=True)) for row in itertools.product(*axes.values())]
         strands: list[Strand] = []
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             for k, values in enumerate(starts):
                 strands.append(_Follower(problem, self, values, interrupted, (k, len(starts))).strand())
                 if strands[-1].outcome is Outcome.INTERRUPTED:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec.structs import replace
 
-from ...integrate.interruption import noted_interruptions
+from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.solution import Solution
@@ -50,7 +50,7 @@ class Threshold(Study, frozen=True, kw_only=True):
                 "a threshold is sought over one quantity", help='say --over "push = 0 .. 5" --reaches "x = 1"'
             )
         over = self.over[0]
-        with noted_interruptions() as interrupted:
+        with NotedInterruptions() as interrupted:
             return _Bisection(problem, self, over).findings(interrupted)
 
 

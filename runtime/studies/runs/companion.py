@@ -4,6 +4,7 @@ judged."""
 from __future__ import annotations
 
 import math
+from functools import cached_property, reduce
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -13,7 +14,7 @@ from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel
 from ...integrate.scipy_methods import run_scipy
 from ...integrate.solver_options import SolverOptions
-from ...integrate.trajectory import Reader, Trajectory
+from ...integrate.trajectory import Reader, Statistics, Trajectory
 from ...outcome import Failure
 from ...problem import Array
 from ...results.accuracy import (
@@ -50,15 +51,37 @@ class Plan(Struct, frozen=True):
     nominal: Array
 
 
-class Estimated(Struct, frozen=True):
-    """What companion runs told: the ``error`` and each beside the main run, or a ``remark`` why there are none and the
-    ``failure`` of the companion."""
+class Beside:
+    """A companion that came as far as the main run: compared with that when somebody asks."""
+
+    def __init__(self, plan: Plan, compared: Comparison, companion: Statistics, tightened: float) -> None:
+        self._plan, self._compared, self._companion, self._tightened = plan, compared, companion, tightened
+
+    @cached_property
+    def pair(self) -> Pair:
+        tolerance = 0.0 if self._plan.method.fixed_step else self._tightened
+        return self._compared.pair(self._companion, tolerance)
+
+    @cached_property
+    def error(self) -> ErrorEstimate:
+        assert self.pair.count
+        compared, plan = self._compared, self._plan
+        return compare(plan.case.problem, compared.largest, compared.last, plan.nominal, self._tightened)
+
+
+class Estimated(Struct, frozen=True, eq=False):
+    """What companion runs told, each ``beside`` the main run; or a ``remark`` why there are none, and the ``failure`` of the
+    companion."""
 
     remark: str = ""
-    error: ErrorEstimate | None = None
-    pairs: tuple[Pair, ...] = ()
+    beside: tuple[Beside, ...] = ()
     failure: Failure | None = None
     interrupted: bool = False
+
+    @property
+    def error(self) -> ErrorEstimate | None:
+        """The largest of the estimates."""
+        return reduce(worse, (one.error for one in self.beside)) if self.beside else None
 
 
 def closer(plan: Plan) -> tuple[dict[str, float], float]:
@@ -110,12 +133,12 @@ def estimate(
     if not (plan.method.fixed_step and plan.case.problem.bent):
         return _beside(plan, main, progress, HALVES, listed)
     first = _beside(plan, main, part_of(progress, 0.0, 0.5), APART, listed)
-    if first.error is None:
+    if not first.beside:
         return first
     second = _beside(plan, main, part_of(progress, 0.5, 1.0), FARTHER, listed)
-    if second.error is None:
+    if not second.beside:
         return second
-    return Estimated(error=worse(first.error, second.error), pairs=first.pairs + second.pairs)
+    return Estimated(beside=first.beside + second.beside)
 
 
 def _beside(
@@ -151,9 +174,7 @@ def _beside(
         return Estimated(f"the companion run failed: {companion.failure.message}", failure=companion.failure)
     if (companion.terminated is None) is not (main.terminated is None):
         return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
-    pair = compared.pair(companion, 0.0 if plan.method.fixed_step else tolerance)
-    estimate = compare(plan.case.problem, compared.largest, compared.last, plan.nominal, tightened)
-    return Estimated(error=estimate, pairs=(pair,))
+    return Estimated(beside=(Beside(plan, compared, companion.statistics, tightened),))
 
 
 def _longest(case: Case, main: Trajectory) -> float:
@@ -175,35 +196,38 @@ def doubts(
     drifts: tuple[ConstraintDrift, ...],
     *,
     as_stated: bool,
-) -> tuple[tuple[Contradiction, ...], Estimated]:
+) -> tuple[tuple[Contradiction, ...], ErrorEstimate | None]:
     """Give the checks that contradict the estimated errors beside each companion, and these errors.
 
     Where a kink or a jump lies within a fixed step, the error is a matter of where: that of half the step may be as large by
     chance. So what contradicts the estimate of such a run is looked at again beside a further one, whose steps end at other
     places, and the larger of the estimates stands.
     """
-    if estimated.error is None:
-        return (), estimated
-    found = _told(plan, estimated, drifts, as_stated=as_stated)
+    error = estimated.error
+    if error is None:
+        return (), None
+    found = _told(plan, estimated, error, drifts, as_stated=as_stated)
     if not found or not plan.method.fixed_step:
-        return found, estimated
+        return found, error
     listed = checks(plan.case.problem, as_stated=as_stated)
     again = _beside(plan, main, None, HALVES if plan.case.problem.bent else APART, listed)
     if again.error is None:
-        return found, estimated
-    told = {(one.kind, one.name) for one in _told(plan, again, drifts, as_stated=as_stated)}
-    larger = replace(estimated, error=worse(estimated.error, again.error))
-    return tuple(one for one in found if (one.kind, one.name) in told), larger
+        return found, error
+    told = {(one.kind, one.name) for one in _told(plan, again, again.error, drifts, as_stated=as_stated)}
+    return tuple(one for one in found if (one.kind, one.name) in told), worse(error, again.error)
 
 
 def _told(
-    plan: Plan, estimated: Estimated, drifts: tuple[ConstraintDrift, ...], *, as_stated: bool
+    plan: Plan,
+    estimated: Estimated,
+    error: ErrorEstimate,
+    drifts: tuple[ConstraintDrift, ...],
+    *,
+    as_stated: bool,
 ) -> tuple[Contradiction, ...]:
     """Give the checks that contradict the estimate beside each companion, in the words of the first."""
-    assert estimated.error is not None
     first, *others = (
-        contradictions(plan.case, pair, estimated.error, drifts, as_stated=as_stated)
-        for pair in estimated.pairs
+        contradictions(plan.case, one.pair, error, drifts, as_stated=as_stated) for one in estimated.beside
     )
     for other in others:
         names = {(one.kind, one.name) for one in other}

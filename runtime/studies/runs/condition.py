@@ -40,10 +40,10 @@ def with_condition(solution: Solution, plan: Plan) -> Solution:
     flow = tangents.flow(case.begin, case.y0, tangents.start(initial), grid)
     growth = np.array([_norm(w[moving] / plan.nominal[moving, None]) for w in flow.tangents])
     found = condition_of(flow.time, growth, case.tolerance)
-    remarks = (*solution.motion.remarks, *flow.remarks)
+    remarks = (*solution.motion.judged().remarks, *flow.remarks)
     if flow.failure is not None:
         remarks = (*remarks, f"the growth of errors is told up to its end only: {flow.failure.message}")
-    return type(solution)(replace(solution.motion, condition=found, remarks=remarks))
+    return type(solution)(replace(solution.motion.told(remarks=remarks), condition=found))
 
 
 def _norm(w: Array) -> float:

@@ -15,7 +15,6 @@ from ...once import once
 from ...problem import PURE, Array, Problem, Quantity
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
-from ...rows import slices
 from .companion import Plan, trajectory_of
 
 if TYPE_CHECKING:
@@ -44,11 +43,12 @@ def by_own_size(
     Steps of one size stay as they are, and so do those of an implicit method: what it keeps small follows the rest, as the
     stretch of a stiff spring does, and steps that resolved it would grow in number with the stiffness.
     """
-    if main.failure is not None or main.interrupted or not main.y.size:
+    sizeless = _sizeless(plan.case.problem)
+    if main.failure is not None or main.interrupted or not main.y.size or sizeless is None:
         return plan, main, ()
-    reached = _reached(main)
-    far = _small(plan.case.problem, plan.nominal, reached)
-    small = _no_rounding(plan, main, reached, far)
+    reached = main.reached
+    far = _small(sizeless, plan.nominal, reached)
+    small = _no_rounding(plan, main, reached, far) if far else []
     if not small:
         return plan, main, ()
     nominal = np.array(plan.nominal)
@@ -59,7 +59,7 @@ def by_own_size(
         most = COSTLY * main.statistics.steps + AT_LEAST
         bounded = replace(again, options=replace(plan.options, max_steps=most, stiff_after=None))
         motion = trajectory_of(bounded, plan.case.tolerance, plan.case.step, plan.options.dense, progress)
-        now = _reached(motion)[small] if motion.failure is None and motion.y.size else np.zeros(len(small))
+        now = motion.reached[small] if motion.failure is None and motion.y.size else np.zeros(len(small))
         if np.any(now < reached[small] / SAME) or np.any(now > reached[small] * SAME):
             return plan, main, ()  # what the first run showed was its error
     first = small[0]
@@ -69,35 +69,24 @@ def by_own_size(
     return again, motion, (f"{what}: {done} against what it reaches",)
 
 
-def _reached(run: Trajectory) -> Array:
-    """Give the largest size of each state."""
-    reached = np.zeros(run.y.shape[1])
-    for part in slices(len(run.y), run.y):
-        rows = np.abs(run.y[part])
-        reached = np.maximum(reached, np.where(np.isfinite(rows), rows, 0.0).max(axis=0))
-    return reached
-
-
-def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
-    """List states that stay far below their nominal value.
-
-    Angles and pure numbers have a size of their own, and so has what the model declares.
-    """
-    found: list[int] = np.flatnonzero((reached > 0) & (reached < FAR * nominal) & _sizeless(problem)).tolist()
+def _small(sizeless: NDArray[np.bool_], nominal: Array, reached: Array) -> list[int]:
+    """List those of the states without a size of their own that stay far below their nominal value."""
+    found: list[int] = np.flatnonzero((reached > 0) & (reached < FAR * nominal) & sizeless).tolist()
     return found
 
 
 @once
-def _sizeless(problem: Problem) -> NDArray[np.bool_]:
-    """Tell [ny] which states have no size of their own, nor their coordinates."""
+def _sizeless(problem: Problem) -> NDArray[np.bool_] | None:
+    """Tell [ny] which states have no size of their own, nor their coordinates; None where there is no such state.
+
+    Angles and pure numbers have a size of their own, and so has what the model declares.
+    """
     partner = dict(zip(range(problem.nq, problem.nq + problem.nv), problem.partner, strict=True))
-    return np.array(
-        [
-            not _has_size(q) and not _has_size(problem.states[partner.get(i, i)])
-            for i, q in enumerate(problem.states)
-        ],
-        dtype=bool,
-    )
+    found = [
+        not _has_size(q) and not _has_size(problem.states[partner.get(i, i)])
+        for i, q in enumerate(problem.states)
+    ]
+    return np.array(found, dtype=bool) if any(found) else None
 
 
 def _no_rounding(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:

@@ -6,6 +6,7 @@ shorter than these is passed over by the run and its companion alike. Such stret
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...arrays.choice import np
@@ -46,26 +47,30 @@ def _own(problem: Problem) -> list[int]:
 
 
 def _largest(main: Trajectory, i: int) -> float:
-    return max(float(np.abs(main.y[rows, i]).max()) for rows in slices(len(main.y), main.y))
+    return max([float(np.abs(main.y[rows, i]).max()) for rows in slices(len(main.y), main.y)])
 
 
-def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp]:
-    """Find the rows from which velocities and states stay what they are until the next one."""
+def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] | None:
+    """Find the rows from which velocities and states stay what they are until the next one; None or none, where they always move."""
     sizes: list[float] = []
     found = []
     for part in slices(main.t.size - 1, main.t, main.y):
         rows = slice(part.start, part.stop + 1)
-        t = main.t[rows]
-        still = t[1:] > t[:-1]
+        still: NDArray[np.bool_] | None = None
         for k, i in enumerate(own):
             if k == len(sizes):
-                sizes.append(max(float(least[i]), _largest(main, i)))
+                size = float(least[i])
+                sizes.append(max(size if math.isfinite(size) else 0.0, _largest(main, i)))
             column = main.y[rows, i]
-            still &= np.abs(column[1:] - column[:-1]) <= STILL * sizes[k]
+            rests = np.abs(column[1:] - column[:-1]) <= STILL * sizes[k]
+            still = rests if still is None else still & rests
             if not still.any():  # mostly the first one tells
                 break
-        found.append(part.start + np.flatnonzero(still))
-    return np.concatenate(found)
+        else:
+            t = main.t[rows]
+            going = t[1:] > t[:-1]
+            found.append(part.start + np.flatnonzero(going if still is None else going & still))
+    return np.concatenate(found) if found else None
 
 
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
@@ -73,9 +78,12 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     problem, span = case.problem, case.stop - case.begin
     if main.t.size < 2 or span <= 0:
         return None
-    own, least = _own(problem), np.where(np.isfinite(nominal), nominal, 0.0)
-    rows = _still(main, own, least)
-    if rows.size and problem.rotations:  # a quaternion does not go on in a straight line
+    own = _own(problem)
+    rows = _still(main, own, nominal)
+    if rows is None or not rows.size:
+        return None
+    least = np.where(np.isfinite(nominal), nominal, 0.0)
+    if problem.rotations:  # a quaternion does not go on in a straight line
         rows = rows[np.all(main.y[rows, : problem.nq] == main.y[rows + 1, : problem.nq], axis=1)]
     if rows.size and main.happened is not None:  # what an event changes is seen already
         events = main.happened.events.noted["t"]

@@ -56,5 +56,5 @@ def with_sensitivities(
         errors=errors,
         remark=remark,
     )
-    remarks = (*solution.motion.remarks, *flow.remarks)
-    return type(solution)(replace(solution.motion, sensitivities=made, remarks=remarks))
+    remarks = (*solution.motion.judged().remarks, *flow.remarks)
+    return type(solution)(replace(solution.motion.told(remarks=remarks), sensitivities=made))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from ...arrays.choice import np
@@ -27,6 +28,8 @@ from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
 from ...results.solution import Motion, Solution
+from ...results.verdict import Judged, Verdict
+from ...rows import FEW_NUMBERS
 from ...settings import settable
 from ..study import Study
 from .companion import Estimated, doubts, estimate, trajectory_of
@@ -154,6 +157,24 @@ def _looked_at(
     return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
 
 
+class _Done(Struct, frozen=True, eq=False):
+    """A run and its companion, ready to be judged."""
+
+    plan: Plan
+    main: Trajectory
+    table: Table
+    estimated: Estimated
+    remarks: tuple[str, ...]
+    as_stated: bool
+
+    @property
+    def waits(self) -> bool:
+        """Whether it may be judged later: where its rows are few, nobody writes them down, and nothing has to run again."""
+        plan = self.plan
+        few = self.main.y.size <= FEW_NUMBERS and plan.options.follower is None
+        return few and plan.method.in_kernel and not plan.method.fixed_step
+
+
 def _solve(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
@@ -167,7 +188,6 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
-    outcome, message = _outcome(problem, main)
     times, states, happened = main.t, main.y, main.happened
     modes: Array | None = None
     if happened is not None:
@@ -176,24 +196,15 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     if options.follower is not None:
         options.follower.finish(table, main.y)
     estimated = Estimated("no companion run was asked for")
-    if options.estimate_error and outcome in ENDED:
+    if options.estimate_error and main.failure is None and not main.interrupted:
         listed = checks(problem, as_stated=as_stated)
         estimated = estimate(plan, main, part_of(options.progress, share, 1.0), listed)
-        if estimated.interrupted:
-            outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
         estimated = Estimated("no companion run was made, as the run did not complete")
-    failure = main.failure
-    if outcome is Outcome.COMPLETED:
-        failure = undefined_energy(problem, table)
-        if failure is not None:
-            outcome, message = Outcome.FAILED, failure.message
-    drifts = constraint_drifts(case, plan.nominal, main)
-    doubtful: tuple[Contradiction, ...] = ()
-    if outcome in ENDED:
-        doubtful, estimated = doubts(plan, main, estimated, drifts, as_stated=as_stated)
-    if doubtful:
-        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
+    done = _Done(plan, main, table, estimated, (*looked, *narrow, *sized), as_stated)
+    judged = Judged(lambda: _verdict(done))
+    if not done.waits:
+        judged()
     interpolated = main.dense or _hermite(plan, times, states, modes)
 
     def state_at(t: Array) -> tuple[Array, Array | None]:
@@ -210,7 +221,6 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     def pictured(t: Array) -> Array:
         return scene_rows(case, t, *state_at(t))
 
-    energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
     motion = Motion(
         problem,
         times,
@@ -219,34 +229,47 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
         experiment=case.experiment,
         parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
-        outcome=outcome,
-        message=message,
-        failure=failure,
         statistics=main.statistics,
-        accuracy=Accuracy(
-            estimated.error,
-            energy,
-            conserved,
-            estimated.remark,
-            drifts,
-            estimated.failure,
-            doubtful,
-        ),
+        judged=judged,
+        stopped=main.failure,
+        companion_stopped=estimated.failure,
         events=happened.events if happened is not None else (),
-        remarks=(
-            *(case.assembled.remarks if case.assembled else ()),
-            *looked,
-            *narrow,
-            *sized,
-            *_remarks(problem, case, main),
-            *undefined_outputs(problem, table),
-        ),
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,
         states_at=state_at,
         sought=branches_of(case, (times, states, modes), main.dense, state_at),
     )
     return Solution(motion)
+
+
+def _verdict(done: _Done) -> Verdict:
+    """Judge a run by its rows: how it ended, what its errors are, what it keeps, and whether these agree."""
+    plan, main, table, estimated = done.plan, done.main, done.table, done.estimated
+    case, problem = plan.case, plan.case.problem
+    outcome, message = _outcome(problem, main)
+    if estimated.interrupted:
+        outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
+    failure = main.failure
+    if outcome is Outcome.COMPLETED:
+        failure = undefined_energy(problem, table)
+        if failure is not None:
+            outcome, message = Outcome.FAILED, failure.message
+    drifts = constraint_drifts(case, plan.nominal, main)
+    doubtful: tuple[Contradiction, ...] = ()
+    error = estimated.error
+    if outcome in ENDED:
+        doubtful, error = doubts(plan, main, estimated, drifts, as_stated=done.as_stated)
+    if doubtful:
+        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
+    energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
+    remarks = (
+        *(case.assembled.remarks if case.assembled else ()),
+        *done.remarks,
+        *_remarks(problem, case, main),
+        *undefined_outputs(problem, table),
+    )
+    accuracy = Accuracy(error, energy, conserved, estimated.remark, drifts, estimated.failure, doubtful)
+    return Verdict(outcome, message, failure, accuracy, remarks)
 
 
 def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:

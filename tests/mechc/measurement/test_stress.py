@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from mechc.answering import plan
-from mechc.asking.question import asked
+from mechc.asking.asked import asked
 from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 import mechc
 from mechc.answering import answered
-from mechc.asking.question import asked
+from mechc.asking.asked import asked
 from mechc.cli.main import run
 from mechc.compiler.flat.names.instance import STATED, rank_of
 from mechc.compiler.flat.statements import elaborate, initial_values

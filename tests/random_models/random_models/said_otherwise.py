@@ -9,7 +9,7 @@ import numpy as np
 
 import mechc
 from mechc.answering import answered
-from mechc.asking.question import asked as question
+from mechc.asking.asked import asked as question
 from mechc.compiler.twins.table import TWINS
 from mechc.compiler.twins.twin import NotApplicable, Twin
 from mechc.lang.units import parse_unit

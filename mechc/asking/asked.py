@@ -1,0 +1,81 @@
+"""A question as it was put, before anything of it is read."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from ..runtime.case import Progress
+from ..runtime.settings import FORMULAS, Setting, settings_of
+from ..runtime.studies.study import Study
+from .common_settings import AROUND, around_of, unknown_setting
+from .given_values import Target
+
+
+class Asked(Struct, frozen=True):
+    """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
+
+    ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
+    what runs it: compiled C, Python, or C where there is a compiler; ``to`` is the file (``Streamed``) that a run grows.
+    """
+
+    question: type[Study]
+    experiment: str | None = None
+    given: Mapping[str, object] = field(default_factory=dict)
+    inputs: Mapping[str, str | Path] = field(default_factory=dict)
+    target: Target = "auto"
+    progress: Progress | None = None
+    to: Any = None
+
+    def changed(self, **settings: object) -> Asked:
+        """Return the same question with other settings."""
+        return replace(self, given={**self.given, **settings})
+
+
+class Known(NamedTuple):
+    """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts, and
+    those that may hold formulas."""
+
+    settings: Mapping[str, Setting]
+    called: Mapping[str, str]
+    lists: Collection[str]
+    formulas: Sequence[str]
+
+
+@functools.cache
+def known_of(question: type[Study]) -> Known:
+    """Return what can be given to a question."""
+    settings = settings_of(question)
+    return Known(
+        {s.name: s for s in settings},
+        {s.option: s.name for s in settings if s.option != s.name},
+        {s.name for s in settings if s.kind == "kept"},
+        [s.name for s in settings if s.kind in FORMULAS],
+    )
+
+
+def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
+    """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
+    known, called, lists, _ = known_of(question)
+    # the tables of inputs are a mapping, names of them are none
+    if called:
+        given = {called.get(n, n) if not isinstance(what, Mapping) else n: what for n, what in given.items()}
+    for name in given:
+        if name not in known and name not in AROUND:
+            raise unknown_setting(question, name, [*known])
+    if lists:
+        given = {
+            n: ", ".join(w) if n in lists and isinstance(w, (list, tuple)) else w for n, w in given.items()
+        }
+    around = around_of(question, given, known)
+    return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
+
+
+def holds_formulas(it: Asked) -> bool:
+    """Whether a setting that may hold formulas was given."""
+    return any(isinstance(it.given.get(name), str) for name in known_of(it.question).formulas)

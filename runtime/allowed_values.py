@@ -1,0 +1,64 @@
+"""Values with which no run can begin: of parameters, and of the state."""
+
+from __future__ import annotations
+
+import math
+
+from .arrays.choice import np
+from .once import once
+from .outcome import SimulationError
+from .problem import Array, Problem, Quantity
+
+
+@once
+def _bounded(problem: Problem) -> bool:
+    """Whether a parameter has a smallest or a largest value."""
+    return any(q.minimum is not None or q.maximum is not None for q in problem.parameters)
+
+
+def check_parameters(problem: Problem, p: Array) -> None:
+    """Refuse parameters without a value, infinite ones, and those out of their ranges. Raises ``SimulationError``."""
+    values = p[: len(problem.parameters)].tolist()
+    if all(map(math.isfinite, values)) and not _bounded(problem):
+        return
+    for quantity, value in zip(problem.parameters, values, strict=True):
+        if math.isnan(value):
+            raise SimulationError(
+                f"the parameter '{quantity.name}' has no value; "
+                f"give it one in the model, or with --set {quantity.name}=...",
+                quantity.origin,
+            )
+        if math.isinf(value):
+            raise SimulationError(f"the parameter '{quantity.name}' is infinite", quantity.origin)
+        _check_range(quantity, value, "the parameter")
+
+
+def check_state(problem: Problem, y0: Array) -> None:
+    """Refuse such a state; give its rotations unit length. Raises ``SimulationError``."""
+    for quantity, value in zip(problem.states, y0.tolist(), strict=True):
+        if not math.isfinite(value):
+            what = "not a number" if math.isnan(value) else "infinite"
+            raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
+        _check_range(quantity, value, "the initial value of")
+    for index in problem.rotations:
+        norm = float(np.linalg.norm(y0[index : index + 4]))
+        if not norm > 0:
+            quantity = problem.states[index]
+            raise SimulationError(f"the initial rotation '{quantity.name}' is zero", quantity.origin)
+        y0[index : index + 4] /= norm
+
+
+def _check_range(quantity: Quantity, value: float, what: str) -> None:
+    if quantity.minimum is None and quantity.maximum is None:
+        return
+    unit = f" {quantity.unit}" if quantity.unit else ""
+    if quantity.minimum is not None and value < quantity.minimum:
+        raise SimulationError(
+            f"{what} '{quantity.name}' is {value:g}{unit}, below its minimum {quantity.minimum:g}{unit}",
+            quantity.origin,
+        )
+    if quantity.maximum is not None and value > quantity.maximum:
+        raise SimulationError(
+            f"{what} '{quantity.name}' is {value:g}{unit}, above its maximum {quantity.maximum:g}{unit}",
+            quantity.origin,
+        )

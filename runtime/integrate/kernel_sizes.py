@@ -1,0 +1,50 @@
+"""What nominal values follow from, as the kernel reads it (``kernel/start/start.h``)."""
+
+from __future__ import annotations
+
+from ctypes import Structure, addressof, c_double, c_int, c_void_p
+
+from ..nominal import sizes_of
+from ..once import once
+from ..problem import Problem
+
+
+class QuantityStruct(Structure):
+    """mech_quantity"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("unit", "kind", "pure")),
+        *((name, c_double) for name in ("nominal", "range")),
+        ("group", c_int),
+    )
+
+
+class SizesStruct(Structure):
+    """mech_sizes"""
+
+    _fields_ = (
+        ("states", c_void_p),
+        ("partner", c_void_p),
+        ("units", c_void_p),
+        ("n_energies", c_int),
+        ("energies", c_void_p),
+    )
+
+
+KINDS = {"": 0, "account": 1, "rotation": 2}
+"""Of states, as the kernel numbers them: enum mech_quantity_kind."""
+
+
+@once
+def kernel_sizes(problem: Problem) -> tuple[SizesStruct, tuple[object, ...]]:
+    """Make what the kernel's rules read, and what that points to."""
+    sizes = sizes_of(problem)
+    groups = sizes.groups or (0,) * problem.ny
+    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
+    states = (QuantityStruct * problem.ny)(
+        *(QuantityStruct(unit, KINDS[kind], *others) for unit, kind, *others in rows)
+    )
+    lists = [(c_int * len(what))(*what) for what in (sizes.partner, sizes.parameter_units, sizes.energies)]
+    partner, units, energies = map(addressof, lists)
+    made = SizesStruct(addressof(states), partner, units, len(sizes.energies), energies)
+    return made, (states, *lists)
