@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from mechc.suggest import suggest
 
@@ -24,7 +25,7 @@ from .once import once
 from .outcome import SimulationError
 from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting
-from .rows import IN_MEMORY, Follower, Storage
+from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
 from .settings import settable
 
 if TYPE_CHECKING:
@@ -235,7 +236,26 @@ class _TimeSpan(Struct, frozen=True):
     max_step: float
 
 
+@once
+def _spans(problem: Problem) -> dict[tuple[object, ...], _TimeSpan]:
+    """The times of the last run."""
+    return {}
+
+
 def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
+    """Check times, tolerance and steps, or take those of the run before, if it asked for the same."""
+    known, own = _spans(problem), (options.start, options.stop, options.every, options.points)
+    asked = (*own, options.tolerance, options.step, options.max_step, *numbers.items())
+    found = known.get(asked)
+    if found is None or options.follower is not None:
+        found = _checked_span(problem, options, numbers)
+        known.clear()
+        if options.follower is None and found.grid.size <= AT_ONCE:
+            known[asked] = found
+    return replace(found, grid=found.grid.copy()) if asked in known else found
+
+
+def _checked_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
     """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
 
     def number(name: str, given: float | None) -> float | None:
@@ -288,9 +308,10 @@ def initial_state(
     """Discrete variables and initial state as the model gives them."""
     u = input_values(functions, tables, t, p, len(problem.inputs))
     unknown = np.full(problem.ny, np.nan)
-    z = np.full(len(problem.discretes), np.nan)
-    if functions.discretes is not None:
-        z = functions.discretes(t, unknown, u, z, p).copy()
+    if functions.discretes is None:
+        z = np.empty(0)
+    else:
+        z = functions.discretes(t, unknown, u, np.full(len(problem.discretes), np.nan), p).copy()
     return z, functions.initial(t, unknown, u, z, p).copy()
 
 

@@ -61,10 +61,12 @@ class Passing:
     """Arrays whose rows are forgotten once they were looked at (``passed``), where the system can do that."""
 
     def empty(self, *shape: int) -> Array:
+        if shape[0] <= AT_ONCE:
+            return np.empty(shape)
         import mmap
 
         size = 8 * math.prod(shape)
-        if shape[0] <= AT_ONCE or size == 0 or not hasattr(mmap, "MAP_PRIVATE"):
+        if size == 0 or not hasattr(mmap, "MAP_PRIVATE"):
             return np.empty(shape)
         flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | NO_RESERVE
         return np.frombuffer(mmap.mmap(-1, size, flags=flags), dtype=float).reshape(shape)

@@ -37,6 +37,9 @@ class Asked(Struct, frozen=True):
         return replace(self, given={**self.given, **settings})
 
 
+SIMPLE = (str, float, int, bool, type(None))
+
+
 class Known(NamedTuple):
     """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts, and
     those that may hold formulas."""
@@ -61,6 +64,18 @@ def known_of(question: type[Study]) -> Known:
 
 def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
+    if all(type(what) in SIMPLE for what in given.values()):
+        return _asked_simply(question, tuple((name, type(what), what) for name, what in given.items()))
+    return _asked(question, given)
+
+
+@functools.lru_cache(maxsize=64)
+def _asked_simply(question: type[Study], given: tuple[tuple[str, type, Any], ...]) -> Asked:
+    """Take apart what is made of values that nobody can change. The types tell ``True`` from 1."""
+    return _asked(question, {name: what for name, _, what in given})
+
+
+def _asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     known, called, lists, _ = known_of(question)
     # the tables of inputs are a mapping, names of them are none
     if called:

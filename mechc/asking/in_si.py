@@ -27,6 +27,9 @@ def settings_in_si(
     together only. One value fills all elements; one for an element goes before one for the whole.
     Raises UsageMistake.
     """
+    plainly = {n: w for n, w in given.items() if type(w) is float and math.isfinite(w) and n in units}
+    if len(plainly) == len(given) and not plainly.keys() & set(rotations):
+        return plainly
     settings: dict[str, float] = {}
     named = [(name, what, elements_of(name, units)) for name, what in given.items()]
     for name, what, elements in sorted(named, key=lambda item: -len(item[2])):

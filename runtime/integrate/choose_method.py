@@ -12,7 +12,9 @@ from ..case import Case
 from ..functions import Functions
 from ..native import kernel as native
 from ..native.kernel import Status
+from ..once import once
 from ..outcome import SimulationError
+from ..problem import Problem
 from .scipy_methods import METHODS, PREFIX
 
 NEEDS = {
@@ -41,7 +43,10 @@ def choose_method(case: Case, reproducible: bool = False) -> Method:
 
     ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
     """
-    method = _find(case.functions, case.method, reproducible, case.problem.no_series)
+    known, key = _found(case.problem), (case.method, reproducible)
+    if key not in known:
+        known[key] = _find(case.functions, case.method, reproducible, case.problem.no_series)
+    method = known[key]
     if method.fixed_step and case.step is None:
         raise SimulationError(
             f"'{method.name}' takes steps of one size",
@@ -53,6 +58,12 @@ def choose_method(case: Case, reproducible: bool = False) -> Method:
             "the spacing of the output is 'every'"
         )
     return method
+
+
+@once
+def _found(problem: Problem) -> dict[tuple[str, bool], Method]:
+    """What was found for a problem before, by the name that was asked for and whether it is to be reproducible."""
+    return {}
 
 
 def check_name(wanted: str) -> None:

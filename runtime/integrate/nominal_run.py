@@ -43,15 +43,16 @@ def _by_kernel(case: Case) -> Array | None:
     problem, model = case.problem, case.functions.struct
     assert model is not None
     tables, _alive = table_structs(case.tables)
-    y0, z, p = (np.ascontiguousarray(values) for values in (case.y0, case.z, case.p))
-    stated, nominal = np.ascontiguousarray(_stated(case)), np.empty(problem.ny)
+    stated, ny = _stated(case), problem.ny
+    numbers = np.concatenate([stated, stated, case.y0, case.z, case.p])  # the first are overwritten
+    at = numbers.ctypes.data
     options = native.OptionsStruct(
         t0=case.begin,
         n_tables=len(case.tables),
         tables=ctypes.addressof(tables),
-        y0=y0.ctypes.data,
-        z=z.ctypes.data,
-        p=p.ctypes.data,
+        y0=at + 16 * ny,
+        z=at + 24 * ny,
+        p=at + 8 * (3 * ny + case.z.size),
     )
     kernel = native.kernel_for(model, bool(case.asked and case.asked.reproducible))
     more = kernel.mech_nominal_at_start(
@@ -59,10 +60,10 @@ def _by_kernel(case: Case) -> Array | None:
         ctypes.addressof(kernel_sizes(problem)[0]),
         ctypes.byref(options),
         case.stop,
-        stated.ctypes.data,
-        nominal.ctypes.data,
+        at + 8 * ny,
+        at,
     )
-    return nominal if more == 0 else None
+    return numbers[:ny].copy() if more == 0 else None
 
 
 def takes_pilot(case: Case) -> bool:

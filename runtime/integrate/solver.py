@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FIRST_EVENTS = 256
+NO_TABLES = (native.TableStruct * 0)()
 
 
 class Solver:
@@ -49,9 +50,8 @@ class Solver:
         self.ny, self.nz = case.y0.size, case.z.size
         self._tables, self._table_data = table_structs(case.tables)
         # np.unique imports numpy.ma, which takes longer than a short run
-        stops = sorted(
-            {t for table in case.tables.values() for t in table.kinks().tolist() if t > case.begin}
-        )
+        kinks = (table.kinks().tolist() for table in case.tables.values())
+        stops = sorted({t for times in kinks for t in times if t > case.begin}) if case.tables else []
         given = [atol, case.y0, case.z, case.p]
         self._numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
         at = self._numbers.ctypes.data
@@ -242,6 +242,8 @@ def _events_of(instants: int, nz: int) -> int:
 
 def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.TableStruct], list[Array]]:
     """Give tables as the kernel reads them, and the arrays that must stay alive with them."""
+    if not tables:
+        return NO_TABLES, []
     data: list[Array] = []
     structs = []
     for index, table in tables.items():

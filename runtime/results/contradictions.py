@@ -19,6 +19,7 @@ from msgspec import Struct
 
 from ..arrays.choice import np
 from ..case import Case
+from ..once import once
 from ..problem import Array, Problem
 from ..rows import slices, taken
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
@@ -93,6 +94,11 @@ class Pair(Struct, frozen=True, eq=False):
 
 def checks(problem: Problem, *, as_stated: bool) -> tuple[Check, ...]:
     """List what the motions of a problem keep; closed solutions hold for runs ``as_stated`` only."""
+    return _always(problem) + (_as_stated(problem) if as_stated else ())
+
+
+@once
+def _always(problem: Problem) -> tuple[Check, ...]:
     found = []
     if problem.energy_balance:
         weights = zip(problem.energy_balance, (1.0, 1.0, -1.0), strict=True)
@@ -102,9 +108,15 @@ def checks(problem: Problem, *, as_stated: bool) -> tuple[Check, ...]:
     for i in problem.conserved:
         q = problem.outputs[i]
         found.append(Check("momentum", q.name, q.unit, {i: 1.0}, {}, anchored=False))
+    return tuple(found)
+
+
+@once
+def _as_stated(problem: Problem) -> tuple[Check, ...]:
+    found = []
     states = {q.name: i for i, q in enumerate(problem.states)}
     outputs = {q.name: i for i, q in enumerate(problem.outputs) if q.kind != "exact"}
-    for i, q in enumerate(problem.outputs if as_stated else ()):
+    for i, q in enumerate(problem.outputs):
         if q.kind != "exact":
             continue
         name = q.name.removeprefix("exact(")[:-1]

@@ -228,7 +228,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         at,
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
         experiment=case.experiment,
-        parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
+        parameters=dict(zip([q.name for q in problem.parameters], case.p.tolist(), strict=False)),
         statistics=main.statistics,
         judged=judged,
         stopped=main.failure,
