@@ -26,7 +26,7 @@ from .instances.overrides import Given, check_known, exact
 from .model import FlatModel, Role
 from .names.classes import Class, Classes
 from .names.files import search_path
-from .names.instance import Instance, VariableMember
+from .names.instance import Instance, VariableMember, let_go
 from .names.namespace import Library, Namespace
 from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
@@ -198,6 +198,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     )
     check_unknowns(flat, reporter)
     reporter.stop_on_errors()
+    let_go(instance)
     return flat
 
 

@@ -21,6 +21,7 @@ from fractions import Fraction
 from itertools import compress
 from typing import Final, Self
 
+from .above import Above
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
 from .reached import Answers, Node, depends_on, few_reached, marked, marked_within, within
@@ -29,7 +30,7 @@ from .table import Table
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
 
-ASKED: Final = 64
+ASKED: Final = 16
 """Sets of nodes whose traits are remembered: those of all velocities, say, are asked about for each statement."""
 
 
@@ -184,7 +185,7 @@ class Store:
         return asked
 
     def _marks(self, wanted: tuple[Node, ...], known: frozenset[Node] = frozenset()) -> bytearray:
-        """Return a byte for each node that is 1 where one is reached; large questions are often asked again."""
+        """Return a byte for each node, 1 where it is reached; large questions are often asked again."""
         return marked(self, wanted, known) if known else self._reached.to(self, wanted)
 
     def reached_with(self, outputs: Iterable[Node], codes: Set[int]) -> list[Node]:
@@ -271,18 +272,28 @@ class Store:
 
     def fork(self) -> Self:
         """Return an independent copy, to try something on."""
+        other = self.trial()
+        other._classes = other._classes.copy()  # all of them
+        return other
+
+    def trial(self) -> Self:
+        """Return a copy that is right as long as nothing is added here; it takes less memory than a fork."""
         other = object.__new__(type(self))
         for slot in Store.__slots__:
             held = getattr(self, slot)
-            setattr(
-                other, slot, held.copy() if isinstance(held, (list, dict, set, bytearray, Answers)) else held
-            )
+            if slot == "_classes":
+                held = Above(held)
+            elif isinstance(held, (list, dict, set, bytearray, Answers)):
+                held = held.copy()
+            setattr(other, slot, held)
         return other
 
     def adopt(self, fork: Self) -> None:
-        """Take over all nodes of a fork, if nothing was added here since."""
+        """Take over all nodes of a fork or a trial, if nothing was added here since."""
         if len(fork) < len(self) or fork._code[: len(self)] != self._code:
             raise ValueError("the graph has changed since it was forked")
+        if isinstance(fork._classes, Above):
+            fork._classes = fork._classes.put_down()
         for slot in Store.__slots__:
             setattr(self, slot, getattr(fork, slot))
 
@@ -295,13 +306,12 @@ class Store:
         self._right.append(b)
         self._values.append(v)
         self._used.add(code)
-        traits = self._traits
         own = SINGULAR if code in PARTIAL else 0
         if a >= 0:
-            own |= traits[a]
+            own |= self._traits[a]
             if b >= 0:
-                own |= traits[b]
-        traits.append(own)
+                own |= self._traits[b]
+        self._traits.append(own)
         return n
 
     def _intern(self, code: int, a: Node, b: Node, v: int) -> Node:
@@ -318,16 +328,14 @@ class Store:
         if self._code[found] == SUB and code not in (ADD, SUB):
             return False
         traits = self._traits
-        if not traits[found] & SINGULAR or code in PARTIAL:
-            return True
-        return bool((a >= 0 and traits[a] & SINGULAR) or (b >= 0 and traits[b] & SINGULAR))
+        own = (traits[a] if a >= 0 else 0) | (traits[b] if b >= 0 else 0)
+        return code in PARTIAL or not traits[found] & ~own & SINGULAR
 
     def _structural(self, code: int, a: Node, b: Node = NONE) -> Node:
         """Return the node with this operation and these arguments, or a new one."""
-        key = (code, a, b)
-        n = self._cache.get(key)
+        n = self._cache.get((code, a, b))
         if n is None:
-            self._cache[key] = n = self._new(code, a, b, 0)
+            self._cache[code, a, b] = n = self._new(code, a, b, 0)
         return n
 
     def _inverse(self, n: Node) -> int:

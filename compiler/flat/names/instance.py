@@ -191,3 +191,20 @@ class Instance(Struct, eq=False):
 
     def full_name(self, name: str) -> str:
         return f"{self.path}.{name}" if self.path else name
+
+
+def let_go(instance: Instance) -> None:
+    """Empty an instance that has been elaborated, with all below: members and their scopes refer to each other in circles, and
+    while a model is compiled nothing collects those."""
+    instance.flattening.variables.clear()
+    instance.flattening.definitions.clear()
+    pending = [instance]
+    while pending:
+        at = pending.pop()
+        for member in at.members.values():
+            if isinstance(member, ComponentMember):
+                pending += member.instances.values()
+        at.members.clear()
+        at.labels.clear()
+        at.modifiers.clear()
+        at.expanded = None

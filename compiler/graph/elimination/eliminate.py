@@ -93,7 +93,7 @@ def solve(
         tried += 1
         # what is much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best.work + 1000.0
-        fork = graph if alone else graph.fork()
+        fork = graph if alone else graph.trial()
         try:
             candidate = _try(fork, system, rows, order, variant, count, limit)
         except TooMuchWork:
@@ -104,6 +104,7 @@ def solve(
             done.append((candidate.found.variant, candidate.found.widths))
         if best is None or candidate.operations < best.operations:
             best = candidate
+        del fork, candidate  # before another one is made
     if best is None:
         raise ValueError("no variant to try")
     if best.graph is not graph:

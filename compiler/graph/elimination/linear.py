@@ -91,6 +91,11 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
             rows[n], offsets[n] = found
             found = ({n: one}, zero)
         terms[n] = found
+        for argument in {a, b} if code[n] != SELECT else set(graph.args(n)):
+            if argument in uses and argument not in leaves:
+                uses[argument] -= 1
+                if not uses[argument]:
+                    del terms[argument]  # nothing reads it any more: most of them are never together
     for i, n in enumerate(residuals):
         coefficients, offsets[~i] = affine(n)
         if left_over := [v for v, c in coefficients.items() if v in strange and c != zero]:

@@ -47,14 +47,14 @@ def elimination_order(
 
 
 def _heights(system: LinearSystem) -> tuple[dict[Node, int], dict[Node, int]]:
-    """Return the longest path from each variable to a residual, and the residuals that it reaches, as bits."""
+    """Return the longest path from each variable to a residual, and the residuals that each unknown reaches, as bits."""
     heights: dict[Node, int] = {}
     reached: dict[Node, int] = {}
     keys = sorted(system.rows, reverse=True)
     definitions = [k for k in keys if k >= 0]
     for k in (*(k for k in keys if k < 0), *definitions):
         above = heights.get(Node(k), 1) if k >= 0 else 0
-        residuals = reached.get(Node(k), 0) if k >= 0 else 1 << ~k
+        residuals = reached.pop(Node(k), 0) if k >= 0 else 1 << ~k
         for v in system.rows[k]:
             reached[v] = reached.get(v, 0) | residuals
             if heights.get(v, 0) <= above:
@@ -65,11 +65,22 @@ def _heights(system: LinearSystem) -> tuple[dict[Node, int], dict[Node, int]]:
 def _absent(system: LinearSystem, rows: Sequence[int]) -> dict[int, set[int]]:
     """Return {k: unknowns in the row of k} for every unknown k that its own row does not reach."""
     bits = {v: 1 << i for i, v in enumerate(system.unknowns)}
-    for k in sorted(k for k in system.rows if k >= 0):
-        bits[Node(k)] = _union(bits, system.rows[k])
+    definitions = sorted(k for k in system.rows if k >= 0)
+    last = {v: k for k in (*definitions, *(~row for row in rows)) for v in system.rows[k] if v in system.rows}
     found: dict[int, set[int]] = {}
+
+    def union(k: int) -> int:
+        """Return what a row reaches, and forget what it is the last one to read."""
+        mask = _union(bits, system.rows[k])
+        for v in system.rows[k]:
+            if last.get(v) == k:
+                del bits[v]
+        return mask
+
+    for k in definitions:
+        bits[Node(k)] = union(k)
     for k, row in enumerate(rows):
-        mask = _union(bits, system.rows[~row])
+        mask = union(~row)
         if not mask >> k & 1:
             found[k] = {i for i in range(len(rows)) if mask >> i & 1}
     return {k: {i for i in s if i not in found} for k, s in found.items()}

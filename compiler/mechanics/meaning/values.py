@@ -46,13 +46,15 @@ def vector(value: Value) -> tuple[Node, ...]:
 
 def filled(shape: tuple[int, ...], item: Callable[[tuple[int, ...]], Node]) -> Value:
     """Return a value of ``shape`` whose entries are ``item(indices)``."""
+    return _filled(shape, item, ())
 
-    def part(prefix: tuple[int, ...]) -> Value:
-        if len(prefix) == len(shape):
-            return item(prefix)
-        return tuple(part((*prefix, i)) for i in range(shape[len(prefix)]))
 
-    return part(())
+def _filled(
+    shape: tuple[int, ...], item: Callable[[tuple[int, ...]], Node], prefix: tuple[int, ...]
+) -> Value:
+    if len(prefix) == len(shape):
+        return item(prefix)
+    return tuple([_filled(shape, item, (*prefix, i)) for i in range(shape[len(prefix)])])
 
 
 def each(function: Callable[..., Node], *values: Value) -> Value:

@@ -57,7 +57,7 @@ class Nest:
 class Nests:
     """All of a function: ``top`` in order, and its sites and loops by number."""
 
-    def __init__(self, stream: Stream, entries: list[Entry]) -> None:
+    def __init__(self, stream: Stream, entries: Sequence[Entry]) -> None:
         self.stream = stream
         self.sites: list[Site] = []
         self.loops: list[Nest] = []
@@ -133,6 +133,11 @@ class Nests:
                     needed[column] = True
         for site in self.sites:
             site.in_memory = bool(needed[site.statements].any())
+
+    def let_go(self) -> None:
+        """Forget what lies in loops, which know each other in circles that nothing collects while a model is compiled."""
+        for nest in self.loops:
+            nest.children = []
 
     def chain_of(self, nest: Nest) -> tuple[Nest, ...]:
         """Return a loop with those around it, outermost first."""

@@ -30,9 +30,15 @@ def roll(function: ProgramFunction) -> Rolled | None:
     straight = stream(function)
     first = _nests(straight)
     if WORTH * len(first.sites) > len(straight.done):
+        first.let_go()
         return None
     Places(first)
-    return _Writer(_nests(sunk(first))).rolled()
+    moved = sunk(first)
+    first.let_go()
+    nests = _nests(moved)
+    rolled = _Writer(nests).rolled()
+    nests.let_go()
+    return rolled
 
 
 def _nests(made: Stream) -> Nests:

@@ -20,7 +20,7 @@ class Run:
 
     __slots__ = ("iterations", "size")
 
-    def __init__(self, iterations: list[list[Entry]], size: int) -> None:
+    def __init__(self, iterations: list[Sequence[Entry]], size: int) -> None:
         self.iterations = iterations
         self.size = size
 
@@ -29,9 +29,9 @@ Entry = int | Run
 """A statement by its position, or a run."""
 
 
-def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> list[Entry]:
+def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> Sequence[Entry]:
     """Return the statements with runs put together."""
-    items: list[Entry] = list(range(len(tokens)))
+    items: Sequence[Entry] = range(len(tokens))
     sizes = np.ones(len(tokens), np.int64)
     for window, repeats, least in LEVELS:
         items, tokens, sizes = _level(items, tokens, sizes, operands, window, repeats, least)
@@ -39,14 +39,14 @@ def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> list[Entry]:
 
 
 def _level(
-    items: list[Entry],
+    items: Sequence[Entry],
     tokens: NDArray[np.int64],
     sizes: NDArray[np.int64],
     operands: NDArray[np.int64],
     window: int,
     repeats: int,
     least: int,
-) -> tuple[list[Entry], NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Sequence[Entry], NDArray[np.int64], NDArray[np.int64]]:
     n = len(items)
     if n < 2 * window:
         return items, tokens, sizes

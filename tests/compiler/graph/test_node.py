@@ -322,3 +322,19 @@ def test_names_of_symbols(g: Graph) -> None:
     assert g.name(x) == "link[3].angle"
     with pytest.raises(KeyError):
         g.name(Node(0))
+
+
+def test_a_trial_leaves_the_graph_as_it_was_until_it_is_adopted(g: Graph) -> None:
+    x, y = g.symbol("x"), g.symbol("y")
+    known = g.mul(x, y)
+    count = len(g)
+    one, other = g.trial(), g.trial()
+    n = one.sin(one.add(x, one.mul(x, y)))
+    assert one.mul(y, x) == known
+    assert other.add(x, known) == n - 1
+    late = one.fork()
+    assert late.sin(late.add(x, known)) == n
+    assert len(g) == count
+    g.adopt(one)
+    assert g.sin(g.add(x, known)) == n
+    assert g.add(x, known) == n - 1
