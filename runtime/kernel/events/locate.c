@@ -162,8 +162,8 @@ static mech_real first_below(const search *q, const sample *given, int span, sam
     mech_real margin = mech_max(low, flattest / 16);
     /* Beside a kink one sample may see no more than 1/6.1 of how far the cubics on both sides of it are off. */
     const mech_real bound = span == 1 ? 7 * error : error;
-    const int smooth = span || !q->known || margin > 30 * rough || margin > confirmed(q, &a, &m, &b, error);
-    if (margin > bound && smooth && (q->known || (span ? far_off(given, 2 * span) : sure(&a, &m, &b)))) {
+    if (margin > bound && (q->known || (span ? far_off(given, 2 * span) : sure(&a, &m, &b))) &&
+        (span || !q->known || margin > 30 * rough || margin > confirmed(q, &a, &m, &b, error))) {
         if (low > 0) return NOWHERE;
         return m.f < 0 ? zero_between(q, a, m) : zero_between(q, m, b);
     }
@@ -183,6 +183,7 @@ static sample behind_rise(const search *q, const sample *a, mech_real end)
     for (int i = 0; i < DEEPEST; i++) {
         end /= 4;
         b = look(q, end);
+        if (!(b.rate > 0)) continue;
         const sample m = look(q, MECH_C(0.4547) * end);
         const mech_real flattest = mech_min(mech_min(a->rate, m.rate), b.rate) * end;
         if (flattest > 16 * off(q, a, &b, &m) && flattest > 16 * confirmed(q, a, &m, &b, 0)) break;
