@@ -63,8 +63,32 @@ FORMS: Final[Mapping[int, LaneForm]] = {
     ops.SELECT: LaneForm("lane_pick({}, {}, {})", False, (True, False, False)),
 }
 
-FUSED_SUM: Final = "lane_fma({}, {}, {})"
-FUSED_DIFFERENCE: Final = "lane_fnma({}, {}, {})"
-"""a b + c, and c - a b, rounded once."""
+
+class LaneNumbers(Struct, frozen=True):
+    """Vectors of one precision: the type, what the names of functions begin with, how a number is written, and 2; a b + c and
+    c - a b, rounded once."""
+
+    vector: str
+    prefix: str
+    literal: str
+    two: str
+    fused_sum: str
+    fused_difference: str
+    forms: Mapping[int, LaneForm]
+
+
+DOUBLES: Final = LaneNumbers(
+    "V", "", "lane({})", "2.0", "lane_fma({}, {}, {})", "lane_fnma({}, {}, {})", FORMS
+)
+SINGLES: Final = LaneNumbers(
+    "S",
+    "single_",
+    "single({})",
+    "2.0f",
+    "single_fma({}, {}, {})",
+    "single_fnma({}, {}, {})",
+    {code: FORMS[code] for code in (ops.ADD, ops.SUB, ops.MUL, ops.NEG)},
+)
+"""Of the high orders of a series, of all rooms at once."""
 AS_CONDITION: Final = "{} != 0.0"
 AS_NUMBER: Final = "lane_number({})"

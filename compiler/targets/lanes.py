@@ -17,8 +17,8 @@ from ..program import Program, ProgramFunction
 from ..program.chunk import split
 from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
 from .c_forms import OWN, literal
-from .lane_forms import AS_CONDITION, AS_NUMBER, FORMS, FUSED_DIFFERENCE, FUSED_SUM
-from .lane_series import moved_statement, series_functions
+from .lane_forms import AS_CONDITION, AS_NUMBER, DOUBLES, FORMS, SINGLES, LaneNumbers
+from .lane_series import moved_statement, series_functions, single_series
 from .literal import PI_DIGITS
 
 CHUNK = 400
@@ -39,7 +39,7 @@ _PRELUDE = """\
 #define NOINLINE __attribute__((noinline))
 """
 
-_ARGUMENTS = ("V t, const V *y, const V *u, const V *z,", "const V *p, {w}V *restrict out)")
+_ARGUMENTS = ("{v} t, const {v} *y, const {v} *u, const {v} *z,", "const {v} *p, {w}{v} *restrict out)")
 
 
 def check_lanes(program: Program) -> None:
@@ -87,6 +87,12 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str, endin
         functions += series
     yield from function_lines(program, functions)
     yield from further
+    if method == "taylor":
+        tail_sizes, following, sums = single_series(program)
+        yield tail_sizes
+        if following is not None:
+            yield from _function(following, SINGLES)
+        yield from sums
     if program.rotations:
         yield f"static MECH_FIXED int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
     yield f'#include "{METHODS[method]}"\n#include "{ending}"'
@@ -97,7 +103,7 @@ def function_lines(program: Program, functions: Sequence[ProgramFunction]) -> It
     yield _PRELUDE.format(pi=PI_DIGITS)
     yield from _tables(program, functions)
     for function in functions:
-        yield from _function(function)
+        yield from _function(function, DOUBLES)
 
 
 def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:
@@ -143,34 +149,35 @@ def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[
         yield "}\n"
 
 
-def _function(function: ProgramFunction) -> Iterator[str]:
+def _function(function: ProgramFunction, numbers: LaneNumbers) -> Iterator[str]:
     function = split(function, CHUNK)
+    name, vector = numbers.prefix + function.name, numbers.vector
     several = len(function.bodies) > 1
     if not several:
-        yield from _head("static inline", function.name, "")
-        yield from _body(function.bodies[0])
+        yield from _head("static inline", name, "", vector)
+        yield from _body(function.bodies[0], numbers)
         return
     for k, body in enumerate(function.bodies):
-        yield from _head("static NOINLINE", f"{function.name}_{k + 1}", "V *restrict w, ")
-        yield from _body(body)
-    yield from _head("static inline", function.name, "")
+        yield from _head("static NOINLINE", f"{name}_{k + 1}", f"{vector} *restrict w, ", vector)
+        yield from _body(body, numbers)
+    yield from _head("static inline", name, "", vector)
     yield "{"
-    yield f"    V w[{max(1, function.workspace)}];"
+    yield f"    {vector} w[{max(1, function.workspace)}];"
     for k in range(len(function.bodies)):
-        yield f"    {function.name}_{k + 1}(t, y, u, z, p, w, out);"
+        yield f"    {name}_{k + 1}(t, y, u, z, p, w, out);"
     yield "}\n"
 
 
-def _head(kind: str, name: str, workspace: str) -> Iterator[str]:
+def _head(kind: str, name: str, workspace: str, vector: str) -> Iterator[str]:
     start = f"{kind} void {name}("
-    yield start + _ARGUMENTS[0]
-    yield " " * len(start) + _ARGUMENTS[1].format(w=workspace)
+    yield start + _ARGUMENTS[0].format(v=vector)
+    yield " " * len(start) + _ARGUMENTS[1].format(v=vector, w=workspace)
 
 
-def _body(body: Body) -> Iterator[str]:
+def _body(body: Body, numbers: LaneNumbers) -> Iterator[str]:
     yield "{"
     yield "    (void)t, (void)y, (void)u, (void)z, (void)p;"
-    for line in _Printer(body).lines():
+    for line in _Printer(body, numbers).lines():
         yield f"    {line}"
     yield "}\n"
 
@@ -178,8 +185,9 @@ def _body(body: Body) -> Iterator[str]:
 class _Printer:
     """Writes a body. Products that are fused are written only where something else reads them, too."""
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: Body, numbers: LaneNumbers) -> None:
         self.body = body
+        self.numbers = numbers
         self.names: dict[Value, str] = {}
         self.out: list[str] = []
         self.fusable = _fusable(body)
@@ -218,7 +226,7 @@ class _Printer:
             case Load(array, index):
                 return "t" if array == "t" else f"{array}[{index}]"
             case Literal(number):
-                return f"lane({literal(number)[0]})"
+                return self.numbers.literal.format(literal(number)[0])
             case Lookup(table, order, operand):
                 text = f"lookup_{table}({order}, {self.number(operand)})"
             case Operate(code, operands):
@@ -227,7 +235,7 @@ class _Printer:
                 text = self.operation(code, operands)
             case _:
                 raise AssertionError("a store has no value")
-        kind = "M" if self.is_condition(value) else "V"
+        kind = "M" if self.is_condition(value) else self.numbers.vector
         self.out.append(f"const {kind} v{value} = {text};")
         return f"v{value}"
 
@@ -243,12 +251,12 @@ class _Printer:
         if code in (ops.ADD, ops.SUB) and operands[0] != operands[1]:
             a, b = operands
             if b in self.fusable:
-                form = FUSED_SUM if code == ops.ADD else FUSED_DIFFERENCE
+                form = self.numbers.fused_sum if code == ops.ADD else self.numbers.fused_difference
                 return form.format(*self.factors(b), self.number(a))
             if a in self.fusable:
                 last = self.number(b) if code == ops.ADD else f"-{self.number(b)}"
-                return FUSED_SUM.format(*self.factors(a), last)
-        form_of = FORMS[code]
+                return self.numbers.fused_sum.format(*self.factors(a), last)
+        form_of = self.numbers.forms[code]
         parts = (
             self.condition(a) if marked else self.number(a)
             for a, marked in zip(operands, form_of.conditions, strict=False)

@@ -191,11 +191,92 @@ def test_taylor_series_in_lanes() -> None:
     estimated = np.isfinite(on.errors)
     assert 10 < estimated.sum() < 40 and 1e-14 < np.median(on.errors[estimated]) < 1e-8
     alone = model.ensemble(**{**WHIRL_ASKED, "lanes": "off"}, method="taylor")
-    assert abs(on.steps.sum() / alone.steps.sum() - 1) < 0.05
+    assert (
+        0.8 < on.steps.sum() / alone.steps.sum() < 1
+    )  # orders are higher in lanes, where the last ones cost less
     again = model.ensemble(**WHIRL_ASKED, method="taylor", threads=3)
     without = model.ensemble(**{**WHIRL_ASKED, "errors": "none"}, method="taylor")
     np.testing.assert_array_equal(again.rows, on.rows)
     np.testing.assert_array_equal(without.numbers, on.numbers)
+
+
+SIZES = """\
+model Sizes
+  dimensionless;
+  parameter e = 0.5;
+  parameter size = 1;
+  parameter bent = 0;
+  coordinate x = size*(1 - e);
+  coordinate y = 0;
+  initial der(y) = size*sqrt((1 + e)/(1 - e));
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential -size^3/sqrt(x^2 + y^2);
+  experiment(stop = 2*pi, tolerance = 1e-10);
+end Sizes;
+"""
+
+
+def test_orders_of_single_precision_spoil_no_member_whose_numbers_do_not_fit() -> None:
+    """The square of a radius of 1e25 is no single, that of 1e-25 is zero: such members go on without a tail, and their neighbours
+    do not feel it."""
+    model = mechc.loads(SIZES)
+    asked: dict[str, Any] = {
+        "keep": "final(x/size), final(y/size)",
+        "method": "taylor",
+        "lanes": "on",
+        "errors": "none",
+    }
+    few = 16
+    rows = np.column_stack([np.linspace(0.1, 0.6, 3 * few), np.tile([1.0, 1e25, 1e-25], few)])
+    all_sizes = model.ensemble({("e", "size"): rows}, **asked)
+    np.testing.assert_allclose(all_sizes["final(x/size)"], 1 - rows[:, 0], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(all_sizes["final(y/size)"], 0, rtol=0, atol=1e-8)
+    plain = model.ensemble({("e", "size"): rows[::3]}, **asked)
+    np.testing.assert_array_equal(plain.numbers, all_sizes.numbers[::3])
+    np.testing.assert_array_equal(plain.steps, all_sizes.steps[::3])
+    assert (all_sizes.steps.reshape(few, 3) <= 1.5 * plain.steps[:, None] + 10).all()
+
+
+def test_series_with_conditions_have_no_tail() -> None:
+    """A choice by a parameter is a choice of numbers that every order reads."""
+    text = SIZES.replace("-size^3/sqrt", "-size^3/(if bent > 1 then 2 else 1)/sqrt")
+    model = mechc.loads(text)
+    runs = model.ensemble(
+        "e ~ uniform(0.1, 0.6)", "final(x)", samples=24, method="taylor", lanes="on", errors="none"
+    )
+    np.testing.assert_allclose(runs["final(x)"], 1 - runs["e"], rtol=0, atol=1e-8)
+
+
+MEANS = """\
+model Means
+  parameter m = 0.5 kg;
+  coordinate a = 1 rad;
+  coordinate b = 40 deg;
+  state s = 0;
+  state q = 0;
+  kinetic 1/2*2 kg*(1 m*der(a))^2 + 1/2*m*(1 m*der(b))^2 + m*(1 m)^2*der(a)*der(b)*cos(a - b);
+  potential -9.81 m/s^2*1 m*(2 kg*cos(a) + m*cos(b));
+  equation der(s) = a*b/(1 s);
+  equation der(q) = der(a)^2*(1 s);
+  experiment(stop = 2 s, tolerance = 1e-12);
+end Means;
+"""
+
+
+@pytest.mark.parametrize("lanes", ["on", "off"])
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_means_are_as_good_as_the_motion(method: str, lanes: str) -> None:
+    """Against states that are their integrals; the steps of Taylor's method are long."""
+    runs = mechc.loads(MEANS).ensemble(
+        "a ~ normal(1 rad, 0.2 rad)",
+        "mean(a*b), final(s), mean(der(a)^2), final(q)",
+        samples=40,
+        method=method,
+        lanes=lanes,
+        errors="none",
+    )
+    np.testing.assert_allclose(runs["mean(a*b)"], runs["final(s)"] / 2, rtol=0, atol=2e-12)
+    np.testing.assert_allclose(runs["mean(der(a)^2)"], runs["final(q)"] / 2, rtol=0, atol=2e-12)
 
 
 def test_rotations_keep_their_length() -> None:

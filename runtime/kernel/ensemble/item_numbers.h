@@ -37,6 +37,17 @@ typedef double mech_real;
 enum { WIDTH = 1 };
 typedef double V;
 typedef long M;
+enum { PAIRED = 1 };
+typedef float S;
+typedef int SM;
+LANE SM single_raw(S x) { return as_int(x); }
+LANE S single_value(SM m) { return as_float(m); }
+LANE S single_pick(SM m, S a, S b) { return m & 1 ? a : b; }
+LANE S single(double x) { return (float)x; }
+LANE void lane_narrow(S *to, int room, V from) { *to = (float)from; }
+LANE V lane_widened(const S *from, int room) { return *from; }
+LANE S single_fma(S a, S b, S c) { return fma(a, b, c); }
+LANE S single_fnma(S a, S b, S c) { return fma(-a, b, c); }
 LANE M lane_raw(V x) { return as_long(x); }
 LANE V lane_value(M m) { return as_double(m); }
 LANE V lane(double x) { return x; }

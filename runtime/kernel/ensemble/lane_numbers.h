@@ -61,6 +61,30 @@ LANE V lane_rough_exp2(V x)
     return lane_value(lane_raw(power) + (lane_raw(shifted) << 52));
 }
 
+/* The same of singles. */
+LANE S single_rough_log2(S x)
+{
+    const SM bits = single_raw(x);
+    const S k = single_value((bits >> 23 & 0xff) | 0x4b000000) - (0x1p23f + 127.0f);
+    const S m = single_value((bits & 0x7fffff) | 0x3f800000), m2 = m * m;
+    const S low = single_fma(m, single(5.04785541344135746), single(-2.78792620730404308));
+    const S middle = single_fma(m, single(1.58947429497570359), single(-3.48987855068486998));
+    const S high = single_fma(m, single(0.0430049577918845579), single(-0.402513393549149253));
+    return k + single_fma(m2, single_fma(m2, high, middle), low);
+}
+
+LANE S single_rough_exp2(S x)
+{
+    const S inside = single_pick(x < 100.0f, x, single(100)), exponent = single_pick(inside > -100.0f, inside, single(-100));
+    const S shifted = exponent + 0x1.8p23f, whole = shifted - 0x1.8p23f, f = (exponent - whole) * 0.693147181f;
+    S power = single_fma(f, single(1.0 / 120), single(1.0 / 24));
+    power = single_fma(f, power, single(1.0 / 6));
+    power = single_fma(f, power, single(0.5));
+    power = single_fma(f, power, single(1));
+    power = single_fma(f, power, single(1));
+    return single_value(single_raw(power) + (single_raw(shifted) << 23));
+}
+
 LANE V lane_rough_power(V x, double e) { return lane_rough_exp2(lane_rough_log2(x) * e); }
 
 #endif

@@ -1,6 +1,6 @@
 /* Taylor's method in lanes: methods/taylor.c for the model that is included before, with `series_start`, and `series_next` and
  * `series_sums` of which compiler/targets/lane_series.py says how they lie in memory: row k of the coefficients begins with those of
- * order k of the state, behind which stand those of order k - 1 of the sides of the slots.
+ * order k of the state, behind which stand those of order k - 1 of the sides of the slots. The last orders stand in the tail.
  *
  * Lanes may have different tolerances, and so different orders: all go to the highest, and each reads the terms of its own.
  */
@@ -8,16 +8,21 @@
 #define MECH_LANE_TAYLOR_H
 
 enum { LEAST = 6, MOST = 31, LAST = 4, N_DENSE = MOST + 1, LOOK_EVERY = 0 };
-/* Of the extra numbers: what each order reads, then the rows of coefficients. */
-enum { N_HELD = NY + N_SERIES_KEPT, N_EXTRA = N_HELD + (MOST + 1) * N_ROWS };
-#define GROUPS 1 /* the coefficients of two do not stay near */
+/* Of the extra numbers: what each order reads, the unit of times, the last order before the tail, and steps that the tail has
+ * spoiled; then the coefficients. */
+enum { N_START = NY + N_SERIES_KEPT, UNIT = N_START, LOW, SPOILED, N_HELD };
+enum { N_COEFFICIENTS = (MOST + 1) * N_ROWS, N_TAIL = TAIL ? N_COEFFICIENTS + N_SERIES_KEPT + N_TAIL_P : 0 };
+enum { N_EXTRA = N_HELD + N_COEFFICIENTS + N_TAIL };
+enum { TAIL_ORDERS = 12 }; /* at least; measured: ten and fourteen cost more for the same error */
+#define GROUPS (TAIL ? PAIRED : 1) /* without a tail, the coefficients of two do not stay near */
 #define STIFFNESS_BOUND 0
 #define LANE_PLAIN 1
 
 #include "lane_step.h"
 
-/* Orders for each factor e of the tolerance, as in the scalar kernel. Measured: 0.6 and 1.0 cost more for the same error. */
-static MECH_FIXED double ORDERS = 0.8;
+/* Orders for each factor e of the tolerance: more than in the scalar kernel, as those of the tail cost half. Measured: 0.8 and 1.0
+ * cost more for the same error. */
+static MECH_FIXED double ORDERS = 0.9;
 /* Residuals at the end of a good step, in errors that its last coefficients let expect. */
 static MECH_FIXED double RESIDUAL = 10.0;
 
@@ -32,42 +37,82 @@ LANE V orders(const mech_lane_room *r)
     return order;
 }
 
+LANE V first_lows(V order)
+{
+    for (int l = 0; l < WIDTH; l++) {
+        const int before = (int)LANE_OF(order, l) - TAIL_ORDERS;
+        LANE_OF(order, l) = before < 2 ? 2 : before / 2 * 2;
+    }
+    return order;
+}
+
+/* The power of two below a time, where that can be inverted, else another one. */
+LANE V unit_of(V time, V other)
+{
+    const V unit = lane_value(lane_raw(time) & LANE_BITS(0x7ff0000000000000));
+    return lane_pick((unit > 0x1p-1000) & (unit < 0x1p1000), unit, other);
+}
+
 static void begin(mech_lane_room *r)
 {
     const M fresh = lane_set(r->fresh);
-    V found[N_HELD], *held = (V *)r->extra, *dy = (V *)r->dy;
+    V found[N_START], *held = (V *)r->extra, *dy = (V *)r->dy;
     series_start(AT(r->t), (const V *)r->y, NULL, (const V *)r->z, (const V *)r->p, found);
-    for (int i = 0; i < N_HELD; i++) held[i] = lane_pick(fresh, found[i], held[i]);
+    for (int i = 0; i < N_START; i++) held[i] = lane_pick(fresh, found[i], held[i]);
     for (int i = 0; i < NY; i++) dy[i] = held[i];
+    const V size = norm(r, (const V *)r->y, (const V *)r->y, NULL), rate = norm(r, (const V *)r->y, dy, NULL);
+    held[UNIT] = lane_pick(fresh, unit_of(size / rate, lane(1)), held[UNIT]);
+    held[LOW] = lane_pick(fresh, first_lows(orders(r)), held[LOW]);
+    held[SPOILED] = lane_pick(fresh, lane(0), held[SPOILED]);
     AT(r->order) = lane_pick(fresh, orders(r), AT(r->order));
     begin_with(r, fresh, AT(r->longest));
 }
 
 /* A step under way in the lanes of one room. */
 typedef struct work {
-    V (*x)[N_ROWS], *held; /* coefficients, what all orders read */
-    V weight[NY], slope[NY], y_new[NY], found[N_HELD], later[N_BEHIND + 1]; /* `later`: sums that are begun */
+    V (*x)[N_ROWS], *held;          /* coefficients, in units of powers of `unit`; what all orders read */
+    V unit, over, low;              /* a power of two, one over it; the last order before the tail      */
+    V y_new[NY], found[N_START], later[N_BEHIND + 1]; /* `later`: sums that are begun       */
+    V sum[NY], rate[NY];            /* state and slope at the end of the step, of the orders so far     */
     trial step;
-    int most, least; /* orders of lanes that hold a member */
+    int room;
 } work;
 
-static void begin_series(const mech_lane_room *r, work *w)
+/* Of all lanes that hold a member: the highest order and the lowest one, and where their tails begin. */
+typedef struct span {
+    int most, least, last_low, first_low;
+} span;
+
+static void widen_span(span *all, int order, int low)
+{
+    if (order > all->most) all->most = order;
+    if (order < all->least) all->least = order;
+    if (low > all->last_low) all->last_low = low;
+    if (low < all->first_low) all->first_low = low;
+}
+
+#include "lane_tail.h"
+
+static void begin_series(const mech_lane_room *r, work *w, tail *s, span *all)
 {
     const V *y = (const V *)r->y;
     w->held = (V *)r->extra;
     w->x = (V(*)[N_ROWS])(w->held + N_HELD);
-    w->most = LEAST;
-    w->least = MOST;
-    for (int l = 0; l < WIDTH; l++)
-        if (r->alive >> l & 1) {
-            const int here = (int)r->order[l];
-            if (here > w->most) w->most = here;
-            if (here < w->least) w->least = here;
+    w->unit = w->held[UNIT];
+    w->over = lane_value(LANE_BITS(0x7fe0000000000000) - lane_raw(w->unit));
+    w->low = low_orders(r, w->held);
+    unsigned open = r->alive;
+    for (int l = 0; open; l++) /* mostly, the first lane is like all others */
+        if (open >> l & 1) {
+            const V order = lane(r->order[l]), low = lane(LANE_OF(w->low, l));
+            widen_span(all, (int)r->order[l], (int)LANE_OF(w->low, l));
+            open &= ~(1u << l) & ~lane_bits((AT(r->order) == order) & (w->low == low));
         }
     for (int i = 0; i < NY; i++) {
         w->x[0][i] = y[i];
-        w->x[1][i] = w->held[i];
-        w->weight[i] = 1.0 / lane_fma(AT(r->rtol), lane_abs(y[i]), ((const V *)r->atol)[i]);
+        w->x[1][i] = w->held[i] * w->unit;
+        lane_narrow(&s->weight[i], w->room, lane_fma(AT(r->rtol), lane_abs(y[i]), ((const V *)r->atol)[i]));
+        w->sum[i] = w->rate[i] = lane(0);
     }
 }
 
@@ -77,45 +122,57 @@ LANE void next_order(const mech_lane_room *r, work *w, int k)
     series_sums(k, (const V(*)[N_ROWS])w->x, sums, w->later);
     sums[N_BEHIND] = lane(1.0 / k);
     sums[N_BEHIND + 1] = lane(k == 1);
-    sums[N_BEHIND + 2] = lane(1.0 / (k + 1));
+    sums[N_BEHIND + 2] = w->unit * (1.0 / (k + 1));
     series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->x[k + 1]);
 }
 
 /* Leaves out of each lane what is beyond its order. */
-static void cut(const mech_lane_room *r, work *w)
+static void cut(const mech_lane_room *r, work *w, const span *all, int last)
 {
-    for (int k = w->least + 1; k <= w->most; k++)
+    for (int k = all->least + 1; k <= last; k++)
         for (int i = 0; i < NY; i++) w->x[k][i] = lane_pick(AT(r->order) >= (double)k, w->x[k][i], lane(0));
 }
 
-/* The longest step over which none of the last terms is larger than an error allowed. */
-static void suggest(mech_lane_room *r, const work *w)
+/* The longest step over which none of the last terms is larger than an error allowed, in units: of lanes without a tail. */
+static V suggested(const mech_lane_room *r, const work *w, const tail *s, const span *all)
 {
     const V order = AT(r->order);
     V least = lane(INFINITY); /* logarithms: one power serves all */
-    for (int k = w->most; k > w->least - LAST; k--) {
+    for (int k = all->most; k > all->least - LAST; k--) {
         V size = lane(0);
-        for (int i = 0; i < NY; i++) {
-            const V here = lane_abs(w->x[k][i]) * w->weight[i];
-            size = lane_larger(size, here);
-        }
+        for (int i = 0; i < NY; i++)
+            size = lane_larger(size, lane_abs(w->x[k][i]) * lane_widened(&s->weight[i], w->room));
         const M counts = (order >= (double)k) & (order < (double)(k + LAST)) & lane_finite(size) & (size > 0.0);
         least = lane_pick(counts, lane_smaller(least, lane_rough_log2(size) * (-1.0 / k)), least);
     }
-    AT(r->dt) = lane_smaller(lane_smaller(AT(r->dt), AT(r->longest)), lane_rough_exp2(least));
+    return lane_rough_exp2(least);
 }
 
-static void reach_end(mech_lane_room *r, work *w)
+static void cut_step(mech_lane_room *r, work *w, const tail *s, const span *all)
 {
+    V wanted = tail_suggests(w, s);
+    if (all->last_low >= all->most) wanted = lane_pick(w->low >= AT(r->order), suggested(r, w, s, all), wanted);
+    const V longest = lane_smaller(AT(r->dt), AT(r->longest)), dt = lane_smaller(longest, wanted * w->unit);
+    AT(r->dt) = dt;
+    w->held[UNIT] = unit_of(dt, w->unit);
     w->step = next_trial(r);
+}
+
+/* The state at the end, and all that is known of the derivative there. */
+static void reach_end(mech_lane_room *r, work *w, const span *all, int last)
+{
+    const V h = w->step.h * w->over;
+    const int even = all->first_low == all->last_low;
     for (int i = 0; i < NY; i++) {
-        V sum = lane(0), rate = lane(0);
-        for (int k = w->most; k >= 0; k--) {
-            rate = lane_fma(rate, w->step.h, sum);
-            sum = lane_fma(sum, w->step.h, w->x[k][i]);
+        V sum = w->sum[i], rate = w->rate[i];
+        for (int k = last; k >= 0; k--) {
+            const V next_rate = lane_fma(rate, h, sum), next_sum = lane_fma(sum, h, w->x[k][i]);
+            const M here = w->low >= (double)k;
+            rate = even ? next_rate : lane_pick(here, next_rate, rate);
+            sum = even ? next_sum : lane_pick(here, next_sum, sum);
         }
         w->y_new[i] = sum;
-        w->slope[i] = rate;
+        w->rate[i] = rate * w->over;
     }
 #if N_ROTATIONS
     normalise(w->y_new);
@@ -124,21 +181,21 @@ static void reach_end(mech_lane_room *r, work *w)
 }
 
 /* The error is how far the polynomial at its end is off the equations, over what its last coefficients let expect. */
-static void judge(mech_lane_room *r, work *w)
+static void judge(mech_lane_room *r, work *w, const tail *s, const span *all)
 {
-    const V order = AT(r->order), h = w->step.h;
+    const V order = AT(r->order), h = w->step.h, part = h * w->over;
     V off = lane(0);
     for (int i = 0; i < NY; i++) {
-        const V residual = lane_abs(w->slope[i] - w->found[i]) * w->weight[i];
+        const V residual = lane_abs(w->rate[i] - w->found[i]) * lane_widened(&s->weight[i], w->room);
         off = lane_pick(residual <= off, off, residual);
     }
     const V error = h * off / ((order + 1.0) * RESIDUAL);
     const M good = error <= 1.0, took = good & lane_set(r->alive);
-    r->terms = w->most + 1;
+    r->terms = all->most + 1;
     if (lane_bits(wants_dense(r, &w->step) & took)) {
         V *c = (V *)r->dense, power = lane(1);
-        for (int k = 0; k <= w->most; k++, power *= h)
-            for (int i = 0; i < NY; i++) c[k * NY + i] = w->x[k][i] * power;
+        for (int k = 0; k <= all->most; k++, power *= part)
+            for (int i = 0; i < NY; i++) c[k * NY + i] = coefficient(w, s, all, k, i) * power;
         if (r->watched) sample(r, &w->step, r->terms);
     }
     r->looked = 0;
@@ -149,19 +206,34 @@ static void judge(mech_lane_room *r, work *w)
             const double wanted = 0.9 * pow(LANE_OF(error, l), -1.0 / (LANE_OF(order, l) + 1));
             LANE_OF(factor, l) = wanted < 0.2 ? 0.2 : wanted;
         }
-    for (int i = 0; i < N_HELD; i++) w->held[i] = lane_pick(took, w->found[i], w->held[i]);
+    w->held[SPOILED] += lane_number(~good & (w->low < order));
+    for (int i = 0; i < N_START; i++) w->held[i] = lane_pick(took, w->found[i], w->held[i]);
     take(r, &w->step, good, error, AT(r->longest), h * factor, w->y_new, w->found);
 }
 
 static void attempt(mech_lane_room *r)
 {
-    work w;
-    begin_series(r, &w);
-    for (int k = 1; k < w.most; k++) next_order(r, &w, k);
-    cut(r, &w);
-    suggest(r, &w);
-    reach_end(r, &w);
-    judge(r, &w);
+    work w[GROUPS];
+    span all = {LEAST, MOST, 0, MOST + 1};
+    tail s;
+    for (int g = 0; g < GROUPS; g++) {
+        w[g].room = g;
+        begin_series(&r[g], &w[g], &s, &all);
+    }
+    for (int i = 0; i < NY; i++) s.weight[i] = 1.0f / s.weight[i];
+    const int last = all.last_low < all.most ? all.last_low : all.most;
+    for (int k = 1; k < last; k++)
+        for (int g = 0; g < GROUPS; g++) next_order(&r[g], &w[g], k);
+    form_tail(r, w, &s, &all);
+    for (int g = 0; g < GROUPS; g++) {
+        cut(&r[g], &w[g], &all, last);
+        cut_step(&r[g], &w[g], &s, &all);
+    }
+    end_tail(w, &s, &all);
+    for (int g = 0; g < GROUPS; g++) {
+        reach_end(&r[g], &w[g], &all, last);
+        judge(&r[g], &w[g], &s, &all);
+    }
 }
 
 #endif

@@ -32,6 +32,9 @@
 enum { WIDTH = MECH_LANE_WIDTH };
 typedef double V __attribute__((vector_size(8 * MECH_LANE_WIDTH)));
 typedef long long M __attribute__((vector_size(8 * MECH_LANE_WIDTH))); /* -1 where something holds, else 0 */
+enum { PAIRED = 2 };                                                  /* rooms whose lanes stand in one S */
+typedef float S __attribute__((vector_size(8 * MECH_LANE_WIDTH)));
+typedef float lane_part __attribute__((vector_size(4 * MECH_LANE_WIDTH)));
 #define LANE_BITS(hex) hex##LL
 #define LANE_OF(x, l) x[l]
 #define LANE_RARELY(x) __builtin_expect(x, 0)
@@ -40,6 +43,13 @@ LANE V lane_value(M m) { return (V)m; }
 LANE V lane(double x) { return x - (V){0}; }
 LANE M lane_all(M m) { return m; } /* all bits where something holds, else none */
 LANE V lane_number(M m) { return lane_value(m & lane_raw(lane(1))); }
+typedef int SM __attribute__((vector_size(8 * MECH_LANE_WIDTH)));
+LANE SM single_raw(S x) { return (SM)x; }
+LANE S single_value(SM m) { return (S)m; }
+LANE S single_pick(SM m, S a, S b) { return (S)((m & (SM)a) | (~m & (SM)b)); }
+LANE S single(double x) { return (float)x - (S){0}; }
+LANE void lane_narrow(S *to, int room, V from) { ((lane_part *)to)[room] = __builtin_convertvector(from, lane_part); }
+LANE V lane_widened(const S *from, int room) { return __builtin_convertvector(((const lane_part *)from)[room], V); }
 LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & lane_raw(b))); }
 
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
@@ -50,7 +60,7 @@ LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & la
 #define LANE_HOW ", not fused"
 #endif
 
-/* ---- one row for each width: a b + c, c - a b, root, sets of lanes as bits, a where a > b (a < b), else b */
+/* ---- one row for each width: a b + c, c - a b, both of singles too, root, sets of lanes as bits, a where a > b (a < b), else b */
 
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
@@ -59,6 +69,8 @@ LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & la
 #define LANE_NAME "AVX-512"
 LANE V lane_fma(V a, V b, V c) { return _mm512_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm512_fnmadd_pd(a, b, c); }
+LANE S single_fma(S a, S b, S c) { return _mm512_fmadd_ps(a, b, c); }
+LANE S single_fnma(S a, S b, S c) { return _mm512_fnmadd_ps(a, b, c); }
 LANE V lane_sqrt(V a) { return _mm512_sqrt_pd(a); }
 LANE V lane_larger(V a, V b) { return _mm512_max_pd(a, b); }
 LANE V lane_smaller(V a, V b) { return _mm512_min_pd(a, b); }
@@ -70,9 +82,10 @@ LANE M lane_set(unsigned bits) { return (M)_mm512_movm_epi64((__mmask8)bits); }
 #if LANE_FUSED
 LANE V lane_fma(V a, V b, V c) { return _mm256_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm256_fnmadd_pd(a, b, c); }
+LANE S single_fma(S a, S b, S c) { return _mm256_fmadd_ps(a, b, c); }
+LANE S single_fnma(S a, S b, S c) { return _mm256_fnmadd_ps(a, b, c); }
 #else
-LANE V lane_fma(V a, V b, V c) { return a * b + c; }
-LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
+#define LANE_IN_TWO_STEPS
 #endif
 LANE V lane_sqrt(V a) { return _mm256_sqrt_pd(a); }
 LANE V lane_larger(V a, V b) { return _mm256_max_pd(a, b); }
@@ -85,9 +98,10 @@ LANE unsigned lane_bits(M m) { return (unsigned)_mm256_movemask_pd((__m256d)m); 
 #if LANE_FUSED
 LANE V lane_fma(V a, V b, V c) { return _mm_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm_fnmadd_pd(a, b, c); }
+LANE S single_fma(S a, S b, S c) { return _mm_fmadd_ps(a, b, c); }
+LANE S single_fnma(S a, S b, S c) { return _mm_fnmadd_ps(a, b, c); }
 #else
-LANE V lane_fma(V a, V b, V c) { return a * b + c; }
-LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
+#define LANE_IN_TWO_STEPS
 #endif
 LANE V lane_sqrt(V a) { return _mm_sqrt_pd(a); }
 LANE V lane_larger(V a, V b) { return _mm_max_pd(a, b); }
@@ -100,6 +114,8 @@ LANE unsigned lane_bits(M m) { return (unsigned)_mm_movemask_pd((__m128d)m); }
 #include <arm_neon.h>
 LANE V lane_fma(V a, V b, V c) { return (V)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b); }
 LANE V lane_fnma(V a, V b, V c) { return (V)vfmsq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b); }
+LANE S single_fma(S a, S b, S c) { return (S)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b); }
+LANE S single_fnma(S a, S b, S c) { return (S)vfmsq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b); }
 LANE V lane_sqrt(V a) { return (V)vsqrtq_f64((float64x2_t)a); }
 LANE unsigned lane_bits(M m) { return (unsigned)((m[0] & 1) | (m[1] & 2)); }
 #define LANE_SET_BY_BITS
@@ -112,6 +128,12 @@ LANE V lane_fma(V a, V b, V c)
     return c;
 }
 LANE V lane_fnma(V a, V b, V c) { return lane_fma(-a, b, c); }
+LANE S single_fma(S a, S b, S c)
+{
+    for (int l = 0; l < PAIRED * WIDTH; l++) c[l] = LANE_FUSED ? fmaf(a[l], b[l], c[l]) : a[l] * b[l] + c[l];
+    return c;
+}
+LANE S single_fnma(S a, S b, S c) { return single_fma(-a, b, c); }
 LANE V lane_sqrt(V a)
 {
     for (int l = 0; l < WIDTH; l++) a[l] = sqrt(a[l]);
@@ -124,6 +146,13 @@ LANE unsigned lane_bits(M m)
     return bits;
 }
 #define LANE_SET_BY_BITS
+#endif
+
+#ifdef LANE_IN_TWO_STEPS
+LANE V lane_fma(V a, V b, V c) { return a * b + c; }
+LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
+LANE S single_fma(S a, S b, S c) { return a * b + c; }
+LANE S single_fnma(S a, S b, S c) { return c - a * b; }
 #endif
 
 #ifdef LANE_SET_BY_BITS

@@ -52,9 +52,11 @@ typedef struct mech_lane_room {
     int watched;                    /* samples are wanted of every step                             */
 } mech_lane_room;
 
-/* Places of the samples on a step: of Lobatto's rule on 0..1, exact up to the degree of the polynomials of dop853. */
-enum { MECH_LANE_SAMPLES = 5 };
-#define MECH_LANE_PLACES {0, MECH_C(0.17267316464601143), MECH_C(0.5), MECH_C(0.82732683535398857), 1}
+/* Places of the samples on a step: of Lobatto's rule on 0..1, exact up to the eleventh degree. */
+enum { MECH_LANE_SAMPLES = 7 };
+#define MECH_LANE_PLACES \
+    {0, MECH_C(0.084888051860716535), MECH_C(0.26557560326464289), MECH_C(0.5), \
+     MECH_C(0.73442439673535711), MECH_C(0.91511194813928346), 1}
 
 #if !defined(__OPENCL_VERSION__)
 typedef struct mech_lanes {

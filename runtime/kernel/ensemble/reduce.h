@@ -11,11 +11,14 @@
 
 enum { SAMPLES = MECH_LANE_SAMPLES, SEARCHES = 60 };
 
-/* Lobatto's rule of five places on 0..1, exact up to the seventh degree, which is that of the polynomials of dop853. */
+/* Lobatto's rule of seven places on 0..1: exact for the polynomials of dop853, and for the long steps of Taylor's method as good as
+ * their ends. */
 static MECH_FIXED mech_real PLACES[SAMPLES] = MECH_LANE_PLACES;
-static MECH_FIXED mech_real SHARES[SAMPLES] = {MECH_C(0.05), MECH_C(0.27222222222222223), MECH_C(0.35555555555555557),
-                                          MECH_C(0.27222222222222223), MECH_C(0.05)};
-static MECH_FIXED mech_real BESIDE = MECH_C(0.01); /* of a step: where an end is looked at for a peak inside */
+static MECH_FIXED mech_real SHARES[SAMPLES] = {
+    MECH_C(0.02380952380952381), MECH_C(0.13841302368078297), MECH_C(0.2158726906049313), MECH_C(0.24380952380952381),
+    MECH_C(0.2158726906049313), MECH_C(0.13841302368078297), MECH_C(0.02380952380952381)};
+static MECH_FIXED mech_real BESIDE = MECH_C(6e-5); /* of the first part: where an end is looked at for a peak inside, of which no more
+                                                     than the square of this is missed */
 static MECH_FIXED mech_real GOLDEN = MECH_C(0.3819660112501051);
 
 static mech_real upright(int kind, mech_real x) { return kind == MECH_LEAST ? -x : x; }

@@ -14,7 +14,7 @@ from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operations import Operation
 from mechc.compiler.lanes import lane_sources
 from mechc.compiler.program.model import Body, Load, Operate, Store
-from mechc.compiler.targets.lane_forms import FORMS
+from mechc.compiler.targets.lane_forms import DOUBLES, FORMS
 from mechc.compiler.targets.lanes import _Printer, function_lines
 from mechc.runtime.native.build import build_shared, lane_flags
 
@@ -169,7 +169,7 @@ def test_products_are_fused_where_sums_alone_read_them() -> None:
         Operate(ops.ADD, (7, 4)),
         *(Store("out", k, v) for k, v in enumerate((5, 6, 7, 8))),
     )
-    text = "\n".join(_Printer(body).lines())
+    text = "\n".join(_Printer(body, DOUBLES).lines())
     assert "v4 = lane_fma(y[0], y[1], y[2])" in text and "v5 = lane_fnma(y[0], y[1], y[2])" in text
     assert "v6 = lane_fma(y[0], y[1], -y[2])" in text
     assert "v3" not in text, "nobody reads the product alone"

@@ -1,0 +1,140 @@
+/* The tail of a Taylor series: its last orders in single precision, of the lanes of all rooms at once.
+ *
+ * The last terms of a step are as large as the error allowed, those before them larger by a factor from order to order that is the
+ * same for all tolerances: ten orders need no more than seven digits. Coefficients are in units of a power of two close to the
+ * step, so that they neither grow nor vanish with their order; what does not fit into singles in spite of that shows at the end of
+ * the step, which is looked at in double precision. Then the step is tried again without a tail, and a member whose steps are
+ * spoiled often goes on without one.
+ *
+ * Where a tail begins is the business of each lane, by its tolerance. Where lanes differ, orders are formed in both precisions
+ * between the first and the last beginning, and each lane goes on from its own: no bit depends on the neighbours.
+ */
+#ifndef MECH_LANE_TAIL_H
+#define MECH_LANE_TAIL_H
+
+typedef struct tail {
+    S (*x)[N_ROWS], *kept, *p; /* what `series_next` takes and gives                        */
+    S unit, later[N_BEHIND + 1];
+    S weight[NY];              /* one over the error allowed                                */
+    S least;                   /* of the last terms, as a logarithm: the step, in units     */
+} tail;
+
+#if TAIL
+/* A member of which a tail has spoiled more steps than these, and than a share of all, goes on without one. */
+static MECH_FIXED double SPOILED_AT_FIRST = 4, SPOILED_SHARE = 0.05;
+
+/* The last order of each lane before its tail, an even one, as sums of two orders are begun there. */
+LANE V low_orders(const mech_lane_room *r, const V *held)
+{
+    const M whole = lane_set(r->after_rejection) | (held[SPOILED] > SPOILED_AT_FIRST + SPOILED_SHARE * AT(r->steps));
+    return lane_pick(whole, lane(MOST + 1), held[LOW]);
+}
+
+LANE V coefficient(const work *w, const tail *s, const span *all, int k, int i)
+{
+    if (k <= all->first_low) return w->x[k][i];
+    const V single = lane_widened(&s->x[k][i], w->room);
+    return k > all->last_low ? single : lane_pick(w->low >= (double)k, w->x[k][i], single);
+}
+
+/* Enters what a room begins with. */
+static void enter(tail *s, const work *w, const V *p, int first)
+{
+    for (int k = 1; k <= first; k++)
+        for (int i = 0; i < N_ROWS; i++) lane_narrow(&s->x[k][i], w->room, w->x[k][i]);
+    for (int i = 0; i < N_SERIES_KEPT; i++) lane_narrow(&s->kept[i], w->room, w->held[NY + i]);
+    for (int i = 0; i < N_TAIL_P; i++) lane_narrow(&s->p[i], w->room, p[tail_p[i]]);
+    lane_narrow(&s->unit, w->room, w->unit);
+}
+
+/* Puts zeros, or numbers of double precision, in row k of some lanes. */
+static void put_row(tail *s, int room, M which, const V *from, int n, int k)
+{
+    for (int i = 0; i < n; i++)
+        lane_narrow(&s->x[k][i], room, lane_pick(which, from ? from[i] : lane(0), lane_widened(&s->x[k][i], room)));
+}
+
+/* The longest step over which none of the last terms is larger than an error allowed. */
+static void suggest(const mech_lane_room *r, tail *s, const span *all)
+{
+    S order;
+    for (int g = 0; g < GROUPS; g++) lane_narrow(&order, g, AT(r[g].order));
+    s->least = single(INFINITY);
+    for (int k = all->most; k > all->least - LAST; k--) {
+        S size = single(0);
+        for (int i = 0; i < NY; i++) {
+            const S here = single_value(single_raw(s->x[k][i]) & 0x7fffffff) * s->weight[i];
+            size = single_pick(size > here, size, here);
+        }
+        const SM counts = (order >= (float)k) & (order < (float)(k + LAST)) & (size - size == 0.0f) & (size > 0.0f);
+        const S here = single_rough_log2(size) * (float)(-1.0 / k);
+        s->least = single_pick(counts & (here < s->least), here, s->least);
+    }
+    s->least = single_rough_exp2(s->least);
+}
+
+LANE V tail_suggests(const work *w, const tail *s) { return lane_widened(&s->least, w->room); }
+
+static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all)
+{
+    if (all->first_low >= all->most) return;
+    s->x = (S(*)[N_ROWS])(w->x + MOST + 1);
+    s->kept = (S *)(s->x + MOST + 1);
+    s->p = s->kept + N_SERIES_KEPT;
+    for (int g = 0; g < GROUPS; g++) enter(s, &w[g], (const V *)r[g].p, all->first_low);
+    for (int k = all->first_low; k < all->most; k++) {
+        S sums[N_BEHIND + 3];
+        single_series_sums(k, (const S(*)[N_ROWS])s->x, sums, s->later);
+        sums[N_BEHIND] = single(1.0 / k);
+        sums[N_BEHIND + 1] = single(k == 1);
+        sums[N_BEHIND + 2] = s->unit * single(1.0 / (k + 1));
+        single_series_next(single(k), s->x[k], sums, s->kept, s->p, s->x[k + 1]);
+        for (int g = 0; g < GROUPS && k < all->last_low; g++)
+            put_row(s, g, w[g].low > (double)k, w[g].x[k + 1], N_ROWS, k + 1);
+    }
+    suggest(r, s, all);
+    for (int k = all->least + 1; k <= all->most; k++)
+        for (int g = 0; k > all->first_low && g < GROUPS; g++) put_row(s, g, AT(r[g].order) < (double)k, NULL, NY, k);
+}
+
+/* What the tail comes to at the end of the step. */
+static void end_tail(work *w, const tail *s, const span *all)
+{
+    if (all->first_low >= all->most) return;
+    S h;
+    for (int g = 0; g < GROUPS; g++) lane_narrow(&h, g, w[g].step.h * w[g].over);
+    S sum[NY], rate[NY];
+    for (int i = 0; i < NY; i++) sum[i] = rate[i] = single(0);
+    for (int k = all->most; k > all->first_low; k--) {
+        for (int i = 0; i < NY; i++) {
+            rate[i] = single_fma(rate[i], h, sum[i]);
+            sum[i] = single_fma(sum[i], h, s->x[k][i]);
+        }
+        for (int g = 0; k <= all->last_low + 1 && g < GROUPS; g++) {
+            const M here = w[g].low == (double)(k - 1);
+            for (int i = 0; i < NY; i++) {
+                w[g].sum[i] = lane_pick(here, lane_widened(&sum[i], g), w[g].sum[i]);
+                w[g].rate[i] = lane_pick(here, lane_widened(&rate[i], g), w[g].rate[i]);
+            }
+        }
+    }
+}
+#else
+LANE V low_orders(const mech_lane_room *r, const V *held)
+{
+    (void)r, (void)held;
+    return lane(MOST + 1);
+}
+
+LANE V coefficient(const work *w, const tail *s, const span *all, int k, int i)
+{
+    (void)s, (void)all;
+    return w->x[k][i];
+}
+
+LANE void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all) { (void)r, (void)w, (void)s, (void)all; }
+LANE V tail_suggests(const work *w, const tail *s) { return (void)w, (void)s, lane(0); }
+LANE void end_tail(work *w, const tail *s, const span *all) { (void)w, (void)s, (void)all; }
+#endif
+
+#endif
