@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from msgspec import Struct
 
@@ -54,7 +54,7 @@ class Dimension(Struct, frozen=True):
 
     def pretty(self) -> str:
         """Return the base units and, where there is one, the name: ``kg.m/s^2 (N)``."""
-        name = _UNIT_OF.get(self)
+        name = _unit_of().get(self)
         base = str(self)
         return base if name is None or name == base else f"{base} ({name})"
 
@@ -163,17 +163,18 @@ def _base_dimension(text: str) -> Dimension:
     return _dimension(exponents)
 
 
-def _symbols() -> dict[str, _Symbol]:
-    symbols = {}
-    for symbol, (base, factor, angle, prefixes) in _TABLE.items():
-        dimension = _base_dimension(base)
-        symbols[symbol] = _Symbol(dimension, factor, angle)
-        for prefix in prefixes:
-            symbols[prefix + symbol] = _Symbol(dimension, _PREFIXES[prefix] * factor, angle)
-    return symbols
+_SYMBOLS: Mapping[str, tuple[str, str]] = {
+    prefix + symbol: (prefix, symbol) for symbol, row in _TABLE.items() for prefix in ("", *row[3])
+}
+"""By each single unit with its prefix: the prefix, and the unit without."""
 
 
-_SYMBOLS = _symbols()
+@cache
+def _symbol(name: str) -> _Symbol:
+    prefix, symbol = _SYMBOLS[name]
+    base, factor, angle, _ = _TABLE[symbol]
+    return _Symbol(_base_dimension(base), _PREFIXES[prefix] * factor if prefix else factor, angle)
+
 
 UNIT_NAMES = tuple(sorted(_SYMBOLS))
 PREFIXES: Mapping[str, tuple[str, ...]] = {symbol: tuple(row[3]) for symbol, row in _TABLE.items()}
@@ -218,7 +219,7 @@ _CUSTOMARY = ("lb", "lbs", "lbf", "ft", "in", "inch", "yd", "mi", "mph", "psi", 
 
 
 _FACTOR = r"rad|deg|min|[mc]m|kg|[msh]"
-_GLUED = re.compile(rf"([kmM]?[NJWAV]|[kM]?Pa|kg)((?:{_FACTOR})+)(?<!kgs)")
+_GLUED = rf"([kmM]?[NJWAV]|[kM]?Pa|kg)((?:{_FACTOR})+)(?<!kgs)"
 """Products without their points, as in ``Nms`` or ``kWh``; ``kgs`` is a plural."""
 
 
@@ -231,7 +232,7 @@ def suggest_unit(text: str) -> str:
         return _SPELLED_OUT[singular]
     if len(text) == 1 or text.casefold() in _CUSTOMARY:
         return ""
-    if glued := _GLUED.fullmatch(text):
+    if glued := re.fullmatch(_GLUED, text):
         return ".".join([glued[1], *re.findall(_FACTOR, glued[2])])
     return closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 3)]) or ""
 
@@ -257,7 +258,7 @@ def parse_unit(text: str) -> Unit:
         power = Fraction(step[2].strip("^()")) if step[2] else Fraction(1)
         if inverse:
             power = -power
-        symbol = _SYMBOLS[step[1]]
+        symbol = _symbol(step[1])
         dimension *= symbol.dimension ** _exponent(power)
         angle += symbol.angle * power
         if power.denominator == 1:
@@ -306,12 +307,30 @@ _TYPE_UNITS: Mapping[str, str] = {
 }  # fmt: skip
 
 
-def _named_type(name: str, text: str) -> NamedType:
-    unit = parse_unit(text)
-    return NamedType(name, unit.dimension, text, unit.angle)
+class _NamedTypes(Mapping[str, NamedType]):
+    """The types by their names, each read when it is first asked for."""
+
+    def __init__(self) -> None:
+        self._read: dict[str, NamedType] = {}
+
+    def __getitem__(self, name: str) -> NamedType:
+        if name not in self._read:
+            text = _TYPE_UNITS[name]
+            unit = parse_unit(text)
+            self._read[name] = NamedType(name, unit.dimension, text, unit.angle)
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in _TYPE_UNITS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_TYPE_UNITS)
+
+    def __len__(self) -> int:
+        return len(_TYPE_UNITS)
 
 
-NAMED_TYPES: Mapping[str, NamedType] = {name: _named_type(name, unit) for name, unit in _TYPE_UNITS.items()}
+NAMED_TYPES: Mapping[str, NamedType] = _NamedTypes()
 
 # The unit shown for a dimension: the first entry of each wins.
 _SHOWN = (
@@ -321,17 +340,22 @@ _SHOWN = (
 )  # fmt: skip
 _SHOWN_ANGLES = ("rad", "rad/s", "rad/s^2", "rad/s^3", "rad/m")
 
-_UNIT_OF: dict[Dimension, str] = {}
-for _text in _SHOWN:
-    _UNIT_OF.setdefault(parse_unit(_text).dimension, _text)
-_ANGLE_UNIT_OF = {parse_unit(_text).dimension: _text for _text in _SHOWN_ANGLES}
+
+@cache
+def _unit_of() -> Mapping[Dimension, str]:
+    return {parse_unit(text).dimension: text for text in reversed(_SHOWN)}
+
+
+@cache
+def _angle_unit_of() -> Mapping[Dimension, str]:
+    return {parse_unit(text).dimension: text for text in _SHOWN_ANGLES}
 
 
 def preferred_unit(dimension: Dimension, angle: bool = False) -> str:
     """Return the SI unit to show a quantity in: ``N``, ``rad/s``, ``kg.m^2``; ``1`` for a pure number."""
-    if angle and dimension in _ANGLE_UNIT_OF:
-        return _ANGLE_UNIT_OF[dimension]
-    return _UNIT_OF.get(dimension) or str(dimension)
+    if angle and dimension in _angle_unit_of():
+        return _angle_unit_of()[dimension]
+    return _unit_of().get(dimension) or str(dimension)
 
 
 def to_si(value: Fraction, unit: Unit) -> Fraction:

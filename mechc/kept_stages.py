@@ -8,7 +8,6 @@ is (``runtime/native/kept_files.py``); they are data, never executed. Compilatio
 
 from __future__ import annotations
 
-import hashlib
 import os
 import sys
 from collections.abc import Callable, Iterable
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from .compiler.compilation import Compilation, StoredCompilation, stages_of
+from .runtime.native.checksum import sha256
 
 if TYPE_CHECKING:
     from .lang.source import SourceFile
@@ -80,7 +80,7 @@ def _checksum(path: Path) -> str:
 
 
 def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:32]
+    return str(sha256(content).hexdigest()[:32])
 
 
 def _compiler_state() -> list[tuple[str, int, int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -40,7 +40,7 @@ class Asked(Struct, frozen=True):
 SIMPLE = (str, float, int, bool, type(None))
 
 
-class Known(NamedTuple):
+class Known(Struct, frozen=True):
     """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts, and
     those that may hold formulas."""
 
@@ -76,7 +76,8 @@ def _asked_simply(question: type[Study], given: tuple[tuple[str, type, Any], ...
 
 
 def _asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
-    known, called, lists, _ = known_of(question)
+    of = known_of(question)
+    known, called, lists = of.settings, of.called, of.lists
     # the tables of inputs are a mapping, names of them are none
     if called:
         given = {called.get(n, n) if not isinstance(what, Mapping) else n: what for n, what in given.items()}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import warnings
 from collections.abc import Iterator
@@ -10,6 +9,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from .cache import BUILD_PREFIX, ENTRY, cache_folder, mark_used, remove_build, remove_entry
+from .checksum import sha256
 from .holding import hold, locked
 from .trust import file_doubt
 
@@ -91,4 +91,4 @@ def _doubt(file: Path, checksum: str) -> str:
 
 
 def _checksum(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]
+    return str(sha256(content).hexdigest()[:16])

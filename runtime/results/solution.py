@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
@@ -16,7 +16,6 @@ from ..outcome import Failure, Outcome
 from ..problem import Array, Problem, Quantity
 from ..rows import AT_ONCE
 from .accuracy import Accuracy, Drift
-from .branch_jumps import Jump
 from .branches import Branches
 from .condition import Condition, no_condition
 from .doubts import Contradiction
@@ -24,11 +23,14 @@ from .energy_accounts import EnergyAccounts, energy_accounts
 from .evaluate import Table
 from .extents import Extent, extents
 from .files import json_number
-from .further_solutions import Several
 from .quantities import Display, LazyValues, Results, Values
 from .remarks import shown_remarks
 from .sensitivity import Sensitivities, Sensitivity, none_asked
 from .verdict import Judged
+
+if TYPE_CHECKING:
+    from .branch_jumps import Jump
+    from .further_solutions import Several
 
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
