@@ -50,8 +50,8 @@ def ours(n: int, columns: int, width: float, e: float, tolerance: float) -> list
     run = model.simulate(estimate_error=False, tolerance=tolerance)
     taken = time.process_time() - before
     end = run.energy
-    assert end is not None and end.dissipated is not None, run.message
-    lacks = abs(end.start - end.dissipated - end.end) / end.start
+    assert end is not None and end.dissipated is not None and end.supplied is not None, run.message
+    lacks = abs(end.start + end.supplied - end.dissipated - end.end) / end.start
     instants = len({event.time for event in run.events if event.kind == "impact"})
     height = sum(float(run[f"y[{i}]"][-1]) for i in range(1, n + 1)) / n
     outcome = "" if run.outcome.name == "COMPLETED" else f": {run.message}"

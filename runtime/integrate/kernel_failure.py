@@ -182,7 +182,7 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: s
         case Status.NO_MODE if len(hybrid.rows) > MOST_ROWS and report.failed_index < 0:
             message = (
                 f"more than {MOST_ROWS} rows of contacts and friction, of {len(hybrid.rows)}, touch or may touch at once "
-                f"at {at}: a run decides over {MOST_ROWS}; replace some by potentials"
+                f"at {at}, or more contacts press than two for each velocity: a run decides over no more; replace some by potentials"
             )
             return _Told("modes", message)
         case Status.NO_MODE if row is not None and not math.isfinite(size):
@@ -193,6 +193,12 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: s
             return _Told("not finite", message, name, origin)
         case Status.NO_MODE:
             which = f"'{name}'" if name else "the contacts"
+            if all(other.kind != "friction" for other in hybrid.rows):
+                message = (
+                    f"at {at} it is not found which contacts press and which open, {which} among them: they jam, so that no "
+                    "acceleration keeps all gaps, or change their modes again and again without getting on; a 'rest' ends bounces"
+                )
+                return _Told("modes", message, name, origin)
             message = (
                 f"no combination of touching, sticking and sliding fits for {which} at {at}: "
                 "Coulomb's law has no solution, or more than one"

@@ -245,8 +245,14 @@ static inline int mech_crowd_balance(const mech_crowd *c, int nv, const mech_cro
         }
     int done = 1;
     if (!slides) {
-        mech_envelope_factor(n, first, at, MECH_DEPENDENT, lower, d);
+        mech_real *left = d + n;
+        for (int i = 0; i < n; i++) left[i] = MECH_EASE * d[i];
+        for (int i = 0; i < n; i++) d[i] += left[i];
+        mech_envelope_factor(n, first, at, 0, lower, d);
         mech_envelope_solve(n, first, at, lower, d, x);
+        for (int i = 0; i < n; i++) left[i] *= x[i];
+        mech_envelope_solve(n, first, at, lower, d, left);
+        for (int i = 0; i < n; i++) x[i] += left[i];
     } else if (mech_envelope_factor_lu(n, first, at, lower, upper, d)) {
         mech_envelope_solve_lu(n, first, at, lower, upper, d, x);
     } else {

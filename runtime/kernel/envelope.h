@@ -12,6 +12,11 @@
 /* Share of its diagonal below which a pivot is rounding: its row depends on those before it. */
 #define MECH_DEPENDENT MECH_C(1e-11)
 
+/* Share of its own response by which a contact of a crowd gives way to its force, before what that leaves is taken away
+ * once more: contacts that depend on each other share their force then, and it grows no larger than its root says, where
+ * they nearly do. */
+#define MECH_EASE MECH_C(1e-10)
+
 /* Places of rows; gives how many entries there are. */
 static inline int mech_envelope_places(int n, const int *first, int *at)
 {

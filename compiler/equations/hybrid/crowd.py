@@ -117,7 +117,7 @@ class _Former:
         )
         push = self.push()
         asked, read = self.read_by(outputs)
-        capacity = min(len(rows), len(self.velocities))
+        capacity = min(len(rows), 2 * len(self.velocities))
         places = tuple(self.graph.symbol(f"#closed {k + 1}") for k in range(capacity))
         given = tuple(Entry(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}

@@ -224,6 +224,7 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
 /* What is chosen fits: the state moves onto it. */
 static int take_choice(mech_solver *s)
 {
+    if (s->events->counters[MECH_UNLISTED] > 0) return mech_fail(s, MECH_NO_MODE, -1);
     for (int i = 0; i < s->events->n_rows; i++)
         if (!mech_finite(mech_row_value(s, i, MECH_FORCE))) {
             s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
@@ -244,6 +245,20 @@ static int take_choice(mech_solver *s)
     return mech_rows_check(s, 1);
 }
 
+/* Forces of a crowd have the sizes of those that end what accelerates without them. */
+static void weigh_forces(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    mech_real flags[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++) {
+        flags[i] = e->z[e->rows[i].flag];
+        e->z[e->rows[i].flag] = 0;
+    }
+    mech_rows_read(s);
+    mech_rows_weigh(s);
+    for (int i = 0; i < e->n_rows; i++) e->z[e->rows[i].flag] = flags[i];
+}
+
 int mech_contact_modes_choose(mech_solver *s, int hit)
 {
     int any = 0, friction = 0;
@@ -257,6 +272,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     if (s->model->hybrid->crowd && !friction) return mech_pressing_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s);
+    if (s->model->hybrid->crowd) weigh_forces(s);
     propose(s);
     mech_surface_friction_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {

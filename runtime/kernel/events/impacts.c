@@ -269,14 +269,13 @@ static int hit_crowd_together(mech_solver *s)
 {
     mech_near_rows_problem p;
     p.n = 0;
-    p.share = MECH_DEPENDENT;
     for (int i = 0; i < s->events->n_rows; i++) {
         if (!mech_row_touches(s, i)) continue;
         const mech_real r = *mech_row_rate(s, i);
         p.set[p.n] = i;
         p.in[p.n] = r < 0;
         p.q[p.n] = r < 0 ? (1 + restitution(s, i)) * r : r;
-        p.slack[p.n] = mech_row_still(s, i) / 10;
+        p.slack[p.n] = mech_row_idle(s, i) / 10;
         p.held[p.n] = 0;
         p.weak[p.n++] = 0;
     }

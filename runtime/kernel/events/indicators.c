@@ -47,11 +47,22 @@ mech_real *mech_indicator_size(const mech_solver *s, int k)
     return s->events->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
 }
 
+/* Whether the size of an indicator is that of a force. */
+static int of_force(const mech_solver *s, const mech_real *size)
+{
+    return size >= s->events->force && size < s->events->force + s->events->n_rows;
+}
+
+void mech_indicator_widen(mech_solver *s, int k, mech_real w)
+{
+    mech_real *size = mech_indicator_size(s, k);
+    if (!s->model->hybrid->crowd || !of_force(s, size)) mech_widen(size, w);
+}
+
 mech_real mech_indicator_tolerance(const mech_solver *s, int k)
 {
     const mech_real *largest = mech_indicator_size(s, k);
-    const int of_force = largest >= s->events->force && largest < s->events->force + s->events->n_rows;
-    return (of_force ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
+    return (of_force(s, largest) ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
 }
 
 int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w)

@@ -14,6 +14,8 @@ void mech_indicator_read(mech_solver *s, int k, mech_real t, const mech_real *y,
 int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w);
 /* The largest size so far of what indicator k measures in its present mode. */
 mech_real *mech_indicator_size(const mech_solver *s, int k);
+/* Lets it grow to |w|; of forces of a crowd mech_rows_weigh does. */
+void mech_indicator_widen(mech_solver *s, int k, mech_real w);
 /* Of w, up to which it vanishes: forces are differences of larger ones. */
 mech_real mech_indicator_tolerance(const mech_solver *s, int k);
 

@@ -234,7 +234,7 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
     const int n = e->n, last = MECH_SAMPLES - 2; /* the row behind is room for the search */
     mech_indicators_read(s, t, s->y, e->w, e->rate);
     for (int k = 0; k < n; k++) {
-        mech_widen(mech_indicator_size(s, k), e->w[k]);
+        mech_indicator_widen(s, k, e->w[k]);
         mech_widen(e->rate_scale + k, e->rate[k]);
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
         const int falls = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
@@ -251,7 +251,7 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
             mech_normalise(s->model, y);
         }
         mech_indicators_read(s, t + places[j] * h, y, e->w + j * n, e->rate + j * n);
-        for (int k = 0; k < n; k++) mech_widen(mech_indicator_size(s, k), e->w[j * n + k]);
+        for (int k = 0; k < n; k++) mech_indicator_widen(s, k, e->w[j * n + k]);
     }
     return 1;
 }

@@ -4,16 +4,20 @@
 
 #include "envelope.h"
 
-enum { CHANGES_PER_ROW = 20, MOST_DROPS = 3 };
+enum { CHANGES_PER_ROW = 20, PASSES = 2 };
 
 /* Rows that are moved so little apart from others are left to these where gaps and rates are mended: what is left of a gap by
  * rounding and tolerances would else move bodies by a million times as much. */
 static const mech_real MENDED = MECH_C(1e-6);
 
+/* Share of what is to be taken away that may be left where forces of rows that give way grow: more of it has no solution. */
+static const mech_real LEFT = MECH_C(1e-3);
+
+/* Of two rows that move each other alike. */
 static mech_real response(const mech_solver *s, int i, int j)
 {
     const int nv = s->model->nv;
-    return s->events->response[j * (nv + s->events->n_rows) + nv + i];
+    return s->events->response[i * (nv + s->events->n_rows) + nv + j];
 }
 
 /* Factors of the rows in `set`, in the memory for matrices. */
@@ -22,20 +26,26 @@ typedef struct factors {
     mech_real d[MECH_MOST_ROWS], *a;
 } factors;
 
-static void factorise(mech_solver *s, int n, const int *set, mech_real share, factors *f)
+/* Of each row in `set` the first there that moves it. */
+static void find_first(const mech_solver *s, int n, const int *set, int *first)
 {
     const int *reach = s->events->first;
-    f->n = n;
-    f->a = s->events->matrix;
     for (int i = 0, low = 0; i < n; i++) {
         while (low > 0 && set[low - 1] >= reach[set[i]]) low--;
         while (low < i && set[low] < reach[set[i]]) low++;
-        f->first[i] = low;
+        first[i] = low;
     }
+}
+
+static void factorise(mech_solver *s, int n, const int *set, mech_real share, mech_real ease, factors *f)
+{
+    f->n = n;
+    f->a = s->events->matrix;
+    find_first(s, n, set, f->first);
     mech_envelope_places(n, f->first, f->at);
     for (int i = 0; i < n; i++) {
         for (int j = f->first[i]; j < i; j++) f->a[f->at[i] + j] = response(s, set[i], set[j]);
-        f->d[i] = response(s, set[i], set[i]);
+        f->d[i] = (1 + ease) * response(s, set[i], set[i]);
     }
     f->rank = mech_envelope_factor(n, f->first, f->at, share, f->a, f->d);
 }
@@ -43,7 +53,7 @@ static void factorise(mech_solver *s, int n, const int *set, mech_real share, fa
 int mech_near_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
 {
     factors f;
-    factorise(s, n, set, MENDED, &f);
+    factorise(s, n, set, MENDED, 0, &f);
     memcpy(x, target, (size_t)n * sizeof(mech_real));
     mech_envelope_solve(n, f.first, f.at, f.a, f.d, x);
     return f.rank;
@@ -76,13 +86,12 @@ static int active(mech_solver *s, const mech_near_rows_problem *p, int *of, fact
             rows[n] = p->set[k];
             of[n++] = k;
         }
-    factorise(s, n, rows, p->share, f);
+    factorise(s, n, rows, 0, MECH_EASE, f);
     return n;
 }
 
-/* x of the rows that are in; those that depend on others leave, and, `strict`, those that pull. Gives whether all stay.
- * `dropped` counts how often a row depended. */
-static int solve_active(mech_solver *s, mech_near_rows_problem *p, int strict, int *dropped)
+/* x of the rows that are in; `strict`: those that do not press leave. Gives whether all stay. */
+static int solve_active(mech_solver *s, mech_near_rows_problem *p, int strict)
 {
     int of[MECH_MOST_ROWS], all = 1;
     mech_real x[MECH_MOST_ROWS];
@@ -90,91 +99,103 @@ static int solve_active(mech_solver *s, mech_near_rows_problem *p, int strict, i
     const int n = active(s, p, of, &f);
     for (int k = 0; k < n; k++) x[k] = -p->q[of[k]];
     mech_envelope_solve(n, f.first, f.at, f.a, f.d, x);
-    for (int k = 0; k < p->n; k++) p->x[k] = 0;
+    memset(p->x, 0, (size_t)p->n * sizeof(mech_real));
     for (int k = 0; k < n; k++) {
         p->x[of[k]] = x[k];
-        if (f.d[k] == 0) {
-            p->in[of[k]] = 0;
-            dropped[of[k]]++;
-        }
-        if (f.d[k] == 0 || !strict || p->held[of[k]] || !(x[k] < -p->weak[of[k]])) continue;
-        p->in[of[k]] = all = 0;
+        if (strict && !p->held[of[k]] && x[k] <= p->weak[of[k]]) p->in[of[k]] = all = 0;
     }
     return all;
 }
 
-/* W x + q of row k of the problem. */
-static mech_real gap_rate(const mech_solver *s, const mech_near_rows_problem *p, int k)
+/* W x + q of all rows, W with what they give way by. */
+static void find_rates(const mech_solver *s, const mech_near_rows_problem *p, const int *first, mech_real *rate)
 {
-    const int *reach = s->events->first;
-    mech_real sum = p->q[k];
-    for (int j = k; j >= 0 && p->set[j] >= reach[p->set[k]]; j--)
-        if (p->x[j] != 0) sum += response(s, p->set[k], p->set[j]) * p->x[j];
-    for (int j = k + 1; j < p->n; j++)
-        if (p->x[j] != 0 && reach[p->set[j]] <= p->set[k]) sum += response(s, p->set[k], p->set[j]) * p->x[j];
-    return sum;
+    for (int k = 0; k < p->n; k++) {
+        const mech_real x = p->x[k];
+        mech_real sum = p->q[k] + (1 + MECH_EASE) * response(s, p->set[k], p->set[k]) * x;
+        for (int j = first[k]; j < k; j++) {
+            const mech_real part = response(s, p->set[k], p->set[j]);
+            sum += part * p->x[j];
+            rate[j] += part * x;
+        }
+        rate[k] = sum;
+    }
 }
 
-enum { WITHOUT_END, CAME_IN, DEPENDS };
-
-/* Brings row `enters` in, which is violated: its own x grows until it no longer is, those that come to zero meanwhile leave
- * (D. Goldfarb, A. Idnani 1983). DEPENDS where those that are in decide over it, and none of them gives way: then what it
- * lacks is rounding. */
-static int enter(mech_solver *s, mech_near_rows_problem *p, int enters, int *changes)
+/* Brings row `enters` in, which is violated by `lacks`: its own x grows until it no longer is, those that come to zero meanwhile
+ * leave (D. Goldfarb, A. Idnani 1983). 0 where that does not end. */
+static int enter(mech_solver *s, mech_near_rows_problem *p, int enters, mech_real lacks, int *changes)
 {
-    const int sign = gap_rate(s, p, enters) < 0 ? 1 : -1;
+    const int sign = lacks > 0 ? 1 : -1, row = p->set[enters];
+    mech_real rate = mech_abs(lacks);
     for (;;) {
         int of[MECH_MOST_ROWS], leaves = -1;
-        mech_real r[MECH_MOST_ROWS];
+        mech_real r[MECH_MOST_ROWS], bend = (1 + MECH_EASE) * response(s, row, row), step = (mech_real)INFINITY;
+        const mech_real least = MECH_EASE / 2 * bend;
         factors f;
-        const int n = active(s, p, of, &f), row = p->set[enters];
-        const mech_real own = response(s, row, row);
-        mech_real bend = own, step = (mech_real)INFINITY;
+        const int n = active(s, p, of, &f);
         for (int k = 0; k < n; k++) r[k] = response(s, row, p->set[of[k]]);
         mech_envelope_solve(n, f.first, f.at, f.a, f.d, r);
         for (int k = 0; k < n; k++) {
             bend -= r[k] * response(s, row, p->set[of[k]]);
-            const int gives_way = sign * r[k] > 0 && !p->held[of[k]];
-            const mech_real until = gives_way ? mech_max(p->x[of[k]], 0) / (sign * r[k]) : (mech_real)INFINITY;
+            if (!(sign * r[k] > 0) || p->held[of[k]]) continue;
+            const mech_real until = mech_max(p->x[of[k]], 0) / (sign * r[k]);
             if (until < step) {
                 step = until;
                 leaves = k;
             }
         }
-        const mech_real rate = -sign * gap_rate(s, p, enters);
-        const mech_real whole = bend > p->share * own ? rate / bend : (mech_real)INFINITY;
-        if (whole <= step && mech_finite(whole)) {
+        bend = mech_max(bend, least); /* but for rounding */
+        if (leaves < 0 || rate <= step * bend) {
             p->in[enters] = 1;
-            return CAME_IN;
+            return 1;
         }
-        if (leaves < 0) return DEPENDS;
-        if (--*changes < 0) return WITHOUT_END;
+        if (--*changes < 0) return 0;
         for (int k = 0; k < n; k++) p->x[of[k]] -= sign * step * r[k];
         p->x[enters] += sign * step;
+        rate -= step * bend;
         p->x[of[leaves]] = 0;
         p->in[of[leaves]] = 0;
     }
 }
 
-int mech_near_rows_complement(mech_solver *s, mech_near_rows_problem *p)
+/* Solves the problem whose rows give way, from those that are in. */
+static int complement(mech_solver *s, mech_near_rows_problem *p, const int *first)
 {
-    int changes = CHANGES_PER_ROW * (p->n + 5), dropped[MECH_MOST_ROWS] = {0};
-    while (!solve_active(s, p, 1, dropped));
+    int changes = CHANGES_PER_ROW * (p->n + 5);
+    mech_real rate[MECH_MOST_ROWS];
+    while (!solve_active(s, p, 1));
     for (;;) {
         int worst = -1;
         mech_real most = 0;
+        find_rates(s, p, first, rate);
         for (int k = 0; k < p->n; k++) {
-            if (p->in[k] || dropped[k] >= MOST_DROPS) continue;
-            const mech_real rate = gap_rate(s, p, k), lacks = (p->held[k] ? mech_abs(rate) : -rate) - p->slack[k];
-            if (lacks > most) {
-                most = lacks;
-                worst = k;
-            }
+            const mech_real lacks = (p->held[k] ? mech_abs(rate[k]) : -rate[k]) - p->slack[k];
+            if (p->in[k] || !(lacks > most)) continue;
+            most = lacks;
+            worst = k;
         }
         if (worst < 0) return 1;
-        const int found = --changes < 0 ? WITHOUT_END : enter(s, p, worst, &changes);
-        if (found == WITHOUT_END) return 0;
-        if (found == DEPENDS) dropped[worst] = MOST_DROPS;
-        solve_active(s, p, 0, dropped);
+        if (--changes < 0 || !enter(s, p, worst, -rate[worst], &changes)) return 0;
+        solve_active(s, p, 0);
     }
+}
+
+int mech_near_rows_complement(mech_solver *s, mech_near_rows_problem *p)
+{
+    int first[MECH_MOST_ROWS], solved = 1;
+    mech_real q[MECH_MOST_ROWS], before[MECH_MOST_ROWS], largest = 0;
+    memcpy(q, p->q, (size_t)p->n * sizeof(mech_real));
+    memset(p->x, 0, (size_t)p->n * sizeof(mech_real));
+    find_first(s, p->n, p->set, first);
+    for (int k = 0; k < p->n; k++) largest = mech_max(largest, mech_abs(q[k]));
+    for (int pass = 0; solved && pass < PASSES; pass++) {
+        memcpy(before, p->x, (size_t)p->n * sizeof(mech_real));
+        for (int k = 0; k < p->n; k++) p->q[k] = q[k] - MECH_EASE * response(s, p->set[k], p->set[k]) * p->x[k];
+        solved = complement(s, p, first);
+    }
+    memcpy(p->q, q, (size_t)p->n * sizeof(mech_real));
+    for (int k = 0; solved && k < p->n; k++)
+        solved = MECH_EASE * response(s, p->set[k], p->set[k]) * mech_abs(p->x[k] - before[k]) <= 100 * p->slack[k] + LEFT * largest;
+    return solved;
 }

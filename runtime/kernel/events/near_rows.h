@@ -24,15 +24,15 @@ int mech_near_rows_add(mech_solver *s, mech_near_rows_basis *basis, int i);
  * that are held W x + q = 0, and x has either sign. */
 typedef struct mech_near_rows_problem {
     int n, set[MECH_MOST_ROWS];
-    mech_real share;                 /* of its own response, by less than which a row moves apart from others if it depends on them */
     mech_real q[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     mech_real slack[MECH_MOST_ROWS]; /* W x + q may be negative by so much, x by `weak`                        */
     mech_real weak[MECH_MOST_ROWS];
-    int in[MECH_MOST_ROWS];          /* 1: x is that of a system of independent rows, else zero; a guess before */
+    int in[MECH_MOST_ROWS];          /* 1: x is that of a system of rows, else zero; a guess before            */
     int held[MECH_MOST_ROWS];
 } mech_near_rows_problem;
 
-/* Solves it; 0 where it has no solution. Where several x are solutions, W x is one and the same. */
+/* Solves it; 0 where it has no solution. Rows give way by a little (MECH_EASE), so that those that depend on each other share:
+ * of all x nearly the least. */
 int mech_near_rows_complement(mech_solver *s, mech_near_rows_problem *problem);
 
 #endif

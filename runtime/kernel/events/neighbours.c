@@ -40,42 +40,62 @@ static int spread(net *g, int n, int start, int mark)
     return n;
 }
 
-void mech_neighbours_order(const mech_solver *s, int n, int *contacts)
+/* Forms the net of n contacts, in memory that its owner frees at `head`; 0 where there is none. */
+static int form(const mech_solver *s, int n, const int *contacts, net *g)
 {
     const size_t nv = (size_t)s->model->nv, size = (size_t)n;
-    net g = {.c = s->model->hybrid->crowd, .contacts = contacts};
+    *g = (net){.c = s->model->hybrid->crowd, .contacts = contacts};
     int links = 0, count;
     for (int k = 0; k < n; k++) {
-        velocities(&g, k, &count);
+        velocities(g, k, &count);
         links += count;
     }
-    int *memory = (int *)malloc((nv + 2 * (size_t)links + 3 * size) * sizeof(int));
-    if (!memory) return;
-    g.head = memory;
-    g.next = g.head + nv;
-    g.who = g.next + links;
-    g.queue = g.who + links;
-    g.seen = g.queue + n;
-    int *ordered = g.seen + n;
-    for (size_t i = 0; i < nv; i++) g.head[i] = -1;
+    g->head = (int *)malloc((nv + 2 * (size_t)links + 3 * size) * sizeof(int));
+    if (!g->head) return 0;
+    g->next = g->head + nv;
+    g->who = g->next + links;
+    g->queue = g->who + links;
+    g->seen = g->queue + n;
+    for (size_t i = 0; i < nv; i++) g->head[i] = -1;
     links = 0;
     for (int k = 0; k < n; k++) {
-        const int *v = velocities(&g, k, &count);
-        g.seen[k] = 0;
+        const int *v = velocities(g, k, &count);
+        g->seen[k] = 0;
         for (int i = 0; i < count; i++) {
-            const int group = g.c->group[v[i]];
-            if (g.head[group] >= 0 && g.who[g.head[group]] == k) continue;
-            g.who[links] = k;
-            g.next[links] = g.head[group];
-            g.head[group] = links++;
+            const int group = g->c->group[v[i]];
+            if (g->head[group] >= 0 && g->who[g->head[group]] == k) continue;
+            g->who[links] = k;
+            g->next[links] = g->head[group];
+            g->head[group] = links++;
         }
     }
+    return 1;
+}
+
+void mech_neighbours_order(const mech_solver *s, int n, int *contacts)
+{
+    net g;
+    if (!form(s, n, contacts, &g)) return;
     for (int k = 0, done = 0; k < n; k++) {
         if (g.seen[k]) continue;
         const int last = g.queue[spread(&g, done, k, 1) - 1]; /* far from where it began */
         done = spread(&g, done, last, 2);
     }
+    int *ordered = g.seen + n;
     for (int k = 0; k < n; k++) ordered[n - 1 - k] = contacts[g.queue[k]];
-    memcpy(contacts, ordered, size * sizeof(int));
-    free(memory);
+    memcpy(contacts, ordered, (size_t)n * sizeof(int));
+    free(g.head);
+}
+
+int mech_neighbours_reached(const mech_solver *s, int n, int *contacts, const int *begins)
+{
+    net g;
+    int reached = 0;
+    if (!form(s, n, contacts, &g)) return n;
+    for (int k = 0; k < n; k++)
+        if (begins[k] && !g.seen[k]) spread(&g, 0, k, 1);
+    for (int k = 0; k < n; k++)
+        if (g.seen[k]) contacts[reached++] = contacts[k];
+    free(g.head);
+    return reached;
 }

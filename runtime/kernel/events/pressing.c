@@ -8,9 +8,6 @@
 #include "near_rows.h"
 #include "rows.h"
 
-/* Velocities that hardly change anything else are given up, too, to stop a contact: what is left is rounding. */
-static const mech_real SURELY_DEPENDENT = MECH_C(1e-13);
-
 static void set(mech_solver *s, int i, int flag) { s->events->z[mech_row_of(s, i)->flag] = flag; }
 
 /* Those of the contacts that may rest that press: of the others the force is zero, and they do not come closer. A contact
@@ -20,7 +17,6 @@ static int press(mech_solver *s, int ends)
     mech_event_state *e = s->events;
     mech_near_rows_problem p;
     p.n = 0;
-    p.share = MECH_DEPENDENT;
     for (int i = 0; i < e->n_rows; i++)
         if (mech_row_may_rest(s, i) && mech_row_moves_itself(s, i)) {
             p.in[p.n] = i != ends;
@@ -29,6 +25,7 @@ static int press(mech_solver *s, int ends)
         }
     for (int i = 0; i < e->n_rows; i++) set(s, i, 0);
     mech_rows_read(s);
+    mech_rows_weigh(s);
     for (int k = 0; k < p.n; k++) {
         const int i = p.set[k];
         p.q[k] = mech_row_value(s, i, MECH_SECOND);
@@ -64,13 +61,12 @@ static int lay_down(mech_solver *s)
     mech_event_state *e = s->events;
     mech_near_rows_problem p;
     p.n = 0;
-    p.share = SURELY_DEPENDENT;
     for (int i = 0; i < e->n_rows; i++) {
         if (!mech_row_touches(s, i) || !mech_row_moves_itself(s, i)) continue;
         p.held[p.n] = e->open[i] < 0 || mech_row_holds(s, i);
         p.in[p.n] = p.held[p.n];
         p.q[p.n] = mech_row_value(s, i, MECH_RATE);
-        p.slack[p.n] = mech_row_still(s, i) / 10;
+        p.slack[p.n] = mech_row_idle(s, i) / 10;
         p.weak[p.n] = 0;
         p.set[p.n++] = i;
     }

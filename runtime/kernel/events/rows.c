@@ -21,7 +21,10 @@ void mech_rows_read(mech_solver *s)
         m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
         mech_widen(e->speed + i, *mech_row_rate(s, i));
-        if (m->hybrid->crowd) e->counters[MECH_FASTEST] = mech_max(e->counters[MECH_FASTEST], e->speed[i]);
+        if (m->hybrid->crowd) {
+            e->counters[MECH_FASTEST] = mech_max(e->counters[MECH_FASTEST], e->speed[i]);
+            continue;
+        }
         /* what would have to hold where nothing can is no measure */
         mech_real force = mech_abs(mech_row_value(s, i, MECH_FORCE));
         if (mech_row_of(s, i)->kind == MECH_FRICTION)
@@ -83,6 +86,14 @@ int mech_row_may_rest(const mech_solver *s, int i)
 {
     const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_idle(s, i);
     return (slow || s->events->open[i] < 0) && mech_row_touches(s, i);
+}
+
+void mech_rows_weigh(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    for (int i = 0; i < e->n_rows; i++) mech_widen(e->counters + MECH_STEEPEST, mech_row_value(s, i, MECH_SECOND));
+    for (int i = 0; i < e->n_rows; i++)
+        if (mech_row_moves_itself(s, i)) mech_widen(e->force + i, e->counters[MECH_STEEPEST] / mech_row_response(s, i, i));
 }
 
 void mech_rows_find_response(mech_solver *s)

@@ -53,6 +53,9 @@ void mech_rows_read(mech_solver *s);
 /* MECH_OUT_OF_RANGE where a coefficient of the rows read last is; `limits`: where a limit of friction is, too. */
 int mech_rows_check(mech_solver *s, int limits);
 void mech_rows_find_response(mech_solver *s);
+/* Of a crowd, whose rows were read last without any force, at the responses found last: its sizes of forces. What single ones grow
+ * to where contacts nearly depend on each other is no measure. */
+void mech_rows_weigh(mech_solver *s);
 /* x of a[n][n] x = b for the rows in `set`, n different ones; dependent rows get 0. Gives the rank. */
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
 /* The same, but dependent rows share: of all solutions the least. */

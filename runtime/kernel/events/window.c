@@ -55,7 +55,7 @@ static void list_closed(mech_solver *s)
     const mech_crowd *c = crowd(s);
     mech_event_state *e = s->events;
     mech_real *list = e->z + c->first;
-    int n = 0;
+    int n = 0, unlisted = 0;
     for (int i = 0; i < e->n_rows; i++)
         if (!is_slip(s, i)) e->kept[2 * contact_of(s, i) * MECH_KEPT + MECH_KEPT_MODE] = -1 - mode_of(s, i);
     for (int k = 0; k < c->capacity && list[k] > 0; k++)
@@ -64,8 +64,10 @@ static void list_closed(mech_solver *s)
         if (is_slip(s, i)) continue;
         mech_real *mode = e->kept + 2 * contact_of(s, i) * MECH_KEPT + MECH_KEPT_MODE;
         *mode = -1 - *mode;
+        if (*mode > 0 && n == c->capacity) unlisted++;
         if (*mode > 0 && n < c->capacity) list[n++] = 8 * (contact_of(s, i) + 1) + *mode;
     }
+    e->counters[MECH_UNLISTED] = unlisted;
     for (int k = n; k < c->capacity && list[k] > 0; k++) list[k] = 0;
 }
 
@@ -178,23 +180,35 @@ int mech_window_for_step(mech_solver *s, mech_real *t_new, mech_real *h)
     return MECH_RUNNING;
 }
 
+/* Whether a contact takes part in an instant: -1 where it does not touch, 1 where something begins there: it is the one that was
+ * located, or it approaches, or its gap is to be closed again; 0 where it does so only with those that it touches. */
+static int takes_part(const mech_solver *s, const mech_crowd_at *at, int contact, int located)
+{
+    const mech_real *kept = s->events->kept + 2 * contact * MECH_KEPT, *values = s->events->values;
+    mech_crowd_values(at, contact, s->events->values);
+    const mech_real gap = values[0], size = MECH_C(2e-9) * kept[MECH_KEPT_GAP];
+    const int closed = kept[MECH_KEPT_MODE] > 0;
+    if (!located && !closed && gap > size) return -1;
+    const mech_real rate = mech_crowd_along(crowd(s), contact, 0, values, s->y + s->model->nq) + values[1];
+    return located || (closed ? mech_abs(gap) > size : rate < -MECH_C(1e-11) * kept[MECH_KEPT_SPEED]);
+}
+
 int mech_window_for_instant(mech_solver *s, int hit)
 {
     mech_event_state *e = s->events;
     const int n = e->n_rows, switches = s->model->hybrid->n_switches;
     const int number = hit >= switches ? (int)e->window[hit - switches] : -1;
     const mech_crowd_at at = now(s, s->run->report.t, s->y);
-    int touch[MECH_MOST_ROWS], count = 0;
+    int touch[MECH_MOST_ROWS], begins[MECH_MOST_ROWS + 1], count = 0;
     put_back(s);
     set_count(s, 0);
     for (int i = 0; i < n; i++) {
         const int contact = (int)e->window[i] / 2;
         if ((int)e->window[i] % 2) continue;
-        const mech_real *kept = e->kept + 2 * contact * MECH_KEPT;
-        mech_crowd_values(&at, contact, e->values);
-        const int near = e->values[0] <= MECH_C(2e-9) * kept[MECH_KEPT_GAP];
-        if (near || kept[MECH_KEPT_MODE] > 0 || contact == number / 2) touch[count++] = contact;
+        begins[count] = takes_part(s, &at, contact, contact == number / 2);
+        if (begins[count] >= 0) touch[count++] = contact;
     }
+    if (number >= 0) count = mech_neighbours_reached(s, count, touch, begins);
     if (count > 1) mech_neighbours_order(s, count, touch);
     for (int k = 0; k < count; k++) {
         if (number >= 0 && touch[k] == number / 2) hit = switches + e->n_rows + number % 2;

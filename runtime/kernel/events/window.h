@@ -12,7 +12,8 @@ int mech_window_begin(mech_solver *s, mech_real length, mech_real speed);
 /* The contacts that may touch before the attempted step ends, and those that are closed. A step within which too many may
  * is repeated with a part of its size. */
 int mech_window_for_step(mech_solver *s, mech_real *t_new, mech_real *h);
-/* Those of them that touch, and the row `hit`; gives its new place. */
+/* Those of them that touch, and the row `hit`; gives its new place. Of a row only those that it moves, or that approach as well,
+ * and those that these move. */
 int mech_window_for_instant(mech_solver *s, int hit);
 /* After a state was loaded: as many rows are at hand as it says. */
 void mech_window_again(mech_solver *s);
