@@ -27,6 +27,7 @@ PAGES = (
     "heap",
     "fmu",
     "large",
+    "pairs",
     "whole",
     "startup",
     "editor",

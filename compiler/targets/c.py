@@ -19,12 +19,12 @@ from ..program.names import identifiers
 from ..program.series import NEXT, START
 from ..uncollected import uncollected
 from ..verification import verified
+from .c_blocks import are_apart
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
 from .c_loops import (
     SIDE_BY_SIDE,
     THREADS,
-    are_apart,
     loop_lines,
     loop_tables,
     loops_of,
@@ -216,7 +216,8 @@ class _File:
         yield from self.unused({*arrays, "u"} if "g" in arrays else arrays, parameters)
         if "g" in arrays:
             yield _GIVEN.format(inputs=self.program.size("u"))
-        for line in loop_lines(name, rolled):
+        sizes = {array: self.program.size(array) for array in ("y", "u", "z")}
+        for line in loop_lines(name, rolled, sizes):
             yield f"    {line}"
         yield "}\n"
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from ..graph.operations import ADD, DIV, MUL, NEG, SQRT, SUB
 from ..program.loops.rolled import (
     Compute,
     Index,
@@ -20,6 +19,7 @@ from ..program.loops.rolled import (
 )
 from ..program.model import Lookup, Operate, Program
 from ..verification import is_asked
+from .c_blocks import Copy, Way, are_sums, copies_of, copying, in_blocks, way_of
 from .c_forms import DIALECT
 from .expressions import ATOM, Text, applied, fitting
 
@@ -46,10 +46,6 @@ SIDE_BY_SIDE = """\
 
 BLOCK = 64
 """Iterations that are done side by side."""
-
-COSTLY = (DIV, SQRT)
-PLAIN = (ADD, SUB, MUL, NEG, *COSTLY)
-"""Operations that processors have for several numbers at once."""
 
 PLACES_IN_LINE = 24
 
@@ -80,12 +76,14 @@ def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
         yield "};"
 
 
-def loop_lines(name: str, rolled: Rolled) -> Iterator[str]:
-    """Yield the lines of the body of a function, without its braces."""
+def loop_lines(name: str, rolled: Rolled, sizes: Mapping[str, int]) -> Iterator[str]:
+    """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads."""
     storage = "" if rolled.workspace <= ON_STACK else "static THREAD_LOCAL "
     if rolled.workspace:
         yield f"{storage}mech_real w[{rolled.workspace}];"
-    text = _Loops(name)
+    copies = copies_of(rolled, sizes, ON_STACK - rolled.workspace)
+    yield from copying(copies)
+    text = _Loops(name, copies)
     for counter in sorted(_numbered(rolled.items)):
         yield f"int n{counter} = 0;"
     yield from text.lines(rolled.items)
@@ -114,37 +112,6 @@ def needs_threads(rolled: Rolled) -> bool:
     return rolled.workspace > ON_STACK
 
 
-def are_apart(rolled: Rolled) -> bool:
-    """Whether some loop is done side by side."""
-    pending = [*rolled.items]
-    while pending:
-        item = pending.pop()
-        if isinstance(item, Loop):
-            if in_blocks(item):
-                return True
-            pending += item.body
-    return False
-
-
-def in_blocks(loop: Loop) -> bool:
-    """Whether the iterations of a loop are done side by side: they are apart, and cost enough."""
-    if not loop.apart:
-        return False
-    sums = {number for number, _ in loop.kept}
-    costly = False
-    for item in loop.body:
-        if isinstance(item, Loop):
-            return False
-        if isinstance(item, Compute):
-            if not isinstance(item.statement, Operate) or item.statement.code not in PLAIN:
-                return False
-            costly |= item.statement.code in COSTLY
-        operands = item.operands if isinstance(item, Compute) else (item.operand,)
-        if any(isinstance(o, Local) and o.number in sums for o in operands):
-            return False
-    return costly
-
-
 def _numbered(items: Sequence[Item]) -> Iterator[int]:
     for item in items:
         if type(item) is Loop:
@@ -158,12 +125,15 @@ def _table(name: str, number: int) -> str:
 
 
 class _Loops:
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, copies: Mapping[Way, Copy]) -> None:
         self.name = name
+        self.copies = copies
         self.conditions: set[int] = set()
         """Numbers of values that are truth values."""
         self.gathered: dict[Operand, str] = {}
         """What blocks have gathered, and where it lies."""
+        self.held: dict[tuple[int, int], str] = {}
+        """Entries of tables (which, counted by which loop) that a block reads once."""
 
     def lines(self, items: Sequence[Item]) -> Iterator[str]:
         for item in items:
@@ -218,26 +188,41 @@ class _Loops:
 
     def blocks(self, item: Loop) -> Iterator[str]:
         """Yield a loop whose iterations compilers do side by side, some at a time: what lies scattered is gathered before, what
-        is added to numbers in registers is added afterwards, in order."""
+        is added to numbers in registers is added afterwards, in order; in parts where the order of sums does not matter."""
         c, trips = item.counter, self.index(item.trips)
         gathered: dict[Operand, str] = {}
         addends: list[str] = []
         inside: list[str] = []
+        at_once: list[str] = []
+        yield from self.held_in(item)
         for one in item.body:
             if isinstance(one, Compute):
                 operands = tuple([self.staged(o, c, gathered) for o in one.operands])
                 if one.kept:
                     (k,) = (k for k, o in enumerate(one.operands) if type(o) is Kept)
+                    addend = self.shown(operands[1 - k])
                     addends.append(f"a{one.number}")
-                    inside.append(f"a{one.number}[i{c} - b{c}] = {self.shown(operands[1 - k]).text};")
+                    inside.append(f"a{one.number}[i{c} - b{c}] = {addend.text};")
+                    at_once.append(self.added(one, addend))
                     continue
-                inside += self.compute(one, [self.shown(o) for o in operands])
+                lines = [*self.compute(one, [self.shown(o) for o in operands])]
             else:
                 assert isinstance(one, Put)
                 value = fitting(self.shown(self.staged(one.operand, c, gathered)), 0, False, DIALECT)
-                inside.append(f"{one.array}[{self.index(one.index)}] = {value};")
+                lines = [f"{one.array}[{self.index(one.index)}] = {value};"]
+            inside += lines
+            at_once += lines
         for number, place in item.kept:
             yield f"mech_real s{number} = w[{self.index(place)}];"
+        in_parts = f"#pragma omp simd reduction(+:{','.join(f's{n}' for n, _ in item.kept)})"
+        whole = are_sums(item) and not gathered
+        if whole:
+            yield "#ifdef MECH_UNORDERED"
+            yield in_parts
+            yield f"for (int i{c} = 0; i{c} < {trips}; i{c}++) {{"
+            yield from (f"    {line}" for line in at_once)
+            yield "}"
+            yield "#else"
         yield f"for (int b{c} = 0; b{c} < {trips}; b{c} += {BLOCK}) {{"
         yield f"    const int e{c} = b{c} + {BLOCK} < {trips} ? b{c} + {BLOCK} : {trips};"
         if scattered := [*gathered.values(), *addends]:
@@ -253,25 +238,52 @@ class _Loops:
         yield from (f"        {line}" for line in inside)
         yield "    }"
         if addends:
+            if are_sums(item) and not whole:
+                yield from ("#ifdef MECH_UNORDERED", f"    {in_parts}", "#endif")
             yield head
             for one in item.body:
                 if isinstance(one, Compute) and one.kept:
-                    assert isinstance(one.statement, Operate)
-                    parts = [Text(f"a{one.number}[i{c} - b{c}]", ATOM), Text(f"s{one.number}", ATOM)]
-                    first = 1 if type(one.operands[0]) is Kept else 0
-                    added = applied(one.statement.code, [parts[first], parts[1 - first]], False, DIALECT)
-                    yield f"        s{one.number} = {added.text};"
+                    yield f"        {self.added(one, Text(f'a{one.number}[i{c} - b{c}]', ATOM))}"
             yield "    }"
         yield "}"
+        if whole:
+            yield "#endif"
         for number, place in item.kept:
             yield f"w[{self.index(place)}] = s{number};"
+        self.held = {}
         if item.numbered:
             yield f"n{c} += {trips};"
+
+    def held_in(self, item: Loop) -> Iterator[str]:
+        """Yield the entries of tables that are the same in all iterations of a block."""
+        self.held = {}
+        for one in item.body:
+            assert not isinstance(one, Loop)
+            found = [o.index for o in _operands(one) if type(o) is Read]
+            found += [place for place in (one.place if isinstance(one, Compute) else one.index,) if place]
+            for index in found:
+                key = (index.table, index.numbered)
+                if index.table >= 0 and index.numbered != item.counter and key not in self.held:
+                    name = f"q{item.counter}_{len(self.held)}"
+                    yield f"const int {name} = {self.entry(index)};"
+                    self.held[key] = name
+
+    def added(self, one: Compute, addend: Text) -> str:
+        """Return the statement that adds to a number in a register."""
+        assert isinstance(one.statement, Operate)
+        parts = [addend, Text(f"s{one.number}", ATOM)]
+        first = 1 if type(one.operands[0]) is Kept else 0
+        added = applied(one.statement.code, [parts[first], parts[1 - first]], False, DIALECT)
+        return f"s{one.number} = {added.text};"
 
     def staged(self, operand: Operand, counter: int, gathered: dict[Operand, str]) -> Operand:
         """Note what a block reads from places that are not side by side, of arrays that nobody writes."""
         if isinstance(operand, Read) and operand.array in ("y", "u", "z", "p"):
             index = operand.index
+            way = way_of(operand, counter)
+            if way is not None and way in self.copies:
+                self.gathered[operand] = f"{self.copies[way].name}[i{counter}]"
+                return operand
             stride = dict(index.strides).get(counter, 0)
             if abs(stride) > 1 or index.numbered == counter:
                 gathered.setdefault(operand, f"r{counter}_{len(gathered)}")
@@ -297,11 +309,9 @@ class _Loops:
                 return Text(*DIALECT.literal(value))
 
     def index(self, index: Index) -> str:
-        parts = (
-            [f"{_table(self.name, index.table)}[n{index.numbered} + i{index.numbered}]"]
-            if index.table >= 0
-            else []
-        )
+        parts = []
+        if index.table >= 0:
+            parts.append(self.held.get((index.table, index.numbered)) or self.entry(index))
         if index.base or not (parts or index.strides):
             parts.append(str(index.base))
         text = " + ".join(parts)
@@ -312,3 +322,11 @@ class _Loops:
             else:
                 text = f"{text} + {term}" if text else term
         return text
+
+    def entry(self, index: Index) -> str:
+        """Return the entry of its table that an index reads."""
+        return f"{_table(self.name, index.table)}[n{index.numbered} + i{index.numbered}]"
+
+
+def _operands(item: Compute | Put) -> tuple[Operand, ...]:
+    return item.operands if isinstance(item, Compute) else (item.operand,)

@@ -24,6 +24,8 @@ _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisi
 _FAST = (NATIVE, "-ffp-contract=fast")
 # without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
 _SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
+_UNORDERED = ("-DMECH_UNORDERED", "-fopenmp-simd")
+"""Long sums in loops are summed in parts side by side, where neither other machines nor Python must have the same bits."""
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
@@ -70,7 +72,13 @@ statements only cost."""
 
 def model_flags(reproducible: bool = False, loops: bool = False) -> tuple[str, ...]:
     """``loops``: long functions are loops."""
-    return (*(_LOOPS if loops else _STRAIGHT), *_COMMON, *(_REPRODUCIBLE if reproducible else _FAST))
+    unordered = _UNORDERED if loops and not reproducible else ()
+    return (
+        *(_LOOPS if loops else _STRAIGHT),
+        *_COMMON,
+        *(_REPRODUCIBLE if reproducible else _FAST),
+        *unordered,
+    )
 
 
 def lane_flags() -> tuple[str, ...]:
