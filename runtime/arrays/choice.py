@@ -30,7 +30,7 @@ else:
 
     np = _NumPy()
 
-__all__ = ["Array", "Bytes", "Flags", "np", "plain_arrays"]
+__all__ = ["Array", "Bytes", "Flags", "memory_of", "np", "plain_arrays"]
 
 MADE = (
     "empty zeros ones full zeros_like ones_like full_like asarray ascontiguousarray arange linspace broadcast_to "
@@ -38,6 +38,11 @@ MADE = (
 )
 EACH = "isfinite isnan sqrt where clip nan_to_num divide outer diff flatnonzero searchsorted isin"
 REDUCED = "max min nanmax sum any all argmax"
+
+
+def memory_of(values: Array) -> Any:
+    """Give the memory of an array that holds nothing else, as ctypes takes it."""
+    return getattr(values, "block", values)
 
 
 @contextmanager

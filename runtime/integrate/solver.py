@@ -15,10 +15,10 @@ from ..native import kernel as native
 from ..native.kernel import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
-from .events import noted_type
+from .events import EVENT_NUMBERS, instants_of
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    pass
 
 FIRST_EVENTS = 256
 NO_TABLES = (native.TableStruct * 0)()
@@ -177,7 +177,7 @@ class Solver:
 
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = np.empty(_events_of(capacity, self.nz), dtype=noted_type())
+        self._events = np.empty((_events_of(capacity, self.nz), EVENT_NUMBERS))
         self._instants = np.empty((capacity, self._width))
         self._n_events = self._n_instants = 0
         self._give_events()
@@ -189,32 +189,34 @@ class Solver:
         """
         self._count_events()
         more = min(self._n_instants, most)
-        self._events.resize(self._n_events + _events_of(more, self.nz), refcheck=False)
+        self._events.resize((self._n_events + _events_of(more, self.nz), EVENT_NUMBERS), refcheck=False)
         self._instants.resize((self._n_instants + more, self._width), refcheck=False)
         self._give_events()
 
     def _count_events(self) -> None:
         """Count what the kernel has noted since it was given room, and number its instants through."""
         report = self.progress()
-        self._events["instant"][self._n_events : self._n_events + report.n_events] += self._n_instants
+        if self._n_instants:
+            new = slice(self._n_events, self._n_events + report.n_events)
+            instants_of(self._events[new])[:] += self._n_instants
         self._n_events += report.n_events
         self._n_instants += report.n_instants
 
     def _give_events(self) -> None:
         self._kernel.mech_set_events(
             self._handle,
-            self._events.ctypes.data + self._n_events * self._events.itemsize,
+            self._events.ctypes.data + 8 * EVENT_NUMBERS * self._n_events,
             len(self._events) - self._n_events,
             self._instants.ctypes.data + self._n_instants * 8 * self._width,
             len(self._instants) - self._n_instants,
         )
 
-    def happened(self) -> tuple[NDArray[np.void], Array]:
+    def happened(self) -> tuple[Array, Array]:
         """Give the events and instants since ``start_events``; the solver notes no more."""
         self._count_events()
         events, instants = self._events, self._instants
         self._kernel.mech_set_events(self._handle, None, 0, None, 0)
-        events.resize(self._n_events, refcheck=False)
+        events.resize((self._n_events, EVENT_NUMBERS), refcheck=False)
         instants.resize((self._n_instants, self._width), refcheck=False)
         return events, instants
 

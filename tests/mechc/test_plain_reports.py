@@ -48,9 +48,10 @@ def test_the_text_is_the_same(
         assert reported(name, capsys, monkeypatch, beside_numpy=True, until_needed=until_needed) == expected
 
 
-def test_a_kept_run_loads_no_numpy() -> None:
+@pytest.mark.parametrize("name", ["double_pendulum", "bouncing_ball"])
+def test_a_kept_run_loads_no_numpy(name: str) -> None:
     """Neither it nor what forms or reads a model or starts a process, where the report is all that is asked for."""
-    file = EXAMPLES / "double_pendulum.mech"
+    file = EXAMPLES / f"{name}.mech"
     told = (
         "import sys\nfrom mechc.cli.main import run\n"
         f"code = run(['run', {str(file)!r}])\n"

@@ -86,7 +86,7 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     if problem.rotations:  # a quaternion does not go on in a straight line
         rows = rows[np.all(main.y[rows, : problem.nq] == main.y[rows + 1, : problem.nq], axis=1)]
     if rows.size and main.happened is not None:  # what an event changes is seen already
-        events = main.happened.events.noted["t"]
+        events = main.happened.events.times
         before = np.searchsorted(events, main.t[rows], side="left")
         rows = rows[before == np.searchsorted(events, main.t[rows + 1], side="right")]
     if not rows.size:
