@@ -7,12 +7,18 @@
  * A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods, Exp.
  * Math. 14, 2005.
  */
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 #include "method.h"
+#include "rough.h"
 
 enum { LEAST = 6, MOST = 31, LAST = 4, ROWS = MOST + 1 };
+
+#define OVER_FOUR(k) MECH_C(1.0) / (k), MECH_C(1.0) / ((k) + 1), MECH_C(1.0) / ((k) + 2), MECH_C(1.0) / ((k) + 3)
+static const mech_real OVER[ROWS + 1] = {0, OVER_FOUR(1), OVER_FOUR(5), OVER_FOUR(9), OVER_FOUR(13), OVER_FOUR(17), OVER_FOUR(21),
+                                         OVER_FOUR(25), OVER_FOUR(29)};
 
 /* Residuals at the end of a good step, in errors that its last coefficients let expect. */
 static const mech_real RESIDUAL = MECH_C(10.0);
@@ -168,17 +174,17 @@ static mech_real largest(const series *v, int k, int ny)
     return most;
 }
 
-/* The step over which none of the last terms is larger than an error allowed. */
+/* The step over which none of the last terms is larger than an error allowed; its last digits do not count. */
 static mech_real suggested(const series *v, int order, int ny, mech_real longest)
 {
-    mech_real h = longest, power = mech_pow(h, order);
-    for (int k = order; k > order - LAST; k--, power /= h) {
+    double least = INFINITY; /* logarithms: one power serves all */
+    for (int k = order; k > order - LAST; k--) {
         const mech_real size = largest(v, k, ny);
-        if (!mech_finite(size) || !(size * power > 1)) continue;
-        h = mech_pow(size, MECH_C(-1.0) / k);
-        power = 1 / size;
+        if (!mech_finite(size) || !(size > 0)) continue;
+        const double here = -mech_rough_log2((double)size) / k;
+        if (here < least) least = here;
     }
-    return h;
+    return mech_min(longest, mech_rough_exp2(least));
 }
 
 static int order_for(const mech_solver *s)
@@ -207,10 +213,10 @@ static void expand(mech_solver *s, const series *v)
     for (int k = 1; k < m->order; k++) {
         mech_real *rates = v->rows + k * v->stride, *next = v->x + (k + 1) * n;
         add_up(v, k);
-        u[v->slots] = MECH_C(1.0) / k;
+        u[v->slots] = OVER[k];
         u[v->slots + 1] = k == 1;
         s->model->series->next(k, v->x + k * n, u, v->kept + ny, s->o.p, rates);
-        const mech_real share = 1 / (mech_real)(k + 1);
+        const mech_real share = OVER[k + 1];
         for (int i = 0; i < ny; i++) next[i] = rates[i] * share;
     }
     m->t = t;
