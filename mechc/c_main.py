@@ -132,11 +132,11 @@ EVEN_SPACING = """\
 enum { ROWS = 501 };
 """
 EVEN_COUNT = """\
-    const size_t n_rows = ROWS;
+    const size_t n_rows = stop > start ? ROWS : 1;
 """
 EVEN_GRID = """\
-    for (int i = 0; i < ROWS; i++)
-        grid[i] = i < ROWS - 1 ? start + i * ((stop - start) / (ROWS - 1)) : stop;
+    for (size_t i = 0; i < n_rows; i++)
+        grid[i] = i < n_rows - 1 ? start + (double)i * ((stop - start) / (ROWS - 1)) : stop;
 """
 
 STATED_SPACING = """\

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from .arrays.choice import np
 from .once import once
 from .outcome import SimulationError
 from .problem import Array, Problem, Quantity
@@ -41,11 +40,12 @@ def check_state(problem: Problem, y0: Array) -> None:
             raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
         _check_range(quantity, value, "the initial value of")
     for index in problem.rotations:
-        norm = float(np.linalg.norm(y0[index : index + 4]))
+        a, b, c, d = y0[index : index + 4].tolist()
+        norm = math.sqrt(a * a + b * b + c * c + d * d)
         if not norm > 0:
             quantity = problem.states[index]
             raise SimulationError(f"the initial rotation '{quantity.name}' is zero", quantity.origin)
-        y0[index : index + 4] /= norm
+        y0[index : index + 4] *= 1 / norm  # as the kernel does, bit by bit
 
 
 def _check_range(quantity: Quantity, value: float, what: str) -> None:

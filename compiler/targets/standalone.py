@@ -118,6 +118,8 @@ def _times(start: float, stop: float, every: float | None, points: int) -> Any:
     """Return the times of the rows: ``points`` of them, or one in each ``every`` and one at the end."""
     if not (math.isfinite(start) and math.isfinite(stop) and stop >= start):
         raise ValueError(f"the stop time {stop:g} is no time from {start:g} on")
+    if stop == start:
+        return np.array([stop])
     if every is None:
         return np.linspace(start, stop, points)
     if not every > 0:

@@ -131,7 +131,9 @@ def _pilot(case: Case, nominal: Array, count: int) -> Trajectory:
     run, method = (
         (run_kernel, "dop853") if case.functions.struct is not None else (run_scipy, PREFIX + "DOP853")
     )
-    done = run(pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
+    reproducible = case.asked is not None and case.asked.reproducible
+    options = SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS, reproducible=reproducible)
+    done = run(pilot, options)
     if done.interrupted:
         raise KeyboardInterrupt
     return done
