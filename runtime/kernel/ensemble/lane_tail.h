@@ -41,7 +41,8 @@ LANE V coefficient(const work *w, const tail *s, const span *all, int k, int i)
 static void enter(tail *s, const work *w, const V *p, int first)
 {
     for (int k = 1; k <= first; k++)
-        for (int i = 0; i < N_ROWS; i++) lane_narrow(&s->x[k][i], w->room, w->x[k][i]);
+        for (int i = 0; i < (k == 1 ? NY : N_ROWS); i++) /* what stands behind the first order no sum reads */
+            lane_narrow(&s->x[k][i], w->room, w->x[k][i]);
     for (int i = 0; i < N_SERIES_KEPT; i++) lane_narrow(&s->kept[i], w->room, w->held[NY + i]);
     for (int i = 0; i < N_TAIL_P; i++) lane_narrow(&s->p[i], w->room, p[tail_p[i]]);
     lane_narrow(&s->unit, w->room, w->unit);
