@@ -46,6 +46,8 @@ METHODS = (
 
 NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
+KNOWN = (*NUMBERS, *WORDS, *OF_ENSEMBLES)
+"""Options of experiments."""
 
 
 def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
@@ -341,7 +343,7 @@ def _settle(
     if experiment is None:
         return p, chosen, {}, {}, None
     for name in (*experiment.options, *experiment.words):
-        if name not in (*NUMBERS, *WORDS, *OF_ENSEMBLES):
+        if name not in KNOWN:
             raise SimulationError(
                 f"experiment '{experiment.name}' has the option '{name}', which no run knows"
             )

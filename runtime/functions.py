@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from .arrays.choice import np
+from .arrays.choice import address_of, np
 from .native import kernel as native
 from .once import once
 from .problem import Array, Description, ModelFunction, Problem
@@ -173,7 +173,7 @@ def _from_library(problem: Problem) -> Functions:
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
-        fill(p.ctypes.data, given.ctypes.data)
+        fill(address_of(p), address_of(given))
 
     return Functions(
         rhs=rhs,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING
 
-from ..arrays.choice import np
+from ..arrays.choice import address_of, np
 from ..case import Case
 from ..inputs import Table
 from ..native import kernel as native
@@ -54,7 +54,7 @@ class Solver:
         stops = sorted({t for times in kinks for t in times if t > case.begin}) if case.tables else []
         given = [atol, case.y0, case.z, case.p]
         self._numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
-        at = self._numbers.ctypes.data
+        at = address_of(self._numbers)
         n_grid = case.grid.size
         self._grid = np.ascontiguousarray(case.grid)
         self._grid_y = storage.empty(n_grid + 1, self.ny)  # and the point where a run stops
@@ -78,9 +78,9 @@ class Solver:
             p=at + 8 * (2 * self.ny + self.nz),
             tables=ctypes.addressof(self._tables),
             stops=at + 8 * (self._numbers.size - len(stops)),
-            grid=self._grid.ctypes.data,
-            grid_y=self._grid_y.ctypes.data,
-            grid_z=None if self._grid_z is None else self._grid_z.ctypes.data,
+            grid=address_of(self._grid),
+            grid_y=address_of(self._grid_y),
+            grid_z=None if self._grid_z is None else address_of(self._grid_z),
             dense=dense,
         )
         self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
@@ -168,7 +168,7 @@ class Solver:
     def start_record(self, capacity: int) -> None:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
-        self._kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
+        self._kernel.mech_set_record(self._handle, address_of(self._record) if capacity else None, capacity)
 
     @property
     def _width(self) -> int:
