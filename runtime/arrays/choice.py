@@ -37,7 +37,7 @@ MADE = (
     "empty zeros ones full zeros_like ones_like full_like asarray ascontiguousarray arange linspace broadcast_to "
     "concatenate vstack hstack column_stack append tile repeat"
 )
-EACH = "isfinite isnan sqrt where clip nan_to_num divide outer diff flatnonzero searchsorted isin"
+EACH = "isfinite sqrt where clip divide outer diff flatnonzero searchsorted isin"
 REDUCED = "max min nanmax sum any all argmax"
 
 

@@ -24,10 +24,6 @@ def isfinite(values: Any) -> Any:
     return _truths(math.isfinite, values)
 
 
-def isnan(values: Any) -> Any:
-    return _truths(math.isnan, values)
-
-
 def _truths(function: Callable[[float], bool], values: Any) -> Any:
     given = operand(values)
     return each("?", function, given) if isinstance(given, Plain) else function(given)
@@ -88,15 +84,6 @@ def where(condition: Any, one: Any, other: Any) -> Plain:
 
 def clip(values: Any, low: Any, high: Any) -> Any:
     return minimum(maximum(values, low), high)
-
-
-def nan_to_num(values: Any, *, nan: float) -> Plain:
-    """Replace what is no number; what is infinite becomes the largest number, as NumPy has it."""
-    largest = 1.7976931348623157e308
-    given = operand(values)
-    if not isinstance(given, Plain) or given.kind != "d":
-        raise NotPlain
-    return each("d", lambda x: nan if x != x else builtins.max(-largest, builtins.min(x, largest)), given)
 
 
 def divide(a: Any, b: Any, out: Plain | None = None, where: Any = True) -> Plain:

@@ -12,6 +12,8 @@ It contradicts the estimate where it is more than ``FACTOR`` times one of two bo
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -298,4 +300,5 @@ def _slopes(
 
 def _largest(values: Array) -> float:
     """Largest value; infinite where a check is undefined beside the motion, so that nothing contradicts it."""
-    return float(np.nan_to_num(values, nan=np.inf).max(initial=0.0))
+    found = float(values.max(initial=0.0))
+    return math.inf if math.isnan(found) else min(found, sys.float_info.max)

@@ -231,7 +231,6 @@ CALLS: list[Callable[[Any, Any], Any]] = [
     lambda n, g: n.where(g > 0, g, 0.0),
     lambda n, g: n.where(g[0] > 0, g, -g),
     lambda n, g: n.clip(g, -1.0, 2.0),
-    lambda n, g: n.nan_to_num(g / (g - g), nan=n.inf),
     lambda n, g: n.divide(g, g - 4.0, out=n.full(g.shape, 9.0), where=g != 4.0),
     lambda n, g: n.outer(g[0], g[:, 0]),
     lambda n, g: n.diff(g[:, 2]),
