@@ -48,10 +48,12 @@ def memory_of(values: Array) -> Any:
 
 def address_of(values: Any) -> int:
     """Give the address of the first number of an array, sooner than NumPy does."""
-    try:
-        return addressof(c_char.from_buffer(values))
-    except (TypeError, ValueError):  # plain, empty, or only to be read
-        return int(values.ctypes.data)
+    if values.size:
+        try:
+            return addressof(c_char.from_buffer(values))
+        except (TypeError, ValueError):  # plain, or only to be read
+            pass
+    return int(values.ctypes.data)
 
 
 @contextmanager

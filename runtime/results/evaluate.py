@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from msgspec.structs import replace
 
-from ..arrays.choice import np
+from ..arrays.choice import address_of, np
 from ..case import Case, inputs_at
 from ..integrate.solver import table_structs
 from ..native import kernel as native
@@ -51,7 +51,7 @@ def evaluate_rows(
             ctypes.addressof(tables),
             len(tables),
             t.size,
-            *(array.ctypes.data for array in (t, y, case.z, case.p, u, rows)),
+            *map(address_of, (t, y, case.z, case.p, u, rows)),
         )
         return rows
     for k in range(t.size):
