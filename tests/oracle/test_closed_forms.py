@@ -462,3 +462,15 @@ def test_a_tick_and_a_time_that_are_due_together_are_one_instant(between: str, n
     m = meaning("coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Real n = 0;" + text % between)
     motion = m.motion(0.5)
     assert motion.states[-1]["n"] == n and {round(e.time, 9) for e in motion.events} == {0.3}
+
+
+def test_what_flies_lands_behind_the_bend_of_its_floor() -> None:
+    """It slides off an edge at 1.2 m/s and falls 0.048 m, over a ramp that it does not touch and that ends below it."""
+    m = meaning(
+        "coordinate Length x = -0.03 m; coordinate Length y = 0 m; initial der(x) = 1.2 m/s;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1 kg*9.81 m/s^2*y;"
+        "contact floor: y + 0.48*clamp(x, 0 m, 0.1 m);"
+    )
+    first = 0.03 / 1.2
+    hits = [e.time for e in m.motion(0.2).events if e.kind == "impact"]
+    assert hits[0] == pytest.approx(first + math.sqrt(2 * 0.048 / 9.81), abs=1e-8)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 from random import Random
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,8 +17,9 @@ from random_models.compiled import compiled
 from random_models.definition import LOOKED, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
+from random_models.motions import doubts
 from random_models.nesting import by_element, with_gravity
-from random_models.planted import ROOT, faults
+from random_models.planted import ROOT, faults, texts
 from random_models.states import looks
 from random_models.structure import inherited
 
@@ -95,6 +98,40 @@ def test_initial_values_of_elements_stay_with_that_of_the_whole() -> None:
     assert len(twins) > 3
     for twin in twins:
         assert twin is not None and not compare_twin(base, twin, 1)
+
+
+def test_values_of_elements_are_stated_beside_components_too() -> None:
+    """What is said of one element goes before what is said of the whole, of a joint's coordinates and rates as well."""
+    models = (m for m in map(generate, range(400)) if "planar" in m.text())
+    model = next(m for m in models if re.search(r"Translation [^;]*\Wposition [=~] \{", m.text()))
+    twins = [by_element(model, Random(k)) for k in range(6)]
+    named = [s.name for twin in twins if twin is not None for s in twin.model.top.seq().items]
+    assert any(name.endswith("position[2]") for name in named)
+    base = compiled(model.text())
+    assert not any(compare_twin(base, twin, 1) for twin in twins if twin is not None)
+
+
+def test_models_hold_what_faults_have_to_be_seen_in() -> None:
+    """Laws of which one branch asks for a force, clocks that read each other, floors that bend below what slides."""
+    written = "\n".join(generate(seed).text() for seed in range(40))
+    assert re.search(r"force if .* else .*(reaction|multiplier|moment|power)\(", written)
+    assert re.search(r"when sample\(0\.1 s\) then\s+(n\d+) := .*\1 \+ .*\*n\d+;", written)
+    assert re.search(r"contact C\d+: q\d+ - .*(abs|max|min|clamp)\(", written)
+
+
+class _Run(dict[str, float]):
+    outcome = "Outcome.DOUBTFUL"
+    message = "a drift"
+    problem = SimpleNamespace(energy_balance=False)
+
+
+def test_what_a_run_tells_against_itself_is_a_disagreement() -> None:
+    assert doubts(_Run()) == [("doubtful", "a drift")]
+
+
+def test_twins_of_a_seed_are_searched_with_it() -> None:
+    there = [seed for seed in range(60) if "extends B" in texts(seed)]
+    assert there and not any("extends B" in generate(seed).text() for seed in there)
 
 
 def test_of_several_nearest_starts_each_is_right_and_no_other() -> None:

@@ -108,14 +108,14 @@ class Run:
     def surfaces(self, s: Solution) -> dict[Any, float]:
         """What stays above zero up to the next event."""
         point, state = s.point, s.point.state
+        gaps = self.gaps(point)
         out: dict[Any, float] = {("law", k): real(g) for k, (g, _) in point.at.seen.items()}
         for k, value in margins(self.m, s, {n: [m, "", ""] for n, m in self.modes.items()}).items():
             if not k.endswith((" starts", " opens")):
                 out["mode", k] = value
+        out.update({("gap", name): gap for name, gap in gaps.items()})
         for c in self.m.flat.contacts:
-            if self.modes[c.name] == "open" and point.held(c.name):
-                out["gap", c.name] = real(point.at(c.gap))
-            elif self.modes[c.name] in ("slip+", "slip-") and c.friction is not None:
+            if self.modes[c.name] in ("slip+", "slip-") and c.friction is not None:
                 out["slip", c.name] = real(point.slip(c)[0]) * (1 if self.modes[c.name] == "slip+" else -1)
         for f in self.m.flat.frictions:
             if self.modes[f.name] in ("slip+", "slip-"):
@@ -126,6 +126,11 @@ class Run:
             elif not now_true:
                 out["lost", key] = -1.0
         return out
+
+    def gaps(self, point: Point) -> dict[str, float]:
+        """What is open, and how far; from here on the point has seen the branches of these laws, too."""
+        open_ones = [c for c in self.m.flat.contacts if self.modes[c.name] == "open" and point.held(c.name)]
+        return {c.name: real(point.at(c.gap)) for c in open_ones}
 
     def conditions(self, s: Solution, t: float, instant: float | None) -> dict[tuple[int, int], bool]:
         """The truth of all conditions as they stand; `sample`, `initial` and what comes with the time at an instant only."""
@@ -345,6 +350,7 @@ class Run:
     def cross(self, keys: list[Any]) -> None:
         """Surfaces of laws: the other branch, or an impulse where the potential jumps (events, section 5)."""
         s = self.solution(self.state)
+        self.gaps(s.point)
         low = [k for k in keys if k in s.point.at.seen]
         old = dict(self.frozen)
         before = real(s.point.potential())

@@ -217,8 +217,10 @@ def kind_of(name: str) -> str:
     return "energy" if name.startswith("energy.") else "output"
 
 
-UNTIL = 0.4
-"""Seconds of a motion by definition, which is slow."""
+UNTIL = 0.41
+"""Seconds of a motion by definition, which is slow; no multiple of the periods that clocks have."""
+MOST = 30
+"""Events in it; a motion of more may be one of bounces that pile up."""
 SECONDS = 8.0
 """Of processor time that it may take."""
 
@@ -226,7 +228,7 @@ SECONDS = 8.0
 def moved(base: Compiled, solution: Any) -> list[tuple[str, str]]:
     """List how the end of a run, of the length ``UNTIL``, differs from the motion by definition from the same start."""
     events = [float(e.time) for e in solution.events]
-    if any(UNTIL - t < 1e-3 for t in events) or len(events) > 12:
+    if any(UNTIL - t < 1e-3 for t in events) or len(events) > MOST:
         return []
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")

@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -177,6 +177,7 @@ def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[
     except (mechc.SimulationError, mechc.UsageMistake) as error:
         return [("fmu", f"export fails: {error}")]
     for unit in sorted(here.rglob("*.fmu")):
+        watched = _watched(unit, columns(native).keys())
         for kind in ("ModelExchange", "CoSimulation"):
             result = fmpy.simulate_fmu(
                 str(unit),
@@ -186,13 +187,25 @@ def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[
                 relative_tolerance=1e-9,
                 solver="CVode",
                 input=_signals(given),
+                output=list(watched.values()),
                 step_size=0.1,
             )
-            other = {n: np.asarray(result[n]) for n in result.dtype.names}
+            other = {n: np.asarray(result[there]) for n, there in watched.items()}
+            other["time"] = np.asarray(result["time"])
             found += [
                 (f"{unit.parent.name} {kind}", said)
                 for _, said in _said(f"{unit.parent.name} {kind}", native, other)
             ]
+    return found
+
+
+def _watched(unit: Path, names: Collection[str]) -> dict[str, str]:
+    """Return the variables of an FMU that a run has, too, by name: states, inputs as they are, outputs, accounts."""
+    found: dict[str, str] = {}
+    for variable in fmpy.read_model_description(str(unit)).modelVariables:
+        name = variable.name.strip("'").replace("\\'", "'")
+        if name in names and variable.causality in ("local", "input", "output"):
+            found[name] = variable.name
     return found
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from random import Random
 
 from random_models import bodies, coordinates, decorations
+from random_models.cases import cases
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
+from random_models.slider import slider
+from random_models.tasks import tasks
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.unknown import unknowns
 
@@ -31,6 +34,9 @@ def skeleton(seed: int) -> Scope:
         s.weighted(table)(s)
     decorations.outputs(s)
     unknowns(s, seed)
+    cases(s, seed)
+    tasks(s, seed)
+    slider(s, seed)
     return s
 
 

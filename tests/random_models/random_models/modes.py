@@ -26,7 +26,7 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
-_IN_TURN = ("structured", "composed", "targets", "said otherwise")
+_IN_TURN = ("", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
@@ -55,4 +55,4 @@ MODES = {
     "motions": Mode("c", ("motion", "twins", "events", "tabled", "exports")),
     "units": Mode("python", ("units",)),
 }
-"""``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
+"""``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``motions``: short motions, Python modules, C programs; FMUs."""

@@ -135,3 +135,18 @@ def unbalanced(solution: Any) -> str:
     return (
         f"energy is off by {drift:.3g} J of {turned:.3g} J, allowed {allowed:.2g}" if drift > allowed else ""
     )
+
+
+def doubts(solution: Any) -> list[tuple[str, str]]:
+    """List (what, in words) that a run tells against itself: energies that do not add up, any of its own checks."""
+    said = unbalanced(solution)
+    found = [("balance", said)] if said else []
+    if str(solution.outcome) == "Outcome.DOUBTFUL":
+        found.append(("doubtful", solution.message))
+    return found
+
+
+def ended(solution: Any) -> bool:
+    """Whether a run reached its end, well enough known to be compared there."""
+    there = str(solution.outcome) in ("Outcome.COMPLETED", "Outcome.DOUBTFUL")
+    return there and max(errors(solution).values(), default=0.0) <= 1e-7

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from random import Random
 
 from random_models.operators import multiply, vector
@@ -23,24 +24,69 @@ from random_models.twins import Twin
 
 
 def by_element(model: Model, random: Random) -> Twin | None:
-    """Give initial values of arrays element by element, beside one for the whole that does not count."""
+    """Give initial values and rates of arrays element by element, beside a whole whose values there do not count."""
     new: list[S] = []
-    changed = False
-    for s in model.top.seq().items:
-        n = (s.data or {}).get("n")
-        if s.kind != "coordinate" or not n or not s.slots or random.random() < 0.3:
+    later: list[S] = []
+    items = model.top.seq().items
+    if any(s.kind == "initial" and "[" in s.name for s in items):  # some are stated so
+        return None
+    for s in items:
+        n = _elements(s)
+        if s.kind == "component" and "[" not in str(s.parts[0]):
+            s, given = _outside(s, random)
             new.append(s)
+            later += given
+        elif not n or random.random() < 0.3:
+            new.append(s)
+        else:
+            sign = sign_of(s)
+            if s.kind == "coordinate":
+                text = str(s.parts[0]).rsplit(sign, 1)[0].rstrip()
+                new.append(statement("coordinate", f"{text};", name=s.name, data=s.data))
+            later += _one_by_one(s.name, sign, s.slots[0].expression, n, random)
+    return Twin("by element", model.with_top((*new, *later))) if later else None
+
+
+def _elements(s: S) -> int:
+    """Return of how many elements a statement gives the initial value, 0 if it gives none."""
+    if s.kind == "initial" and s.slots and s.slots[0].expression.kind == "vector":
+        return 0 if "orientation" in s.name else len(s.slots[0].expression.operands)
+    n = (s.data or {}).get("n")
+    return int(str(n)) if s.kind == "coordinate" and n and s.slots else 0
+
+
+def _outside(s: S, random: Random) -> tuple[S, list[S]]:
+    """Give the initial values of arrays in a component beside it."""
+    kept: list[S] = []
+    given: list[S] = []
+    for m in s.seq().items:
+        e = m.slots[0].expression
+        vector_of = m.slots[0].place in ("modification.initial", "modification.rate") and e.kind == "vector"
+        if not vector_of or "orientation" in m.name or random.random() < 0.3:
+            kept.append(m)
             continue
-        changed = True
-        e, sign = s.slots[0].expression, sign_of(s)
-        values = list(e.operands) if e.kind == "vector" else [e] * n
-        text = str(s.parts[0]).rsplit(sign, 1)[0].rstrip()
-        new.append(statement("coordinate", f"{text};", name=s.name, data=s.data))
-        wrong = quantity(f"{random.uniform(2, 4):.2f}", values[0].dim, random)
-        given = [_initial(s.name, sign, wrong)]
-        given += [_initial(f"{s.name}[{k}]", sign, v) for k, v in enumerate(values, 1)]
-        new += random.sample(given, len(given))
-    return Twin("by element", model.with_top(tuple(new))) if changed else None
+        name = f"der({s.name}.{m.name[4:-1]})" if m.name.startswith("der(") else f"{s.name}.{m.name}"
+        given += _one_by_one(name, str((m.data or {})["sign"]), e, len(e.operands), random)
+    parts = tuple(Seq(tuple(kept), "list") if isinstance(p, Seq) else p for p in s.parts)
+    return (replace(s, parts=parts) if given else s), given
+
+
+def _one_by_one(name: str, sign: str, e: E, n: int, random: Random) -> list[S]:
+    """State the value of a whole, some elements of which are wrong, and those and others by themselves."""
+    values = list(e.operands) if e.kind == "vector" else [e] * n
+    stem, tail = (name[:-1], ")") if name.startswith("der(") else (name, "")
+    wrong = [random.random() < 0.7 for _ in values]
+    whole = [decoy(v, random) if w else v for v, w in zip(values, wrong, strict=True)]
+    if all(wrong) and random.random() < 0.5:
+        stated = _initial(name, sign, decoy(values[0], random))
+    else:
+        stated = _initial(name, sign, vector(*whole))
+    given = [
+        _initial(f"{stem}[{k}]{tail}", sign, v)
+        for k, (v, w) in enumerate(zip(values, wrong, strict=True), 1)
+        if w or random.random() < 0.3
+    ]
+    return random.sample([stated, *given], len(given) + 1)
 
 
 def _initial(name: str, sign: str, e: E) -> S:

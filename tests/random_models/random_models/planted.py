@@ -16,17 +16,18 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import mechc
+from random_models.checks import composed_of, structured_of
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 
 ROOT = Path(__file__).resolve().parents[3]
-_CHUNK = 25
+_CHUNK = 10
 
 
 def faults(text: str) -> dict[int, tuple[str, str]]:
@@ -53,10 +54,10 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def digests(first: int, last: int) -> dict[str, str]:
+def digests(seeds: Sequence[int]) -> dict[str, str]:
     """Return what the compiler makes of each model, as a digest."""
     found = {}
-    for seed in range(first, last):
+    for seed in seeds:
         try:
             with limited(20):
                 made = str(mechc.loads(generate(seed).text()).compilation.program)
@@ -86,55 +87,81 @@ def _state() -> str:
     return hashlib.md5(b"".join(said)).hexdigest()
 
 
-def changed(tree: Path, first: int, last: int) -> list[int]:
+def changed(tree: Path, seeds: Sequence[int]) -> list[int]:
     """Return the models of which the compiler makes something else in a tree than here."""
-    kept = ROOT / "build/random_models/digests" / _state() / f"{first}_{last}.json"
+    name = hashlib.md5(repr(tuple(seeds)).encode()).hexdigest()
+    kept = ROOT / "build/random_models/digests" / _state() / f"{name}.json"
     if not kept.exists():
         kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.write_text(json.dumps(digests(first, last)))
+        kept.write_text(json.dumps(digests(seeds)))
     here: dict[str, str] = json.loads(kept.read_text())
-    ran = _run(tree, "random_models.planted", "digests", str(first), str(last))
+    ran = _run(tree, "random_models.planted", "digests", *map(str, seeds))
     there: dict[str, str] = json.loads(ran.stdout) if ran.returncode == 0 else {}
     return [int(seed) for seed, digest in here.items() if there.get(seed) != digest]
 
 
-def examine(tree: Path, first: int, last: int, mode: str) -> list[dict[str, Any]]:
-    """Return what a range of models shows in a tree."""
-    ran = _run(tree, "random_models.campaign", "range", str(first), str(last), mode)
+def texts(seed: int) -> str:
+    """Return the text of a model, and of the twins that are written for it."""
+    model = generate(seed)
+    twins = structured_of(model, seed), composed_of(model, seed)
+    return "\n".join((model.text(), *(twin.model.text() for twin in twins if twin is not None)))
+
+
+def examine(tree: Path, seeds: Sequence[int], mode: str) -> list[dict[str, Any]]:
+    """Return what some models show in a tree."""
+    ran = _run(tree, "random_models.campaign", "seeds", *map(str, seeds), mode)
     if ran.returncode:
-        return [{"seed": first, "check": "process", "key": str(ran.returncode), "text": ran.stderr[-500:]}]
+        begun = [int(word) for word in ran.stderr.split("\n") if word.isdigit()] or list(seeds)
+        died = {"check": "process", "key": str(ran.returncode), "text": ran.stderr[-500:]}
+        return [{"seed": begun[-1]} | died]
     found: list[dict[str, Any]] = json.loads(ran.stdout.splitlines()[-1])["found"]
     return found
 
 
 def caught(
-    patch: str, models: int, mode: str, first: int = 0, *, by_program: bool = False
+    patch: str, seeds: Sequence[int], mode: str, *, by_program: bool = False
 ) -> tuple[int, dict[str, Any] | None]:
     """Return how many models were examined, and the first that shows the fault.
 
-    ``by_program``: only models are examined of which the compiler makes something else, the others count as they are.
+    ``by_program``: only models are examined of which the compiler makes something else.
     """
     with TemporaryDirectory() as folder:
         tree = copied(Path(folder))
         subprocess.run(["patch", "-p1", "-s"], cwd=tree, input=patch, text=True, check=True)
-        ranges: Iterable[tuple[int, int]] = [
-            (start, start + _CHUNK) for start in range(first, first + models, _CHUNK)
-        ]
-        if by_program:
-            wide = range(first, first + models, 4 * _CHUNK)
-            ranges = ((n, n + 1) for start in wide for n in changed(tree, start, start + 4 * _CHUNK))
-        for start, stop in ranges:
-            for found in examine(tree, start, stop, mode):
-                here = examine(ROOT, found["seed"], found["seed"] + 1, mode)
+        done = 0
+        for start in range(0, len(seeds), _CHUNK):
+            chunk = list(seeds[start : start + _CHUNK])
+            chosen = changed(tree, chunk) if by_program else chunk
+            for found in examine(tree, chosen, mode) if chosen else []:
+                here = examine(ROOT, [found["seed"]], mode)
                 if all((h["check"], h["key"]) != (found["check"], found["key"]) for h in here):
-                    return found["seed"] + 1 - first, found
-    return models, None
+                    return done + chosen.index(found["seed"]) + 1, found
+            done += len(chosen)
+    return done, None
+
+
+def again(text: str, only: Sequence[int] | None) -> int:
+    """Examine of each fault the model that is said to show it; return how many do not."""
+    missed = 0
+    for number, (title, patch) in faults(text).items():
+        if only and number not in only:
+            continue
+        said = re.search(rf"^## {number}\..*?^- caught: (\w+), model (\d+)", text, re.M | re.S)
+        assert said, title
+        try:
+            _, by = caught(patch, [int(said[2])], said[1])
+        except subprocess.CalledProcessError:
+            by = None
+        missed += by is None
+        shown = f"{by['check']}: {by['key']}" if by else "NOT CAUGHT"
+        print(f"{number:3d}  {title}: {said[1]}, model {said[2]}: {shown}", flush=True)
+    return missed
 
 
 def main() -> None:
     """Plant each fault and say whether it was caught."""
     if sys.argv[1] == "digests":
-        print(json.dumps(digests(int(sys.argv[2]), int(sys.argv[3]))))
+        print(json.dumps(digests([int(seed) for seed in sys.argv[2:]])))
         return
     parser = argparse.ArgumentParser()
     parser.add_argument("file", type=Path)
@@ -142,14 +169,21 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--mode", default="mixed")
     parser.add_argument("--only", type=int, nargs="*")
-    parser.add_argument("--by-program", action="store_true")
+    parser.add_argument("--by-program", action="store_true", help="only what the compiler makes otherwise")
+    parser.add_argument("--holding", help="only models whose text, or that of a twin, holds this")
+    parser.add_argument("--again", action="store_true", help="only the model that is said to show the fault")
     given = parser.parse_args()
+    if given.again:
+        sys.exit(again(given.file.read_text(), given.only))
+    seeds: Sequence[int] = range(given.first, given.first + given.models)
+    if given.holding:
+        seeds = [seed for seed in seeds if re.search(given.holding, texts(seed), re.S)]
     for number, (title, patch) in faults(given.file.read_text()).items():
         if given.only and number not in given.only:
             continue
         begun = time.monotonic()
         try:
-            count, by = caught(patch, given.models, given.mode, given.first, by_program=given.by_program)
+            count, by = caught(patch, seeds, given.mode, by_program=given.by_program)
         except subprocess.CalledProcessError:
             print(f"{number:3d}  does not fit  {title}", flush=True)
             continue

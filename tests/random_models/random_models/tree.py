@@ -269,8 +269,12 @@ def statement(
 
 def entire(moved: list[S], rest: list[S]) -> list[S]:
     """Leave out initial values of elements of which others, or that of the whole, stay: what is nearer overrules."""
-    staying = {s.name.partition("[")[0] for s in rest if s.kind == "initial" and s not in moved}
-    return [s for s in moved if s.kind != "initial" or s.name.partition("[")[0] not in staying]
+
+    def whole(s: S) -> str:
+        return s.name.partition("[")[0].removesuffix(")")
+
+    staying = {whole(s) for s in rest if s.kind == "initial" and s not in moved}
+    return [s for s in moved if s.kind != "initial" or whole(s) not in staying]
 
 
 def evaluate(e: E, names: Callable[[str], Any]) -> Any:
