@@ -143,7 +143,7 @@ def _place_element(scope: Scope, member: PlaceMember, part: ast.Part, span: Span
     if not part.indices:
         return _plain_member(scope, member, span)
     own, further = part.indices[: len(sizes)], part.indices[len(sizes) :]
-    chosen = [positions(scope, node, n, part.name) for node, n in zip(own, sizes, strict=False)]
+    chosen = [positions(scope, node, n, part.span) for node, n in zip(own, sizes, strict=False)]
     if len(own) == len(sizes) and all(isinstance(c, int) for c in chosen):
         element = place_reference(member, tuple(c for c in chosen if isinstance(c, int)), span)
         return indexed(scope, element, further, part.span)
@@ -228,7 +228,7 @@ def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> In
         )
     chosen = []
     for node, size in zip(part.indices, sizes, strict=True):
-        position = positions(scope, node, size, part.name)
+        position = positions(scope, node, size, part.span)
         if not isinstance(position, int):
             raise scope.fail("E0316", "a range of components has no value", node.span)
         chosen.append(position)

@@ -182,11 +182,12 @@ def to_expression(value: Value, type: Type, span: Span) -> Expression:
 def whole_number(scope: Scope, node: ast.Expression, purpose: str) -> int:
     """Return the whole number that an expression gives; reports anything else."""
     expression = scope.elaborate(node)
-    value = constant(expression)
+    value = expression.value if type(expression) is Literal else constant(expression)
     if value is None:
         raise not_structural(scope, node, expression, purpose)
-    type = expression.type
-    if isinstance(value, Fraction) and value.denominator == 1 and type.dimension.is_none and not type.shape:
+    kind = expression.type
+    counts = kind is types.INTEGER or (kind.dimension.is_none and not kind.shape)
+    if counts and isinstance(value, Fraction) and value.denominator == 1:
         return value.numerator
     raise scope.fail(
         "E0326",

@@ -43,12 +43,8 @@ def indexed(scope: Scope, value: Expression, nodes: tuple[ast.Expression, ...], 
             span,
             caption="it has no elements" if not shape else f"it has {dimension_words(len(shape))}",
         )
-    chosen = [positions(scope, node, size, _name(span)) for node, size in zip(nodes, shape, strict=False)]
+    chosen = [positions(scope, node, size, span) for node, size in zip(nodes, shape, strict=False)]
     return _choose(value, chosen, span)
-
-
-def _name(span: Span) -> str:
-    return span.text.partition("[")[0]
 
 
 def _choose(value: Expression, chosen: list[int | list[int]], span: Span) -> Expression:
@@ -69,20 +65,21 @@ def _choose(value: Expression, chosen: list[int | list[int]], span: Span) -> Exp
     return stack(items, (len(items),), span)
 
 
-def positions(scope: Scope, node: ast.Expression, size: int, name: str) -> int | list[int]:
-    """Return one position, or those of a range, counted from 0 and checked against the size."""
+def positions(scope: Scope, node: ast.Expression, size: int, of: Span) -> int | list[int]:
+    """Return one position, or those of a range, counted from 0 and checked against the size of what is indexed."""
     if isinstance(node, ast.Range):
         several = [i - 1 for i in range_values(scope, node)]
         for i in several:
-            _check_bounds(scope, i, size, name, node.span)
+            _check_bounds(scope, i, size, of, node.span)
         return several
     position = whole_number(scope, node, "an index") - 1
-    _check_bounds(scope, position, size, name, node.span)
+    _check_bounds(scope, position, size, of, node.span)
     return position
 
 
-def _check_bounds(scope: Scope, position: int, size: int, name: str, span: Span) -> None:
+def _check_bounds(scope: Scope, position: int, size: int, of: Span, span: Span) -> None:
     if not 0 <= position < size:
+        name = of.text.partition("[")[0]
         raise scope.fail(
             "E0314",
             f"index {position + 1} is outside 1:{size}" if size else f"'{name}' has no elements",
