@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from c_programs import build
 
 import mechc
 from mechc.asking.given_values import UsageMistake
@@ -232,6 +233,11 @@ EVENTS, IMPLICIT, CONSERVING = (
 )
 
 
+@pytest.fixture(scope="module")
+def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("objects")
+
+
 @pytest.mark.parametrize(
     ("text", "present", "absent"),
     [
@@ -256,7 +262,7 @@ EVENTS, IMPLICIT, CONSERVING = (
     ],
 )
 def test_the_c_files_are_what_model_and_method_need(
-    text: str, present: set[str], absent: set[str], tmp_path: Path
+    text: str, present: set[str], absent: set[str], tmp_path: Path, objects: Path
 ) -> None:
     """And they are whole: the program is built, and its last row is that of a run."""
     from mechc.runtime.native.build import find_compiler
@@ -265,12 +271,9 @@ def test_the_c_files_are_what_model_and_method_need(
     model = mechc.loads(LEAN + text)
     files = {path.name for path in model.compile("c", tmp_path)}
     assert present <= files and not absent & files
-    compiler = find_compiler()
-    if compiler is None:
+    if find_compiler() is None:
         pytest.skip("needs a C compiler")
-    build = [*compiler.command, "-std=c11", "-O0", "-Wall", "-Wextra", "-Werror", "-o", "lean"]
-    subprocess.run([*build, *sorted(p.name for p in tmp_path.glob("*.c")), "-lm"], cwd=tmp_path, check=True)
-    table = subprocess.run([str(tmp_path / "lean")], capture_output=True, text=True, check=True).stdout
+    table = subprocess.run([build(tmp_path, objects)], capture_output=True, text=True, check=True).stdout
     (tmp_path / "c.csv").write_text(table)
     own, here = read_results(tmp_path / "c.csv"), model.simulate(estimate_error=False)
     assert own["x"][-1] == pytest.approx(here["x"][-1], abs=1e-6)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from c_programs import build
 
 import mechc
 from mechc.compiler.targets.python import emit_python
@@ -31,8 +31,6 @@ CIRCLE = (
     "constraint rod: sqrt(x^2 + y^2) = 5 m;experiment(stop = 1 s);"
 )
 PARTS = 13
-BITS = ("-O0", "-ffp-contract=off", "-frounding-math")
-"""One rounding for each operation, as a reproducible run has."""
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -41,33 +39,6 @@ pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compi
 def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files of the kernel are the same in many programs: each is compiled once."""
     return tmp_path_factory.mktemp("objects")
-
-
-def build(folder: Path, objects: Path) -> Path:
-    """Compile a C program that was written into a folder."""
-    compiler = find_compiler()
-    assert compiler is not None
-    headers = b"".join(path.name.encode() + path.read_bytes() for path in sorted(folder.glob("*.h")))
-    linked = []
-    for source in sorted(folder.glob("*.c")):
-        digest = hashlib.sha256(headers + source.name.encode() + source.read_bytes()).hexdigest()
-        linked.append(objects / f"{digest}.o")
-        if not linked[-1].exists():
-            flags = [
-                "-std=c11",
-                "-Wall",
-                "-Wextra",
-                "-Werror",
-                *BITS,
-                "-c",
-                source.name,
-                "-o",
-                str(linked[-1]),
-            ]
-            subprocess.run([*compiler.command, *flags], cwd=folder, check=True)
-    program = folder / "program"
-    subprocess.run([*compiler.command, "-o", program, *linked, "-lm"], check=True)
-    return program
 
 
 def rows_of_program(

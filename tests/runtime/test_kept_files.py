@@ -18,6 +18,7 @@ from mechc.runtime.native import cache, holding, trust
 from mechc.runtime.native import kept_files as entries
 from mechc.runtime.native.build import BuildError, build_shared, find_compiler, model_flags
 from mechc.runtime.native.cache import cache_folder, clear_cache, prune_cache
+from mechc.runtime.reference import high_precision
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="modes and owners are those of POSIX")
 
@@ -309,6 +310,10 @@ def test_a_reference_that_cannot_be_kept_is_not_lost(monkeypatch: pytest.MonkeyP
     from mechc.measurement.benchmark import benchmark
 
     model = mechc.loads(MODEL)
+    with monkeypatch.context() as patch:
+        patch.delenv("MECHC_CACHE")  # the library, which is not what is tested, need not be compiled
+        for precision in filter(high_precision.has_precision, high_precision.PRECISIONS):
+            high_precision.reference_library(precision)
     with monkeypatch.context() as patch:
 
         def full(file: Path, stem: str, suffix: str) -> Path:
