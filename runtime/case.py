@@ -248,13 +248,14 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     """Check times, tolerance and steps, or take those of the run before, if it asked for the same."""
     known, own = _spans(problem), (options.start, options.stop, options.every, options.points)
     asked = (*own, options.tolerance, options.step, options.max_step, *numbers.items())
-    found = known.get(asked)
-    if found is None or options.follower is not None:
-        found = _checked_span(problem, options, numbers)
+    found = known.get(asked) if options.follower is None else None
+    if found is not None:
+        return replace(found, grid=found.grid.copy())
+    made = _checked_span(problem, options, numbers)
+    if options.follower is None and made.grid.size <= AT_ONCE:
         known.clear()
-        if options.follower is None and found.grid.size <= AT_ONCE:
-            known[asked] = found
-    return replace(found, grid=found.grid.copy()) if asked in known else found
+        known[asked] = replace(made, grid=made.grid.copy())
+    return made
 
 
 def _checked_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
