@@ -294,6 +294,8 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
         switch_time=at(report.switch_time),
         drift_position=report.drift_position if model.n_position else None,
         drift_velocity=report.drift_velocity if model.n_velocity else None,
+        laid=report.laid,
+        laid_energy=report.laid_energy or None,
     )
 
 

@@ -18,8 +18,8 @@ from .events import EventRecord
 class Statistics(Struct, frozen=True):
     """``run_time``: seconds inside the method. ``method``: the last one in use, where ``auto`` changed it, at
     ``switch_time``. ``stiff_time``: where stiffness was first noticed. ``drift_position`` and
-    ``drift_velocity``: the largest correction by projection, over the nominal values. None where a
-    method does not tell or where there is nothing to tell."""
+    ``drift_velocity``: the largest correction by projection, over the nominal values. ``laid``: how often a contact of many was laid
+    down, with ``laid_energy``. None where a method does not tell or where there is nothing to tell."""
 
     method: str
     steps: int
@@ -36,6 +36,8 @@ class Statistics(Struct, frozen=True):
     switch_time: float | None = None
     drift_position: float | None = None
     drift_velocity: float | None = None
+    laid: int = 0
+    laid_energy: float | None = None
 
 
 class DenseOutput(Struct, frozen=True, eq=False):

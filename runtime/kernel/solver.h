@@ -113,9 +113,11 @@ typedef struct mech_report {
     mech_real failed_value; /* the derivative that is not finite, the gap that is open or negative, ... */
     mech_real switch_time;  /* where the last change of method was, else not-a-number */
     mech_real drift_position, drift_velocity; /* largest correction by projection, over the nominal values */
+    mech_real laid_energy;  /* taken out where contacts of a crowd were laid down */
     double seconds;         /* spent in mech_advance                          */
     long long steps, rejected, evaluations;
     long long jacobians, factorisations, iterations, switches;
+    long long laid;         /* how often a contact was                        */
     long n_grid, n_record;  /* rows written                                   */
     int status;
     int failed_index;       /* of the derivative, assertion, branch, row or switch, else -1 */

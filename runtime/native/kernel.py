@@ -200,9 +200,9 @@ class ReportStruct(Structure):
             (name, c_double)
             for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "switch_time")
         ),
-        *((name, c_double) for name in ("drift_position", "drift_velocity", "seconds")),
+        *((name, c_double) for name in ("drift_position", "drift_velocity", "laid_energy", "seconds")),
         *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
-        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
+        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches", "laid")),
         *((name, c_long) for name in ("n_grid", "n_record")),
         *((name, c_int) for name in ("status", "failed_index", "method", "failed_part")),
         *((name, c_long) for name in ("n_events", "n_instants")),
@@ -216,6 +216,7 @@ class ReportStruct(Structure):
     switch_time: float
     drift_position: float
     drift_velocity: float
+    laid_energy: float
     seconds: float
     steps: int
     rejected: int
@@ -224,6 +225,7 @@ class ReportStruct(Structure):
     factorisations: int
     iterations: int
     switches: int
+    laid: int
     n_grid: int
     n_record: int
     status: int

@@ -239,6 +239,10 @@ def test_twenty_bouncing_balls_come_to_rest_in_a_close_packing() -> None:
         end = solution.energy
         assert end is not None and end.dissipated is not None
         assert end.supplied is not None
+        told = solution.statistics
+        assert f"{told.laid} times a contact that would have fallen back" in "".join(solution.remarks)
+        # of each contact less than that of all balls at its rest of 1 cm/s, laid down with others
+        assert told.laid_energy is not None and 0 < told.laid_energy < told.laid * 20 * 0.1 * 0.01**2 / 2
         assert end.supplied < 1e-7 * end.start  # gaps that were closed raise a heap, too
         lacks.append(abs(end.start + end.supplied - end.dissipated - end.end) / end.start)
         closed: list[tuple[int, int | None, np.ndarray]] = []

@@ -51,7 +51,7 @@ typedef struct mech_event_state {
 enum {
     MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_AT_HAND,
     MECH_MOVED, MECH_FASTEST,
-    MECH_LAID, MECH_PACE, MECH_STEEPEST, MECH_UNLISTED, MECH_COUNTERS
+    MECH_PACE, MECH_STEEPEST, MECH_UNLISTED, MECH_COUNTERS
 };
 
 /* What a row of a crowd remembers, in the order of the arrays of rows. */

@@ -75,7 +75,10 @@ static int lay_down(mech_solver *s)
         if (!p.in[k] && p.q[k] < 0) e->open[p.set[k]] = -1;
     memset(e->impulse, 0, (size_t)e->n_rows * sizeof(mech_real));
     for (int k = 0; k < p.n; k++) e->impulse[p.set[k]] = p.x[k];
+    const int account = s->model->hybrid->dissipated;
+    const mech_real before = account < 0 ? 0 : s->y[account];
     mech_rows_apply_impulses(s);
+    if (account >= 0) s->run->report.laid_energy += s->y[account] - before;
     return MECH_RUNNING;
 }
 
@@ -94,7 +97,7 @@ int mech_pressing_choose(mech_solver *s, int ends)
         if (status) return status;
         const int count = mark_short_flights(s);
         if (!count && (round || !holds_what_moves(s))) return MECH_RUNNING;
-        s->events->counters[MECH_LAID] += count;
+        s->run->report.laid += count;
         status = lay_down(s);
         if (status) return status;
     }

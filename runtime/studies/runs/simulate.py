@@ -302,6 +302,10 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
     elif s.stiff_time is not None:
         at = time_text(problem, s.stiff_time)
         remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
+    if s.laid:
+        often = "once" if s.laid == 1 else f"{s.laid} times"
+        took = "" if s.laid_energy is None else f", which took {s.laid_energy:.3g} J"
+        remarks.append(f"{often} a contact that would have fallen back slower than its 'rest' was laid down{took}")
     return tuple(remarks)
 
 
