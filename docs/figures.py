@@ -33,6 +33,7 @@ SHOWN = (
     "cone",
     "string_pendulum",
     "masse_shot",
+    "dominoes",
 )
 """Examples whose pictures docs/gallery.md shows; they alone are kept."""
 
@@ -77,7 +78,7 @@ FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
 ROLLING = "test_rolling.py"
 FRICTION, REACTIONS = "test_friction.py", "test_friction_of_reactions.py"
-IMPACTS = "test_impacts.py"
+IMPACTS, HEAPS = "test_impacts.py", "test_heaps.py"
 LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
 CONTROLLERS = "test_controllers.py"
 T = "time"
@@ -241,6 +242,7 @@ ROWS = (
     row("reference", "bouncing_ball", IMPACTS, T, "h"),
     row("textbook", "touching_balls", IMPACTS, T, "x[1] x[2] x[3] x[4] x[5]", "at_once"),
     row("engineering", "newtons_cradle", IMPACTS, T, "theta[1] theta[2] theta[5]"),
+    row("textbook", "dominoes", HEAPS, T, " ".join(f"lean[{i}]" for i in range(1, 9))),
     row("textbook", "ball_on_plate", IMPACTS, T, "z level", "", 0.3),
     row("textbook", "rocking_block", IMPACTS, T, "theta"),
     row("engineering", "double_pendulum_stops", IMPACTS, T, "shoulder.angle elbow.angle"),

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gallery import load
 from scipy.integrate import quad
 from scipy.optimize import nnls
 
@@ -179,13 +180,8 @@ experiment(stop = 5 s);
 """
 
 
-@pytest.mark.parametrize("n", [20, 50])
-def test_a_row_of_dominoes_falls_in_a_time_that_converges(n: int) -> None:
-    """Each turns about its foot; the corner of one slides on the face of the next. The first hit follows from a quadrature."""
-    model = mechc.loads(DOMINOES.replace("n = 20", f"n = {n}"))
-    runs = [model.simulate(estimate_error=False, tolerance=tolerance) for tolerance in (1e-6, 1e-9)]
-    assert all(run.outcome is Outcome.TERMINATED for run in runs), [run.message for run in runs]
-    assert runs[0].time[-1] == pytest.approx(runs[1].time[-1], rel=1e-4)
+def first_hit() -> float:
+    """When the first domino meets the second one, by a quadrature."""
     H, w, d, g = 0.048, 0.0075, 0.024, 9.81
     inertia = (H**2 + w**2) / 3
 
@@ -194,12 +190,33 @@ def test_a_row_of_dominoes_falls_in_a_time_that_converges(n: int) -> None:
         return float(np.sqrt(16 + 2 * g * fallen / inertia))
 
     first, _ = quad(lambda lean: 1 / rate(lean), 0, np.arcsin((d - w) / H))
+    return float(first)
+
+
+@pytest.mark.parametrize("n", [20, 50])
+def test_a_row_of_dominoes_falls_in_a_time_that_converges(n: int) -> None:
+    """Each turns about its foot; the corner of one slides on the face of the next. The first hit follows from a quadrature."""
+    model = mechc.loads(DOMINOES.replace("n = 20", f"n = {n}"))
+    runs = [model.simulate(estimate_error=False, tolerance=tolerance) for tolerance in (1e-6, 1e-9)]
+    assert all(run.outcome is Outcome.TERMINATED for run in runs), [run.message for run in runs]
+    assert runs[0].time[-1] == pytest.approx(runs[1].time[-1], rel=1e-4)
     assert runs[1].events[0].name == "hits[1]"
-    assert runs[1].events[0].time == pytest.approx(first, rel=1e-8)
+    assert runs[1].events[0].time == pytest.approx(first_hit(), rel=1e-8)
     for run in runs:
         end = run.energy
         assert end is not None and end.dissipated is not None and end.dissipated > 0.3 * end.start
         assert abs(end.start - end.dissipated - end.end) < 1e-6 * end.start
+
+
+def test_a_short_row_falls_by_formulas_as_by_numbers() -> None:
+    """The example, whose forces have formulas, and the same row beside contacts that never touch; the first hit by a quadrature."""
+    few = load("dominoes").simulate(estimate_error=False)
+    idle = "".join(f"contact far_off{i}: lean[1] + {i} rad;\n" for i in range(1, 71))
+    text = DOMINOES.replace("n = 20", "n = 8").replace("for i in 1:n loop", idle + "for i in 1:n loop", 1)
+    many = mechc.loads(text).simulate(estimate_error=False)
+    assert few.outcome is many.outcome is Outcome.TERMINATED, (few.message, many.message)
+    assert few.time[-1] == pytest.approx(many.time[-1], rel=1e-7)
+    assert few.events[0].time == pytest.approx(first_hit(), rel=1e-8)
 
 
 TWENTY = """
