@@ -31,10 +31,10 @@ def test_python_has_the_statuses_of_the_header() -> None:
     assert {s.name: s.value for s in Status} == stated
 
 
-def words(status: Status) -> str | None:
-    """What a run that ends with a status says, in a model that has one of everything."""
+def words(status: Status, *rows: SwitchedRow) -> str | None:
+    """What a run that ends with a status says, in a model that has one of everything, and further rows."""
     during, at_event = Assertion("it holds", None), Assertion("it holds at the event", None)
-    hybrid = Hybrid((), (Branch("x > 1", (at_event,), None),), (SwitchedRow("floor", "contact"),))
+    hybrid = Hybrid((), (Branch("x > 1", (at_event,), None),), (SwitchedRow("floor", "contact"), *rows))
     problem = replace(pendulum_problem(), hybrid=hybrid, assertions=(during,))
     failure = kernel_failure(problem, status, ReportStruct(), np.zeros(len(problem.states)))
     return None if failure is None else failure.message
@@ -44,6 +44,12 @@ def test_every_failure_has_its_own_words() -> None:
     told = {status.name: words(status) for status in FAILURES}
     assert None not in told.values()
     assert len(set(told.values())) == len(FAILURES), told
+
+
+def test_coulomb_is_blamed_only_where_something_rubs() -> None:
+    smooth, rough = words(Status.NO_MODE), words(Status.NO_MODE, SwitchedRow("floor.friction", "friction"))
+    assert smooth is not None and rough is not None
+    assert "Coulomb" in rough and "Coulomb" not in smooth and "which contacts press" in smooth
 
 
 def test_what_is_no_failure_has_none() -> None:
