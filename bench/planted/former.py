@@ -117,7 +117,7 @@ FAULTS = (
     ),
     *(
         Fault(
-            f"definite integrals have 48 fixed points in one piece: {of}",
+            f"definite integrals have 48 fixed points in one piece, and no known error: {of}",
             (
                 Edit("compiler/mechanics/meaning/integrals.py",
                      "            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled)\n"
@@ -128,6 +128,8 @@ FAULTS = (
                      "    bounds = _bounds(graph, integrand, s, lower, upper)\n",
                      "    value, rough, size = graph.zero, graph.zero, graph.zero\n"
                      "    bounds = (lower, upper)\n"),
+                Edit("compiler/mechanics/meaning/integrals.py",
+                     "            self.errors[name] = Integral(expression.span, off)\n", "            pass\n"),
             ),
             model,
             point="7",
