@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.graph.differentiate import gradient, jacobian, jvp, vjp
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
+from mechc.compiler.graph.operations import POSITION, VELOCITY
+from mechc.compiler.graph.reached import FEW
 
 TABLE = monotone_table((0.0, 1.0, 2.5, 3.0), (0.0, 2.0, 2.5, -1.0))
 
@@ -116,6 +118,18 @@ def test_a_symbol_that_does_not_occur_has_derivative_zero() -> None:
     assert jvp(g, [x], {late: g.one}) == [g.zero]
     assert vjp(g, [(x, g.one)], [late, x]) == [g.zero, g.one]
     assert vjp(g, [], [x]) == [g.zero]
+
+
+def test_of_many_seeds_some_depend_on_nothing_that_is_asked_for() -> None:
+    """What lacks the kinds of the symbols asked for is not walked through, and may be the last of the graph."""
+    g = Graph()
+    x, y = g.symbol("x", POSITION), g.symbol("y", VELOCITY)
+    square = g.mul(x, x)
+    others = [y]
+    for _ in range(2 * FEW):
+        others.append(g.sin(g.add(others[-1], g.one)))
+    seeds = [(square, g.one), *((n, g.one) for n in others)]
+    assert vjp(g, seeds, [x]) == [g.mul(g.two, x)]
 
 
 def test_jacobian_is_sparse() -> None:

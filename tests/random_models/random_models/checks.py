@@ -23,7 +23,6 @@ from random_models.definition import (
     ends_rightly,
     ignored,
     moved,
-    skipped,
     undone,
 )
 from random_models.exports import exported
@@ -319,7 +318,7 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
 
 def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with the definition at states."""
-    if not base.settles or skipped(model):
+    if not base.settles:
         return None
     return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed, 2, ignored(model))]
 
@@ -333,11 +332,8 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return None if told else [Disagreement("motion", "failed", first.message)]
     if said := difference(first, run(model.text(), "radau5")):
         found.append(Disagreement("motion", "method", said))
-    if not skipped(model):
-        found += [
-            Disagreement("motion", f"definition of {kind}", said)
-            for kind, said in along(base, first, ignored(model))
-        ]
+    said_along = along(base, first, ignored(model))
+    found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
     random = Random(seed)
     for make in (composed, structured):
         twin = make(model, random)
@@ -357,7 +353,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
 
 def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare a short motion with events with that by definition."""
-    if not base.switches or skipped(model):
+    if not base.switches:
         return None
     solution = run(model.text(), stop=UNTIL)
     found = [Disagreement("events", kind, said) for kind, said in doubts(solution)]
@@ -383,7 +379,7 @@ def _hits(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
 
 def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare outputs along a motion whose inputs are tables with the definition."""
-    if not base.problem.inputs or skipped(model):
+    if not base.problem.inputs:
         return None
     with TemporaryDirectory() as folder:
         paths = tables(base, Path(folder), Random(seed))

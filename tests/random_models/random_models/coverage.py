@@ -68,7 +68,7 @@ def table(jobs: int = 1) -> dict[tuple[str, str], tuple[str, str]]:
 
 
 def _open(construct: Construct, place: Place) -> str:
-    """Say why a difference from the definition is no fault yet: as in ``definition.skipped``."""
+    """Say why a difference from the definition is no fault yet."""
     if place.name == "where a force acts":
         return "the oracle leaves out a force that acts at another point than its frame"
     if place.name == "initial value of an expression":

@@ -21,14 +21,6 @@ class OracleFails(Exception):
     """The oracle ends with an error that is not one of its own answers."""
 
 
-def skipped(model: Model) -> str:
-    """Say why a model is not compared with the definition: pages or the oracle leave it open."""
-    pairs = set(model.pairs())
-    if any(place == "force.at" for _, place in pairs):
-        return "the oracle leaves out a force that acts at another point than its frame"
-    return ""
-
-
 def ignored(model: Model) -> tuple[str, ...]:
     """Return outputs whose meaning pages leave open."""
     found: tuple[str, ...] = ()
