@@ -138,7 +138,7 @@ FAULTS = (
     ),
     Fault(
         "errors of small lengths are measured by those of large ones",
-        edit(f"{RUNS}/own_size.py", "    if main.failure is not None or main.interrupted or not main.y.size:\n",
+        edit(f"{RUNS}/own_size.py", "    if main.failure is not None or main.interrupted or not main.y.size or sizeless is None:\n",
              "    if main is not None:\n"),
         models.FAR,
         point="8",
