@@ -45,6 +45,7 @@ LANE S single_value(SM m) { return as_float(m); }
 LANE S single_pick(SM m, S a, S b) { return m & 1 ? a : b; }
 LANE S single(double x) { return (float)x; }
 LANE void lane_narrow(S *to, int room, V from) { *to = (float)from; }
+LANE S lane_joined(V a, V b) { return (float)a; }
 LANE V lane_widened(const S *from, int room) { return *from; }
 LANE S single_fma(S a, S b, S c) { return fma(a, b, c); }
 LANE S single_fnma(S a, S b, S c) { return fma(-a, b, c); }

@@ -16,7 +16,7 @@ typedef struct tail {
     S (*x)[N_ROWS], *kept, *p; /* what `series_next` takes and gives                        */
     S unit, later[N_BEHIND + 1];
     S weight[NY];              /* one over the error allowed                                */
-    S least;                   /* of the last terms, as a logarithm: the step, in units     */
+    S wanted;                  /* the step that the last terms allow, in units              */
 } tail;
 
 #if TAIL
@@ -37,15 +37,17 @@ LANE V coefficient(const work *w, const tail *s, const span *all, int k, int i)
     return k > all->last_low ? single : lane_pick(w->low >= (double)k, w->x[k][i], single);
 }
 
-/* Enters what a room begins with. */
-static void enter(tail *s, const work *w, const V *p, int first)
+/* Enters what the rooms begin with. */
+static void enter(tail *s, const mech_lane_room *r, const work *w, int first)
 {
+    const work *a = &w[0], *b = &w[GROUPS - 1];
+    const V *pa = (const V *)r[0].p, *pb = (const V *)r[GROUPS - 1].p;
     for (int k = 1; k <= first; k++)
         for (int i = 0; i < (k == 1 ? NY : N_ROWS); i++) /* what stands behind the first order no sum reads */
-            lane_narrow(&s->x[k][i], w->room, w->x[k][i]);
-    for (int i = 0; i < N_SERIES_KEPT; i++) lane_narrow(&s->kept[i], w->room, w->held[NY + i]);
-    for (int i = 0; i < N_TAIL_P; i++) lane_narrow(&s->p[i], w->room, p[tail_p[i]]);
-    lane_narrow(&s->unit, w->room, w->unit);
+            s->x[k][i] = lane_joined(a->x[k][i], b->x[k][i]);
+    for (int i = 0; i < N_SERIES_KEPT; i++) s->kept[i] = lane_joined(a->held[NY + i], b->held[NY + i]);
+    for (int i = 0; i < N_TAIL_P; i++) s->p[i] = lane_joined(pa[tail_p[i]], pb[tail_p[i]]);
+    s->unit = lane_joined(a->unit, b->unit);
 }
 
 /* Puts zeros, or numbers of double precision, in row k of some lanes. */
@@ -58,9 +60,8 @@ static void put_row(tail *s, int room, M which, const V *from, int n, int k)
 /* The longest step over which none of the last terms is larger than an error allowed. */
 static void suggest(const mech_lane_room *r, tail *s, const span *all)
 {
-    S order;
-    for (int g = 0; g < GROUPS; g++) lane_narrow(&order, g, AT(r[g].order));
-    s->least = single(INFINITY);
+    const S order = lane_joined(AT(r[0].order), AT(r[GROUPS - 1].order));
+    S least = single(INFINITY);
     for (int k = all->most; k > all->least - LAST; k--) {
         S size = single(0);
         for (int i = 0; i < NY; i++) {
@@ -69,12 +70,12 @@ static void suggest(const mech_lane_room *r, tail *s, const span *all)
         }
         const SM counts = (order >= (float)k) & (order < (float)(k + LAST)) & (size - size == 0.0f) & (size > 0.0f);
         const S here = single_rough_log2(size) * (float)(-1.0 / k);
-        s->least = single_pick(counts & (here < s->least), here, s->least);
+        least = single_pick(counts & (here < least), here, least);
     }
-    s->least = single_rough_exp2(s->least);
+    s->wanted = single_rough_exp2(least);
 }
 
-LANE V tail_suggests(const work *w, const tail *s) { return lane_widened(&s->least, w->room); }
+LANE V tail_suggests(const work *w, const tail *s) { return lane_widened(&s->wanted, w->room); }
 
 static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all)
 {
@@ -82,7 +83,7 @@ static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all
     s->x = (S(*)[N_ROWS])(w->x + MOST + 1);
     s->kept = (S *)(s->x + MOST + 1);
     s->p = s->kept + N_SERIES_KEPT;
-    for (int g = 0; g < GROUPS; g++) enter(s, &w[g], (const V *)r[g].p, all->first_low);
+    enter(s, r, w, all->first_low);
     for (int k = all->first_low; k < all->most; k++) {
         S sums[N_BEHIND + 3];
         single_series_sums(k, (const S(*)[N_ROWS])s->x, sums, s->later);
@@ -102,8 +103,7 @@ static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all
 static void end_tail(work *w, const tail *s, const span *all)
 {
     if (all->first_low >= all->most) return;
-    S h;
-    for (int g = 0; g < GROUPS; g++) lane_narrow(&h, g, w[g].step.h * w[g].over);
+    const S h = lane_joined(w[0].step.h * w[0].over, w[GROUPS - 1].step.h * w[GROUPS - 1].over);
     S sum[NY], rate[NY];
     for (int i = 0; i < NY; i++) sum[i] = rate[i] = single(0);
     for (int k = all->most; k > all->first_low; k--) {
@@ -114,8 +114,9 @@ static void end_tail(work *w, const tail *s, const span *all)
         for (int g = 0; k <= all->last_low + 1 && g < GROUPS; g++) {
             const M here = w[g].low == (double)(k - 1);
             for (int i = 0; i < NY; i++) {
-                w[g].sum[i] = lane_pick(here, lane_widened(&sum[i], g), w[g].sum[i]);
-                w[g].rate[i] = lane_pick(here, lane_widened(&rate[i], g), w[g].rate[i]);
+                const S so_far = sum[i], slope = rate[i]; /* only these are read by parts */
+                w[g].sum[i] = lane_pick(here, lane_widened(&so_far, g), w[g].sum[i]);
+                w[g].rate[i] = lane_pick(here, lane_widened(&slope, g), w[g].rate[i]);
             }
         }
     }

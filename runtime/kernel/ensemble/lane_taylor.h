@@ -72,7 +72,7 @@ static void begin(mech_lane_room *r)
 typedef struct work {
     V (*x)[N_ROWS], *held;          /* coefficients, in units of powers of `unit`; what all orders read */
     V unit, over, low;              /* a power of two, one over it; the last order before the tail      */
-    V y_new[NY], found[N_START], later[N_BEHIND + 1]; /* `later`: sums that are begun       */
+    V scale[NY], y_new[NY], found[N_START], later[N_BEHIND + 1]; /* `later`: sums that are begun       */
     V sum[NY], rate[NY];            /* state and slope at the end of the step, of the orders so far     */
     trial step;
     int room;
@@ -93,7 +93,7 @@ static void widen_span(span *all, int order, int low)
 
 #include "lane_tail.h"
 
-static void begin_series(const mech_lane_room *r, work *w, tail *s, span *all)
+static void begin_series(const mech_lane_room *r, work *w, span *all)
 {
     const V *y = (const V *)r->y;
     w->held = (V *)r->extra;
@@ -111,7 +111,7 @@ static void begin_series(const mech_lane_room *r, work *w, tail *s, span *all)
     for (int i = 0; i < NY; i++) {
         w->x[0][i] = y[i];
         w->x[1][i] = w->held[i] * w->unit;
-        lane_narrow(&s->weight[i], w->room, lane_fma(AT(r->rtol), lane_abs(y[i]), ((const V *)r->atol)[i]));
+        w->scale[i] = lane_fma(AT(r->rtol), lane_abs(y[i]), ((const V *)r->atol)[i]);
         w->sum[i] = w->rate[i] = lane(0);
     }
 }
@@ -218,9 +218,9 @@ static void attempt(mech_lane_room *r)
     tail s;
     for (int g = 0; g < GROUPS; g++) {
         w[g].room = g;
-        begin_series(&r[g], &w[g], &s, &all);
+        begin_series(&r[g], &w[g], &all);
     }
-    for (int i = 0; i < NY; i++) s.weight[i] = 1.0f / s.weight[i];
+    for (int i = 0; i < NY; i++) s.weight[i] = 1.0f / lane_joined(w[0].scale[i], w[GROUPS - 1].scale[i]);
     const int last = all.last_low < all.most ? all.last_low : all.most;
     for (int k = 1; k < last; k++)
         for (int g = 0; g < GROUPS; g++) next_order(&r[g], &w[g], k);

@@ -60,7 +60,7 @@ LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & la
 #define LANE_HOW ", not fused"
 #endif
 
-/* ---- one row for each width: a b + c, c - a b, both of singles too, root, sets of lanes as bits, a where a > b (a < b), else b */
+/* ---- one row for each width: a b + c, c - a b, both of singles too, singles of two rooms, root, sets of lanes as bits, a where a > b (a < b), else b */
 
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
@@ -71,6 +71,11 @@ LANE V lane_fma(V a, V b, V c) { return _mm512_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm512_fnmadd_pd(a, b, c); }
 LANE S single_fma(S a, S b, S c) { return _mm512_fmadd_ps(a, b, c); }
 LANE S single_fnma(S a, S b, S c) { return _mm512_fnmadd_ps(a, b, c); }
+LANE S lane_joined(V a, V b)
+{
+    return _mm512_insertf32x8(_mm512_castps256_ps512(_mm512_cvtpd_ps(a)), _mm512_cvtpd_ps(b), 1);
+}
+#define LANE_JOINED
 LANE V lane_sqrt(V a) { return _mm512_sqrt_pd(a); }
 LANE V lane_larger(V a, V b) { return _mm512_max_pd(a, b); }
 LANE V lane_smaller(V a, V b) { return _mm512_min_pd(a, b); }
@@ -84,6 +89,8 @@ LANE V lane_fma(V a, V b, V c) { return _mm256_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm256_fnmadd_pd(a, b, c); }
 LANE S single_fma(S a, S b, S c) { return _mm256_fmadd_ps(a, b, c); }
 LANE S single_fnma(S a, S b, S c) { return _mm256_fnmadd_ps(a, b, c); }
+LANE S lane_joined(V a, V b) { return _mm256_set_m128(_mm256_cvtpd_ps(b), _mm256_cvtpd_ps(a)); }
+#define LANE_JOINED
 #else
 #define LANE_IN_TWO_STEPS
 #endif
@@ -153,6 +160,16 @@ LANE V lane_fma(V a, V b, V c) { return a * b + c; }
 LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
 LANE S single_fma(S a, S b, S c) { return a * b + c; }
 LANE S single_fnma(S a, S b, S c) { return c - a * b; }
+#endif
+
+#ifndef LANE_JOINED
+LANE S lane_joined(V a, V b)
+{
+    S both;
+    lane_narrow(&both, 0, a);
+    lane_narrow(&both, 1, b);
+    return both;
+}
 #endif
 
 #ifdef LANE_SET_BY_BITS
