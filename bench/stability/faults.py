@@ -49,7 +49,8 @@ def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
         assert sources[file].count(there) == 1, f"{there!r} is {sources[file].count(there)} times in {file}"
         changed = {**sources, file: sources[file].replace(there, instead)}
         _put(native, "kernel_sources", lambda: dict(changed))
-        _put(native, "_kernel_state", lambda: f"{file}: {instead}")  # by which built kernels are found
+        state = f"{native._kernel_state()}, {file}: {instead}"  # by which built kernels are found
+        _put(native, "_kernel_state", lambda: state)
 
     return plant
 
