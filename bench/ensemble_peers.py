@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -71,19 +72,23 @@ def by_heyoka_ensemble(angles: Any, tolerance: float) -> tuple[float, Any]:
     return time.process_time() - begun, ends
 
 
-def heyoka_in_processes(angles: Any, tolerance: float, processes: int) -> tuple[float, Any]:
-    """The best of both in several processes: their times change from process to process."""
+Try = Callable[[Any, float], tuple[float, Any]]
+
+
+def in_processes(best: Try, angles: Any, tolerance: float, processes: int) -> tuple[float, Any]:
+    """The best of several processes: times change from process to process."""
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
     found = []
     for _ in range(processes):
         with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-            found.append(pool.submit(_best_of_both, angles, tolerance).result())
+            found.append(pool.submit(best, angles, tolerance).result())
     return min(found, key=lambda one: one[0])
 
 
-def _best_of_both(angles: Any, tolerance: float) -> tuple[float, Any]:
+def best_of_heyoka(angles: Any, tolerance: float) -> tuple[float, Any]:
+    """The best of both its ways, twice each."""
     tries = [solve(angles, tolerance) for solve in (by_heyoka, by_heyoka_ensemble) for _ in range(2)]
     return min(tries, key=lambda one: one[0])
 
