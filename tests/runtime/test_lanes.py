@@ -387,3 +387,43 @@ def test_what_lanes_cannot_do_is_said(
         mechc.loads(text).ensemble(**{"lanes": "on", **settings})
     if settings.get("lanes") is None:
         assert mechc.loads(text).ensemble(**settings).build.startswith("compiled C")
+
+
+PUSHED = """\
+model Pushed
+  dimensionless;
+  parameter w = 3;
+  coordinate x = 0.3;
+  coordinate y = 0.1;
+  initial der(x) = 0.4;
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential 1/24*(exp(2*x + 2*sqrt(3)*y) + exp(2*x - 2*sqrt(3)*y) + exp(-4*x)) + 0.05*x*cos(w*time);
+  experiment(stop = 8, tolerance = 1e-10);
+end Pushed;
+"""
+MOON = """\
+model Moon
+  parameter m = 6e24 kg;
+  parameter G = 6.67e-11 N.m^2/kg^2;
+  coordinate x = 3.8e8 m;
+  coordinate y = 0 m;
+  initial der(y) = 1 km/s;
+  kinetic 1/2*7e22 kg*(der(x)^2 + der(y)^2);
+  potential -G*m*7e22 kg/sqrt(x^2 + y^2);
+  experiment(stop = 30 d, tolerance = 1e-10);
+end Moon;
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "vary"), [(PUSHED, "w ~ uniform(1, 5)"), (MOON, "m ~ uniform(5.5e24 kg, 6.5e24 kg)")]
+)
+def test_series_of_the_time_and_of_numbers_that_are_no_singles(text: str, vary: str) -> None:
+    """Time is counted in units of the step, as all else; the fourth power of a distance of 4e8 m is no single."""
+    model, kept = mechc.loads(text), "final(x), final(y)"
+    on = model.ensemble(vary, kept, samples=40, method="taylor", lanes="on", errors="0.5")
+    exact = model.ensemble(
+        vary, kept, samples=40, method="dop853", lanes="off", tolerance=1e-13, errors="none"
+    )
+    size = np.abs(exact.numbers).max(axis=0)
+    np.testing.assert_allclose(on.numbers / size, exact.numbers / size, rtol=0, atol=3e-10)

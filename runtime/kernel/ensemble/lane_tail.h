@@ -88,7 +88,7 @@ static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all
         S sums[N_BEHIND + 3];
         single_series_sums(k, (const S(*)[N_ROWS])s->x, sums, s->later);
         sums[N_BEHIND] = single(1.0 / k);
-        sums[N_BEHIND + 1] = single(k == 1);
+        sums[N_BEHIND + 1] = k == 1 ? s->unit : single(0);
         sums[N_BEHIND + 2] = s->unit * single(1.0 / (k + 1));
         single_series_next(single(k), s->x[k], sums, s->kept, s->p, s->x[k + 1]);
         for (int g = 0; g < GROUPS && k < all->last_low; g++)

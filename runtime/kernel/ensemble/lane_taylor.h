@@ -63,7 +63,12 @@ static void begin(mech_lane_room *r)
     const V size = norm(r, (const V *)r->y, (const V *)r->y, NULL), rate = norm(r, (const V *)r->y, dy, NULL);
     held[UNIT] = lane_pick(fresh, unit_of(size / rate, lane(1)), held[UNIT]);
     held[LOW] = lane_pick(fresh, first_lows(orders(r)), held[LOW]);
-    held[SPOILED] = lane_pick(fresh, lane(0), held[SPOILED]);
+    V spoiled = lane(0); /* numbers that singles may not hold, or products of which, let a member go without a tail */
+    for (int i = 0; i < N_START; i++) {
+        const V number = lane_abs(i < NY ? ((const V *)r->y)[i] : found[i]);
+        spoiled = lane_pick((number > 1e12) | ((number < 1e-12) & (number > 0.0)), lane(INFINITY), spoiled);
+    }
+    held[SPOILED] = lane_pick(fresh, spoiled, held[SPOILED]);
     AT(r->order) = lane_pick(fresh, orders(r), AT(r->order));
     begin_with(r, fresh, AT(r->longest));
 }
@@ -121,7 +126,7 @@ LANE void next_order(const mech_lane_room *r, work *w, int k)
     V sums[N_BEHIND + 3];
     series_sums(k, (const V(*)[N_ROWS])w->x, sums, w->later);
     sums[N_BEHIND] = lane(1.0 / k);
-    sums[N_BEHIND + 1] = lane(k == 1);
+    sums[N_BEHIND + 1] = k == 1 ? w->unit : lane(0); /* of the time, as all orders in units */
     sums[N_BEHIND + 2] = w->unit * (1.0 / (k + 1));
     series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->x[k + 1]);
 }
