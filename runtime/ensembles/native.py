@@ -10,10 +10,9 @@ from enum import IntEnum
 
 import numpy as np
 
+from ..integrate.kernel_sizes import QuantityStruct, SizesStruct
 from ..native import kernel as native
 from ..native.build import LINK, build_shared, kernel_flags
-from ..nominal import sizes_of
-from ..problem import Problem
 
 ARRAYS = {"p": 0, "y": 1, "u": 2, "outputs": 3}
 
@@ -63,29 +62,6 @@ class CompanionStruct(Structure):
     )
 
 
-class QuantityStruct(Structure):
-    """mech_quantity"""
-
-    _fields_ = (
-        *((name, c_int) for name in ("unit", "kind", "pure")),
-        ("nominal", c_double),
-        ("range", c_double),
-        ("group", c_int),
-    )
-
-
-class SizesStruct(Structure):
-    """mech_sizes"""
-
-    _fields_ = (
-        ("states", c_void_p),
-        ("partner", c_void_p),
-        ("units", c_void_p),
-        ("n_energies", c_int),
-        ("energies", c_void_p),
-    )
-
-
 class EnsembleStruct(Structure):
     """mech_ensemble"""
 
@@ -116,26 +92,6 @@ class EnsembleStruct(Structure):
         ("done", POINTER(c_long)),
         ("stopped", POINTER(c_int)),
     )
-
-
-class Sizes:
-    """What nominal values are made of (``mech_sizes``), with the arrays that it points to."""
-
-    def __init__(self, problem: Problem) -> None:
-        sizes = sizes_of(problem)
-        kinds = {"": 0, "account": 1, "rotation": 2}
-        groups = sizes.groups or [0] * len(sizes.units)
-        columns = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
-        states = [QuantityStruct(unit, kinds[kind], pure, *rest) for unit, kind, pure, *rest in columns]
-        self._states = (QuantityStruct * len(states))(*states)
-        self._numbers = [
-            (c_int * len(numbers))(*numbers)
-            for numbers in (sizes.partner, sizes.parameter_units, sizes.energies)
-        ]
-        partner, units, energies = map(ctypes.addressof, self._numbers)
-        self.struct = SizesStruct(
-            ctypes.addressof(self._states), partner, units, len(sizes.energies), energies
-        )
 
 
 @functools.cache

@@ -24,6 +24,7 @@ from ..case import (
 )
 from ..functions import load_functions
 from ..integrate.choose_method import choose_method
+from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..outcome import SimulationError
@@ -40,7 +41,6 @@ from .native import (
     EnsembleStruct,
     KeptStruct,
     PlaceStruct,
-    Sizes,
     load_ensemble,
 )
 
@@ -199,13 +199,13 @@ class Posed:
             elif place.array == ARRAYS["y"]:
                 y[place.index], y_given[place.index] = given[name], 1
         numbers, settings, function = self._experiment([*varied, *fixed.values()])
-        sizes = Sizes(problem)
+        sizes, beside = kernel_sizes(problem)
         options = self._options()
-        self._alive += [sizes, options]
+        self._alive += [sizes, beside, options]
         bounds = [_bounds(quantities) for quantities in (problem.parameters, problem.states)]
         return EnsembleStruct(
             model=ctypes.addressof(self._model()),
-            sizes=ctypes.addressof(sizes.struct),
+            sizes=ctypes.addressof(sizes),
             options=ctypes.addressof(options),
             begin=float(case.grid[0]),
             stop=case.stop,
