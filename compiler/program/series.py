@@ -24,6 +24,7 @@ from ..equations.model import Function, Slot
 from ..graph import Node
 from ..graph import operations as ops
 from ..graph.operations import OPERATIONS
+from .coupled import Coupled, coupled
 from .lower import lower_function
 from .model import Program, ProgramFunction, SeriesPlan
 from .slots import HALF, Form, NoSeries
@@ -74,8 +75,8 @@ class _Series:
         self.order, self.over, self.time = (graph.symbol(name) for name in ("k", "1/k", "time"))
         self.parameters = {n for (array, _), n in form.symbols.items() if array == "p"}
         self.kept: dict[Node, Node] = {}
-        self.slots: list[tuple[Node, Node, bool]] = []
-        self.sums: list[Node] = []
+        self.slots: dict[tuple[Node, Node, bool], Node] = {}
+        self.wanted = frozenset(graph.reach(rates))
         self.states: dict[int, Node] = {}
         self.coefficients: dict[Node, Node] = {}
         for (array, index), n in [*form.symbols.items()]:
@@ -85,9 +86,22 @@ class _Series:
                 self.coefficients[n] = self.time
         for n in rates:
             self.find(n)
-        for a, b, _ in self.slots:  # grows: slots need further series, as that of a sine the cosine
-            self.find(a)
-            self.find(b)
+        self.live(rates)
+
+    def live(self, rates: Sequence[Node]) -> None:
+        """Keep the slots and numbers that the rates need; slots need further series, as that of a sine the cosine."""
+        slot_of = {n: slot for slot, n in self.slots.items()}
+        read, waiting = set[Node](), list(rates)
+        while waiting:
+            n = waiting.pop()
+            self.find(n)
+            slot_of |= {n: slot for slot, n in self.slots.items()}
+            for m in self.graph.support(self.coefficients[n]):
+                if m not in read:
+                    read.add(m)
+                    waiting += slot_of[m][:2] if m in slot_of else ()
+        self.slots = {slot: n for slot, n in self.slots.items() if n in read}
+        self.kept = {n: symbol for n, symbol in self.kept.items() if symbol in read}
 
     def find(self, n: Node) -> None:
         """Find the coefficients of a node and of all below it."""
@@ -106,9 +120,10 @@ class _Series:
 
     def slot(self, a: Node, b: Node, rising: bool = False) -> Node:
         """Return the sum of a new slot, of the series of two nodes; ``rising``: of the first one times the order."""
-        self.slots.append((a, b, rising))
-        self.sums.append(self.graph.symbol(f"sum[{len(self.sums)}]"))
-        return self.sums[-1]
+        key = (a, b, rising)
+        if key not in self.slots:
+            self.slots[key] = self.graph.symbol(f"sum[{len(self.slots)}]")
+        return self.slots[key]
 
     def rule(self, n: Node) -> Node:
         """Return the coefficient of an operation whose arguments have theirs."""
@@ -135,6 +150,8 @@ class _Series:
             case ops.MUL:
                 cross = graph.add(graph.mul(keep(args[1]), c[0]), self.slot(args[0], args[1]))
                 return graph.add(graph.mul(keep(args[0]), c[1]), cross)
+            case ops.DIV if (pair := coupled(graph, n, form.constant, self.wanted)) is not None:
+                return self.solved(n, pair)
             case ops.DIV:  # q d = n; the denominator, which is late, is one operation from the result
                 rest = graph.sub(c[0], self.slot(n, args[1]))
                 inverse = n if args[0] == graph.one else graph.div(graph.one, args[1])
@@ -151,6 +168,19 @@ class _Series:
                 return graph.add(graph.mul(keep(n), self.coefficients[inner]), rising)
             case _:
                 return self.chain(n, args)
+
+    def solved(self, q: Node, pair: Coupled) -> Node:
+        """One of two unknowns: a q = N + u s, with the part of s that q has in it brought to the left."""
+        graph, keep, c = self.graph, self.keep, self.coefficients
+        factors = graph.args(pair.product)
+        product = graph.add(graph.mul(keep(q), c[pair.w]), self.slot(factors[0], factors[1]))
+        s = graph.add(
+            graph.mul(keep(pair.before_f), c[pair.f]), graph.mul(keep(pair.before_product), product)
+        )
+        right = graph.add(graph.mul(keep(pair.u), s), self.slot(pair.u, pair.s))
+        right = graph.add(graph.mul(keep(pair.s), c[pair.u]), right)
+        rest = graph.sum(graph.mul(keep(before), c[n]) for before, n in pair.rest)
+        return graph.mul(keep(graph.div(graph.one, graph.args(q)[1])), graph.add(rest, right))
 
     def power(self, n: Node, x: Node, exponent: Node) -> Node:
         """x w' = e w x'"""
@@ -200,8 +230,8 @@ class _Series:
         layout = {n: slot for n, slot in place.items() if slot.array == "p"}
         layout |= {n: Slot("y", index) for index, n in self.states.items()}
         layout |= {n: Slot("z", index) for index, n in enumerate(self.kept.values())}
-        layout |= {n: Slot("u", index) for index, n in enumerate(self.sums)}
-        behind = padded(len(self.sums))
+        layout |= {n: Slot("u", index) for index, n in enumerate(self.slots.values())}
+        behind = padded(len(self.slots))
         layout |= {self.order: Slot("t", 0), self.over: Slot("u", behind), self.time: Slot("u", behind + 1)}
         return (
             lower_function(graph, place, start, {}),

@@ -58,6 +58,68 @@ def test_series_of_every_function() -> None:
     assert abs(solution["last"][-1] - float(exact)) < 1e-14
 
 
+COUPLED: dict[str, tuple[str, Callable[[mpmath.mpf], mpmath.mpf], Callable[[mpmath.mpf], mpmath.mpf]]] = {
+    "(x + cos(x)*exp(-x))/(3 - cos(x)*cos(x))": (
+        "cos(x)",
+        lambda x: (x + mpmath.cos(x) * mpmath.exp(-x)) / (3 - mpmath.cos(x) ** 2),
+        mpmath.cos,
+    ),
+    "(1 - k*exp(x)*x)/(3 + k*x*sin(x))": (
+        "2*sin(x)",
+        lambda x: (1 - mpmath.mpf("1.3") * mpmath.exp(x) * x) / (3 + mpmath.mpf("1.3") * x * mpmath.sin(x)),
+        lambda x: 2 * mpmath.sin(x),
+    ),
+    "-(k*cos(2*x)*exp(-x) - 2*x)/(-(5 - 2*(k*cos(2*x))*(cos(2*x)/k)))": (
+        "-k*cos(2*x)",
+        lambda x: (
+            (mpmath.mpf("1.3") * mpmath.cos(2 * x) * mpmath.exp(-x) - 2 * x)
+            / (5 - 2 * mpmath.cos(2 * x) ** 2)
+        ),
+        lambda x: -mpmath.mpf("1.3") * mpmath.cos(2 * x),
+    ),
+    "(exp(-x) + k)/(3 - cos(x)*sin(x))": (
+        "cos(x)",
+        lambda x: (mpmath.exp(-x) + mpmath.mpf("1.3")) / (3 - mpmath.cos(x) * mpmath.sin(x)),
+        mpmath.cos,
+    ),
+}
+"""Quotients q, and what they are times elsewhere."""
+
+
+def test_two_equations_with_each_other_s_unknown() -> None:
+    """As elimination leaves them: q and w q against integrals along the motion, to rounding."""
+    states = "".join(
+        f"state q{i} = 0; state w{i} = 0; let r{i} = {q}; equation der(q{i}) = r{i}/1 s; equation der(w{i}) = {w}*r{i}/1 s;"
+        for i, (q, (w, _, _)) in enumerate(COUPLED.items())
+    )
+    text = f"parameter k = 1.3; state x = 0; equation der(x) = (1 - x^2)/1 s; {states}"
+    solution = mechc.loads(text).simulate(stop=1, method="taylor", tolerance=1e-14, estimate_error=False)
+    mpmath.mp.dps = 25
+    for i, (text, (_, q, w)) in enumerate(COUPLED.items()):
+        exact = mpmath.quad(lambda t, q=q: q(X(t)), [0, 0.5, 1])
+        assert abs(solution[f"q{i}"][-1] - float(exact)) < 2e-14 * (1 + abs(exact)), text
+        exact = mpmath.quad(lambda t, q=q, w=w: w(X(t)) * q(X(t)), [0, 0.5, 1])
+        assert abs(solution[f"w{i}"][-1] - float(exact)) < 2e-14 * (1 + abs(exact)), text
+
+
+def test_slots_of_two_equations() -> None:
+    """Three of sines and cosines two each, two squares, two products with them, and two that join the equations."""
+    assert slots_of(KINETIC.format("cos(a - b)")) == 12
+    assert slots_of(KINETIC.format("2*cos(a/2 - b/2)^2 - 1")) > 12
+
+
+KINETIC = (
+    "coordinate a = 0 rad; coordinate b = 0 rad; kinetic 1/2*2 kg*(1 m*der(a))^2 + 1/2*1 kg*(1 m*der(b))^2"
+    " + 1 kg*(1 m)^2*der(a)*der(b)*({}); potential -9.81 m/s^2*1 m*(2 kg*cos(a) + 1 kg*cos(b));"
+)
+
+
+def slots_of(text: str) -> int:
+    program = mechc.loads(text).program(frozenset({"series"}))
+    assert program.series is not None
+    return program.series.n_slots
+
+
 @pytest.mark.parametrize(("tolerance", "order"), [(1e-6, 12), (1e-9, 17)])
 def test_order_follows_the_tolerance(tolerance: float, order: int) -> None:
     """0.8 ln(1/tolerance), upwards; errors over halved steps, against gauss8 in quadruple precision."""
