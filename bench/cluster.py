@@ -93,7 +93,7 @@ def question(n: int) -> tuple[Any, Recipe, Make]:
     given |= {"keep": "final(a), final(b), max(a)"}
     changed, asked = model._asked("ensemble", None, given)
     problem = problem_of(changed, asked)
-    whole: Any = with_others(changed, asked, problem, study(asked, problem, changed.settings))
+    whole: Any = with_others(changed, asked, problem, study(asked, problem))
     assert isinstance(whole, EnsembleOf) and whole.send is not None
     return whole.members(problem), whole.recipe(problem), whole.send(whole)
 

@@ -34,6 +34,8 @@ M = TypeVar("M", bound=CompiledModel)
 
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
+MOST_POSED = 16
+"""Questions that are remembered for each compilation."""
 REPEATED = "the run was repeated with multipliers of a small compliance"
 PASSED_BY = (
     f'where the mechanism passes a singular position there, build it with keep={{"{COMPLIANCE}"}}; a whole run '
@@ -44,7 +46,9 @@ PASSED_BY = (
 
 def with_experiment(model: CompiledModel, asked: Asked) -> Asked:
     """Return a question about an ensemble with what the experiment says of it, behind what the caller says."""
-    said = model.ensemble_settings(asked.experiment) if asked.question.of_members else {}
+    if not asked.question.of_members:
+        return asked
+    said = model.ensemble_settings(asked.experiment)
     if "vary" in asked.given:  # other random values, or none: how many is said with them
         said = {name: text for name, text in said.items() if name in ("keep", "errors")}
     return replace(asked, given={**said, **asked.given})
@@ -122,7 +126,21 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 
 
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
-    """Return the model with what the question needs, and the question in SI. Raises UsageMistake for a curve where a
+    """Return the model with what the question needs, and the question in SI, with the values of the model that were changed."""
+    known, key = model.code.posed, (id(asked), method)
+    if key in known and known[key][0] is asked:
+        _, problem, question = known[key]
+    else:
+        problem, question = _posed_anew(model, asked, method)
+        if asked.lasts:
+            while len(known) >= MOST_POSED:
+                known.pop(next(iter(known)), None)
+            known[key] = asked, problem, question
+    return problem, replace(question, values=model.settings)
+
+
+def _posed_anew(model: CompiledModel, asked: Asked, method: str | None) -> tuple[Problem, Study]:
+    """Return the model with what the question needs, and the question without values. Raises UsageMistake for a curve where a
     motion is asked about, and the other way round."""
     if model.is_curve and not asked.question.of_curves:
         raise UsageMistake(
@@ -135,7 +153,7 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
             "a curve has a range: 'independent x from a to b;'",
         )
     problem = problem_of(model, asked, method)
-    return problem, study(asked, problem, model.settings)
+    return problem, study(asked, problem)
 
 
 def problem_of(model: CompiledModel, asked: Asked, method: str | None = None) -> Problem:
@@ -286,4 +304,6 @@ def recipe_of(model: CompiledModel, asked: Asked, question: Study) -> Recipe:
 def _shown(run: Run, asked: Asked, swept: Mapping[str, float | bool | str] | None = None) -> Solution:
     chosen = find_experiment(run.problem, asked.experiment)
     words = chosen.words.get("display", "") if chosen else ""
+    if not words and not swept:
+        return Solution(run.motion)
     return Solution(run.motion, choose(words) if words else Display(), swept or {})

@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -62,6 +62,20 @@ NOT_SEEN = ("sensitivity", "estimate_error", "progress", "to")
 """Options of a run that change nothing on its page."""
 
 
+def _seen(options: Options) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if name not in NOT_SEEN}
+
+
+@cache
+def _asking() -> tuple[Callable[..., Any], Callable[..., Any], Mapping[str, Any]]:
+    """Import what answers, what takes questions apart, and the kinds, when the first question is put."""
+    from .answering import answer
+    from .asking.asked import asked
+    from .runtime.studies.table import STUDIES
+
+    return answer, asked, STUDIES
+
+
 def load(
     path: str | Path,
     *,
@@ -110,20 +124,24 @@ class Model(CompiledModel):
         returns the part that it computed, with ``outcome`` and ``message``.
         """
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
-        seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
         solution.angles = self.angles
-        solution.viewer = partial(self.view, set=set, experiment=experiment, **seen)  # type: ignore[arg-type]
-        if "scene" not in self.compilation.parts:
+        solution.viewer = partial(self._viewed, set, experiment, options)
+        if "scene" not in self._code.compilation.parts:
             solution.pictured_again = partial(self._pictured, set, experiment, options)
         return solution
+
+    def _viewed(
+        self, set: Mapping[str, Given] | None, experiment: str | None, options: Options, **of_the_page: Any
+    ) -> View:
+        """Return the page of a run."""
+        return self.view(set=set, experiment=experiment, **_seen(options), **of_the_page)
 
     def _pictured(
         self, set: Mapping[str, Given] | None, experiment: str | None, options: Options
     ) -> Solution:
         """Return the same run with the numbers of what is drawn."""
         drawn = self.keeping({*self.compilation.parts, "scene"})
-        seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
-        return drawn.simulate(set=set, experiment=experiment, **seen, estimate_error=False)  # type: ignore[arg-type]
+        return drawn.simulate(set=set, experiment=experiment, **_seen(options), estimate_error=False)
 
     def solve(
         self,
@@ -277,24 +295,20 @@ class Model(CompiledModel):
     def _asked(
         self, kind: str, values: Mapping[str, Given] | None, given: Mapping[str, Any]
     ) -> tuple[Model, Asked]:
-        from .asking.asked import asked
-        from .runtime.studies.table import STUDIES
-
-        if kind not in STUDIES:
-            near = closest(kind, list(STUDIES))
-            help = f"did you mean '{near}'?" if near else f"the kinds are {', '.join(STUDIES)}"
+        _, asked, kinds = _asking()
+        if kind not in kinds:
+            near = closest(kind, list(kinds))
+            help = f"did you mean '{near}'?" if near else f"the kinds are {', '.join(kinds)}"
             raise UsageMistake(f"there is no study '{kind}'", help)
-        if not isinstance(values or {}, Mapping):
+        if type(values) is not dict and not isinstance(values or {}, Mapping):
             raise UsageMistake(
                 f"'set' holds values by their names, not {values!r}", 'as in set={"l": "80 cm"}'
             )
-        question = asked(STUDIES[kind].question(), given)
+        question = asked(kinds[kind].question(), given)
         return self.with_values(values or {}).for_experiment(question.experiment), question
 
     def _answer(self, kind: str, values: Mapping[str, Given] | None, given: Mapping[str, Any]) -> Any:
-        from .answering import answer
-
-        return answer(*self._asked(kind, values, given))
+        return _asking()[0](*self._asked(kind, values, given))
 
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
         """Write the model as code and return the files: a Python module, or C with the kernel beside it.

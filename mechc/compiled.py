@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from .asking.given_values import Given, Scalar, UsageMistake, one_of, plain, read_value, structural_value
+from .asking.given_values import (
+    Given,
+    Scalar,
+    UsageMistake,
+    elements_of,
+    one_of,
+    plain,
+    read_value,
+    structural_value,
+)
 from .compiler.compilation import Compilation
 from .lang.source import SourceFile
 
 if TYPE_CHECKING:
+    from .asking.asked import Asked
     from .compiler.flat.model import FlatModel
+    from .compiler.outline import Plan
     from .runtime.problem import Problem
+    from .runtime.studies.study import Study
 
 Exact = Fraction | bool | str
 """A structural value: numbers exactly, in SI."""
@@ -42,6 +54,12 @@ class Code(Struct, eq=False):
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
     asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)
+    plans: dict[str | None, Plan | None] = field(default_factory=dict)
+    """Experiments by the names that were asked for."""
+    posed: dict[tuple[int, str | None], tuple[Asked, Problem, Study]] = field(default_factory=dict)
+    """The last questions that were put, by their identity, with what answers them, without values."""
+    single: frozenset[str] = frozenset()
+    """What ``freely`` gives, once somebody has asked for it."""
     units: dict[str, str] = field(default_factory=dict)
     """The SI unit of everything that may be set, once somebody has asked for it."""
     mechanical: tuple[frozenset[str], dict[str, int]] | None = None
@@ -94,6 +112,23 @@ class Code(Struct, eq=False):
             rotations = (c.variable.name for c in system.symbols.coordinates if c.is_rotation)
             self.mechanical = frozenset(rotations), driven
         return self.mechanical
+
+    def settable_units(self) -> Mapping[str, str]:
+        """Return the SI unit of everything that may be set."""
+        if not self.units:
+            equations = self.compilation.equations
+            settable = (*equations.parameters, *equations.states, *equations.inputs)
+            settable += tuple(entry for entry in equations.discretes if entry.kind == "end")
+            self.units.update((e.name, e.unit) for e in settable if e.kind not in ("account", "internal"))
+        return self.units
+
+    def freely(self) -> frozenset[str]:
+        """Return the names of numbers that may be set each by itself: none of rotations, none that compiles the model again."""
+        if not self.single:
+            units, (rotations, _) = self.settable_units(), self.rotations_and_drives()
+            whole = {one for name in rotations for one in elements_of(name, units)}
+            self.single = frozenset(units.keys() - whole - self.compilation.outline.structural.keys())
+        return self.single
 
     def with_parts(self, parts: frozenset[str]) -> Code:
         """Return the same with parts built whether they are needed or not."""

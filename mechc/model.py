@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 import re
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
@@ -138,6 +139,12 @@ class CompiledModel:
         """Return this model with other values of parameters; structural ones compile it again."""
         if not values:
             return self
+        if not self._settings and {float}.issuperset(map(type, values.values())):  # mostly
+            numbers: dict[str, float] = {**values}  # type: ignore[dict-item]
+            if numbers.keys() <= self._code.freely() and all(map(math.isfinite, numbers.values())):
+                model = type(self)(self._code, numbers)  # type: ignore[arg-type]
+                model._given_in_si = numbers
+                return model
         values = {tidy(name): value for name, value in values.items()}
         known = self.structural_parameters
         structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
@@ -186,6 +193,12 @@ class CompiledModel:
 
     def _experiment(self, name: str | None) -> Plan | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
+        plans = self._code.plans
+        if name not in plans:
+            plans[name] = self._found(name)
+        return plans[name]
+
+    def _found(self, name: str | None) -> Plan | None:
         experiments = self.compilation.outline.experiments
         if name is None:
             return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
@@ -200,13 +213,7 @@ class CompiledModel:
 
     def settable_units(self) -> Mapping[str, str]:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
-        units = self._code.units
-        if not units:
-            equations = self.compilation.equations
-            settable = (*equations.parameters, *equations.states, *equations.inputs)
-            settable += tuple(entry for entry in equations.discretes if entry.kind == "end")
-            units.update((e.name, e.unit) for e in settable if e.kind not in ("account", "internal"))
-        return units
+        return self._code.settable_units()
 
     @property
     def settings(self) -> dict[str, float]:

@@ -32,9 +32,17 @@ def check_parameters(problem: Problem, p: Array) -> None:
         _check_range(quantity, value, "the parameter")
 
 
+@once
+def _bounded_start(problem: Problem) -> bool:
+    """Whether a state has a smallest or a largest value."""
+    return any(q.minimum is not None or q.maximum is not None for q in problem.states)
+
+
 def check_state(problem: Problem, y0: Array) -> None:
     """Refuse such a state; give its rotations unit length. Raises ``SimulationError``."""
-    for quantity, value in zip(problem.states, y0.tolist(), strict=True):
+    values = y0.tolist()
+    looked = _bounded_start(problem) or not all(map(math.isfinite, values))
+    for quantity, value in zip(problem.states, values, strict=True) if looked else ():
         if not math.isfinite(value):
             what = "not a number" if math.isnan(value) else "infinite"
             raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from mechc.suggest import suggest
 
 from .allowed_values import check_parameters, check_state
-from .arrays.choice import np
+from .arrays.choice import Bytes, np
 from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
@@ -46,7 +46,7 @@ METHODS = (
 
 NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
-KNOWN = (*NUMBERS, *WORDS, *OF_ENSEMBLES)
+KNOWN = frozenset((*NUMBERS, *WORDS, *OF_ENSEMBLES))
 """Options of experiments."""
 
 
@@ -173,22 +173,22 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     wanted = {find_setting(problem, name): float(value) for name, value in options.values.items()}
     experiment = find_experiment(problem, options.experiment)
     p, chosen, numbers, words, started = _settle(problem, functions, experiment, wanted)
-    guessed = {Setting(s.array, s.index) for s in experiment.settings if s.guess} if experiment else set()
-    guessed -= set(wanted)
     check_parameters(problem, p)
-    tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
-
     span = _time_span(problem, options, numbers)
     begin = span.begin
-    tables = with_derivatives(problem, tables, begin, span.stop)
+    tables: dict[int, Table] = {}
+    if problem.inputs or options.inputs:
+        tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
+        tables = with_derivatives(problem, tables, begin, span.stop)
     if started is None or begin != 0 or tables:
         started = initial_state(problem, functions, begin, p, tables)
     z, y0 = started
-    known = np.array(problem.known, dtype=bool)
+    known = _blank(problem).known.copy()
+    guesses = {s.index for s in experiment.settings if s.guess and s.array == "y"} if experiment else ()
     for setting, value in chosen.items():
         if setting.array == "y":
             y0[setting.index] = value
-            known[setting.index] = setting not in guessed
+            known[setting.index] = setting in wanted or setting.index not in guesses
     if functions.initial_of_others is not None:
         u = input_values(functions, tables, begin, p, len(problem.inputs))
         free = [k for k, i in enumerate(problem.dependent) if Setting("y", i) not in chosen]
@@ -258,6 +258,26 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     return made
 
 
+class _Blank(Struct, frozen=True):
+    """What the arrays of a case begin as: copies of these."""
+
+    p: Array
+    given: Bytes
+    y: Array
+    known: NDArray[np.bool_]
+
+
+@once
+def _blank(problem: Problem) -> _Blank:
+    count = len(problem.parameters)
+    return _Blank(
+        np.full(count + problem.nh, np.nan),
+        np.zeros(count, dtype=np.uint8),
+        np.full(problem.ny, np.nan),
+        np.array(problem.known, dtype=bool),
+    )
+
+
 def _checked_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
     """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
 
@@ -310,7 +330,7 @@ def initial_state(
 ) -> tuple[Array, Array]:
     """Discrete variables and initial state as the model gives them."""
     u = input_values(functions, tables, t, p, len(problem.inputs))
-    unknown = np.full(problem.ny, np.nan)
+    unknown = _blank(problem).y
     if functions.discretes is None:
         z = np.empty(0)
     else:
@@ -320,51 +340,48 @@ def initial_state(
 
 def _settle(
     problem: Problem, functions: Functions, experiment: Experiment | None, wanted: Mapping[Setting, float]
-) -> tuple[Array, dict[Setting, float], dict[str, float], dict[str, str], tuple[Array, Array] | None]:
+) -> tuple[Array, dict[Setting, float], dict[str, float], Mapping[str, str], tuple[Array, Array] | None]:
     """Parameters with all settings applied, the settings, and the options of the experiment; the discrete variables and the state
     at time 0 without tables, where they were needed on the way."""
-    count = len(problem.parameters)
-    chosen = {Setting(s.array, s.index): value for s, value in wanted.items()}
-    fixed = set(chosen)
-
-    def parameters() -> Array:
-        p = np.full(count + problem.nh, np.nan)
-        given = np.zeros(count, dtype=np.uint8)
-        for setting, value in chosen.items():
-            if setting.array == "p":
-                p[setting.index] = value
-                given[setting.index] = 1
-        try:
-            functions.parameters(p, given)
-        except ZeroDivisionError:  # of Python; compiled code goes on with what is infinite
-            raise SimulationError("a formula of parameters divides by zero") from None
-        return p
-
-    p = parameters()
+    chosen = dict(wanted)
+    p = _parameters(problem, functions, chosen)
     if experiment is None:
         return p, chosen, {}, {}, None
-    for name in (*experiment.options, *experiment.words):
-        if name not in KNOWN:
-            raise SimulationError(
-                f"experiment '{experiment.name}' has the option '{name}', which no run knows"
-            )
+    if not KNOWN.issuperset(experiment.options) or not KNOWN.issuperset(experiment.words):
+        name = next(n for n in (*experiment.options, *experiment.words) if n not in KNOWN)
+        raise SimulationError(f"experiment '{experiment.name}' has the option '{name}', which no run knows")
     settings = [Setting(s.array, s.index) for s in experiment.settings]
     for _ in range(len(settings) + 2):
         tables = {s.index: constant(value) for s, value in chosen.items() if s.array == "u"}
         z, y = initial_state(problem, functions, 0.0, p, tables)
         u = input_values(functions, tables, 0.0, p, len(problem.inputs))
-        values = functions.experiments[experiment.function](0.0, y, u, z, p)
-        numbers = {name: float(v) for name, v in zip(experiment.options, values, strict=False)}
+        values = functions.experiments[experiment.function](0.0, y, u, z, p).tolist()
+        numbers = dict(zip(experiment.options, values, strict=False))
         before = dict(chosen)
         for setting, value in zip(settings, values[len(experiment.options) :], strict=True):
-            if setting not in fixed:
-                chosen[setting] = float(value)
+            if setting not in wanted:
+                chosen[setting] = value
         if chosen == before:
-            return p, chosen, numbers, dict(experiment.words), (z, y)
-        p = parameters()
+            return p, chosen, numbers, experiment.words, (z, y)
+        p = _parameters(problem, functions, chosen)
     raise SimulationError(
         f"the settings of experiment '{experiment.name}' do not settle: they depend on each other"
     )
+
+
+def _parameters(problem: Problem, functions: Functions, chosen: Mapping[Setting, float]) -> Array:
+    """Give the parameters where these are set, and what is computed of them."""
+    blank = _blank(problem)
+    p, given = blank.p.copy(), blank.given.copy()
+    for setting, value in chosen.items():
+        if setting.array == "p":
+            p[setting.index] = value
+            given[setting.index] = 1
+    try:
+        functions.parameters(p, given)
+    except ZeroDivisionError:  # of Python; compiled code goes on with what is infinite
+        raise SimulationError("a formula of parameters divides by zero") from None
+    return p
 
 
 def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int, float]) -> dict[int, Table]:

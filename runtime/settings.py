@@ -28,6 +28,9 @@ clock, a Dask cluster."""
 FORMULAS = ("formula", "formulas", "surface", "interval", "kept")
 """The kinds that may hold formulas, which are compiled with the model."""
 
+FROM_OUTSIDE = ("data", "varying", "cluster")
+"""The kinds whose texts may name what changes outside: files, a cluster."""
+
 START, EQUILIBRIUM = "start", "equilibrium"
 
 

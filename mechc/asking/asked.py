@@ -11,7 +11,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..runtime.case import Progress
-from ..runtime.settings import FORMULAS, Setting, settings_of
+from ..runtime.settings import FORMULAS, FROM_OUTSIDE, Setting, settings_of
 from ..runtime.studies.study import Study
 from .common_settings import AROUND, around_of, unknown_setting
 from .given_values import Target
@@ -22,6 +22,7 @@ class Asked(Struct, frozen=True):
 
     ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
     what runs it: compiled C, Python, or C where there is a compiler; ``to`` is the file (``Streamed``) that a run grows.
+    ``lasts``: whoever puts the question again has this very value, and it names nothing that may have changed meanwhile.
     """
 
     question: type[Study]
@@ -31,23 +32,25 @@ class Asked(Struct, frozen=True):
     target: Target = "auto"
     progress: Progress | None = None
     to: Any = None
+    lasts: bool = False
 
     def changed(self, **settings: object) -> Asked:
         """Return the same question with other settings."""
-        return replace(self, given={**self.given, **settings})
+        return replace(self, given={**self.given, **settings}, lasts=False)
 
 
-SIMPLE = (str, float, int, bool, type(None))
+SIMPLE = frozenset({str, float, int, bool, type(None)})
 
 
 class Known(Struct, frozen=True):
-    """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts, and
-    those that may hold formulas."""
+    """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts,
+    those that may hold formulas, and those that may name files."""
 
     settings: Mapping[str, Setting]
     called: Mapping[str, str]
     lists: Collection[str]
     formulas: Sequence[str]
+    outside: Collection[str]
 
 
 @functools.cache
@@ -59,20 +62,23 @@ def known_of(question: type[Study]) -> Known:
         {s.option: s.name for s in settings if s.option != s.name},
         {s.name for s in settings if s.kind == "kept"},
         [s.name for s in settings if s.kind in FORMULAS],
+        {s.name for s in settings if s.kind in FROM_OUTSIDE},
     )
 
 
 def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
-    if all(type(what) in SIMPLE for what in given.values()):
-        return _asked_simply(question, tuple((name, type(what), what) for name, what in given.items()))
+    types = tuple(map(type, given.values()))
+    if SIMPLE.issuperset(types) and given.get("to") is None:
+        return _asked_simply(question, types, *given, *given.values())
     return _asked(question, given)
 
 
 @functools.lru_cache(maxsize=64)
-def _asked_simply(question: type[Study], given: tuple[tuple[str, type, Any], ...]) -> Asked:
-    """Take apart what is made of values that nobody can change. The types tell ``True`` from 1."""
-    return _asked(question, {name: what for name, _, what in given})
+def _asked_simply(question: type[Study], types: tuple[type, ...], *given: Any) -> Asked:
+    """Take apart what is made of values that nobody can change: their names, then they. The types tell ``True`` from 1."""
+    made = _asked(question, dict(zip(given[: len(types)], given[len(types) :], strict=True)))
+    return replace(made, lasts=not known_of(question).outside & made.given.keys())
 
 
 def _asked(question: type[Study], given: Mapping[str, Any]) -> Asked:

@@ -42,16 +42,12 @@ if TYPE_CHECKING:
     from ..runtime.fitting.measured import Measured
 
 
-def study(it: Asked, problem: Problem, values: Mapping[str, float]) -> Study:
-    """Return the question in SI. Raises UsageMistake, SimulationError.
-
-    ``values`` are those of the model that were changed.
-    """
+def study(it: Asked, problem: Problem) -> Study:
+    """Return the question in SI, without values of the model that were changed. Raises UsageMistake, SimulationError."""
     kinds = known_of(it.question).settings
     settings: dict[str, Any] = {n: _READ[kinds[n].kind](kinds[n], w, problem) for n, w in it.given.items()}
     return it.question(
         experiment=it.experiment,
-        values=values,
         inputs=_tables(problem, it.inputs),
         progress=it.progress,
         follower=it.to,

@@ -38,7 +38,7 @@ MADE = (
     "concatenate vstack hstack column_stack append tile repeat"
 )
 EACH = "isfinite sqrt where clip divide outer diff flatnonzero searchsorted isin"
-REDUCED = "max min nanmax sum any all argmax"
+REDUCED = "max min nanmax sum any all argmax argmin"
 
 
 def memory_of(values: Array) -> Any:

@@ -50,6 +50,14 @@ def argmax(values: Any) -> int:
     return next(k for k, x in enumerate(numbers) if x == largest or x != x)
 
 
+def argmin(values: Any) -> int:
+    """Give the first place of the least number, or of the first that is none."""
+    given = operand(values)
+    numbers = given.numbers().tolist() if isinstance(given, Plain) else [given]
+    least = _least(numbers)
+    return next(k for k, x in enumerate(numbers) if x == least or x != x)
+
+
 def _added(numbers: list[Any]) -> Any:
     total: Any = 0 if not numbers or isinstance(numbers[0], int) else 0.0
     for number in numbers:  # the builtin one carries what rounding loses, from Python 3.12 on
@@ -124,5 +132,5 @@ def _method(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     return call
 
 
-for _function in (max, min, sum, any, all, argmax):
+for _function in (max, min, sum, any, all, argmax, argmin):
     setattr(Plain, _function.__name__, _method(_function, _function.__name__))

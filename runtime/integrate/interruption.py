@@ -6,10 +6,11 @@ import signal
 import threading
 from _signal import getsignal as handler_of  # type: ignore[import-not-found]
 from _signal import signal as set_handler
+from _thread import get_ident
 from collections.abc import Callable
 from types import FrameType, TracebackType
 
-ENDING = (signal.SIGINT, signal.SIGTERM)
+ENDING = (int(signal.SIGINT), int(signal.SIGTERM))
 """Signals that ask for an end (of ``_signal``: the functions of ``signal`` go through enumerations, longer than a short run). The command line lets both raise KeyboardInterrupt; in other programs SIGTERM stays theirs."""
 
 
@@ -22,10 +23,12 @@ class NotedInterruptions:
 
     def __enter__(self) -> Callable[[], bool]:
         self._noted = self._told = False
-        in_main = threading.current_thread() is threading.main_thread()
-        self._taken = [one for one in ENDING if in_main and handler_of(one) is signal.default_int_handler]
-        for one in self._taken:
-            set_handler(one, self._note)
+        self._taken: list[int] = []
+        if get_ident() == threading.main_thread().ident:
+            for one in ENDING:
+                if handler_of(one) is signal.default_int_handler:
+                    self._taken.append(one)
+                    set_handler(one, self._note)
         return self._tell
 
     def __exit__(

@@ -21,7 +21,7 @@ from .event_log import EventLog
 from .events import merged
 from .interruption import NotedInterruptions
 from .kernel_failure import kernel_failure
-from .solver import Solver
+from .solver import Solver, method_name
 from .solver_options import SolverOptions
 from .trajectory import DenseOutput, Reader, Statistics, Trajectory
 
@@ -52,6 +52,7 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             options.step or 0.0,
             Passing() if reader else options.follower.storage if options.follower else IN_MEMORY,
             dense=options.dense,
+            records=FIRST_RECORD if options.dense else 0,
         ) as solver,
         NotedInterruptions() as interrupted,
     ):
@@ -61,7 +62,7 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
         told = None if options.follower is None else _Told(solver, case, options.follower)
         status = _advance(solver, case, options, record, log, told, interrupted)
         report = solver.progress()
-        t, rows, z = _written(solver, status, reader, heard, options)
+        t, rows, z = _written(solver, status, report, reader, heard, options)
         happened, ended = None, ""
         if log is not None:
             assert z is not None
@@ -83,13 +84,13 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
 def _written(
     solver: Solver,
     status: Status,
+    report: native.ReportStruct,
     reader: Reader | None,
     heard: Callable[[int], None] | None,
     options: SolverOptions,
 ) -> tuple[Array, Array, Array | None]:
     """Give times, states and discrete variables of all rows with the point where a run stopped; the last row, where the
     others were read already."""
-    report = solver.progress()
     count = report.n_grid
     t, y, z = solver.rows
     early = status != Status.REACHED and not (count and t[count - 1] >= report.t)
@@ -126,10 +127,12 @@ def _listen(solver: Solver, reader: Reader | None) -> Callable[[int], None] | No
         nonlocal done
         rows = slice(done, count)
         reader.read(done, t[rows], y[rows], None if z is None else z[rows])
-        passed(y, z)
+        if many:
+            passed(y, z)
         done = count
 
-    if y.shape[0] > AT_ONCE:
+    many = y.shape[0] > AT_ONCE
+    if many:
         solver.listen(read, AT_ONCE)
     return read
 
@@ -144,9 +147,12 @@ def _advance(
     interrupted: Callable[[], bool],
 ) -> Status:
     """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
-    status, size = Status.RUNNING, FIRST_SLICE
+    status, size, report = (
+        Status.RUNNING,
+        options.first_slice or FIRST_SLICE,
+        native.ReportStruct(stiff_time=math.nan),
+    )
     while not interrupted():
-        report = solver.progress()
         left = _steps_left(options, report)
         if left <= 0 or report.seconds > options.seconds:
             break
@@ -165,7 +171,13 @@ def _advance(
             told.go_on()
         if options.progress is not None:
             options.progress((solver.progress().t - case.begin) / (case.stop - case.begin))
+        report = solver.progress()
     return status
+
+
+def slice_of(run: Statistics) -> int:
+    """Return how many steps take a slice's time, as a run tells."""
+    return max(1, int(run.steps * SLICE_SECONDS / max(run.run_time, 1e-6)))
 
 
 def _steps_left(options: SolverOptions, report: native.ReportStruct) -> float:
@@ -213,7 +225,6 @@ class _Record:
         self._limit = limit
         self._filled: list[Array] = []
         self._size = 0
-        solver.start_record(FIRST_RECORD)
 
     def renew(self) -> None:
         """Put the full buffer aside and give the kernel a larger one; none beyond the limit."""
@@ -228,14 +239,14 @@ class _Record:
         """Whether the polynomials of so many steps stay within ``DENSE_LIMIT``."""
         return 8 * (2 + self._solver.n_dense * self._solver.ny) * steps <= DENSE_LIMIT
 
-    def polynomials(self) -> DenseOutput | None:
+    def polynomials(self, last: int) -> DenseOutput | None:
+        """Give those of all steps, of which the ``last`` are in the present buffer; the run goes on no further."""
         if self._size > self._limit:
             return None
-        rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.progress().n_record)])
-        if not rows.size:
-            return None
-        coefficients = rows[:, 2:].reshape(-1, self._solver.n_dense, self._solver.ny)
-        return DenseOutput(rows[:, 0].copy(), rows[:, 1].copy(), coefficients)
+        rows = self._solver.last_record(last)
+        if self._filled:
+            rows = np.concatenate([*self._filled, rows])
+        return DenseOutput(rows, self._solver.ny) if rows.size else None
 
 
 class PolynomialsAgain:
@@ -265,7 +276,7 @@ def _dense(
     cut_off: bool,
 ) -> Callable[[Array], Array] | None:
     """Give the polynomials, or what computes them again where that gives the same."""
-    found = None if record is None else record.polynomials()
+    found = None if record is None else record.polynomials(report.n_record)
     if record is None or found is not None or not (report.steps and record.steps_fit(report.steps)):
         return found
     return None if cut_off or options.seconds < math.inf else PolynomialsAgain(case, options)
@@ -274,29 +285,29 @@ def _dense(
 def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:
     model = functions.struct
     assert model is not None
-
-    def at(time: float) -> float | None:
-        return None if math.isnan(time) else time
-
     return Statistics(
-        method=kernel.mech_method_name(report.method).decode(),
+        method=method_name(kernel, report.method),
         steps=report.steps,
         rejected=report.rejected,
         evaluations=report.evaluations,
         run_time=report.seconds,
         shortest_step=report.dt_min if report.steps else None,
         longest_step=report.dt_max if report.steps else None,
-        stiff_time=at(report.stiff_time),
+        stiff_time=_known(report.stiff_time),
         jacobians=report.jacobians,
         factorisations=report.factorisations,
         iterations=report.iterations,
         switches=report.switches,
-        switch_time=at(report.switch_time),
+        switch_time=_known(report.switch_time),
         drift_position=report.drift_position if model.n_position else None,
         drift_velocity=report.drift_velocity if model.n_velocity else None,
         laid=report.laid,
         laid_energy=report.laid_energy or None,
     )
+
+
+def _known(time: float) -> float | None:
+    return None if math.isnan(time) else time
 
 
 def _failure(

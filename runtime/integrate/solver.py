@@ -21,13 +21,16 @@ if TYPE_CHECKING:
     pass
 
 FIRST_EVENTS = 256
+STATUSES = {int(status): status for status in Status}
+"""By their numbers, sooner than ``Status`` finds them."""
 NO_TABLES = (native.TableStruct * 0)()
 
 
 class Solver:
     """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context.
 
-    ``dense`` bounds the errors of all steps between their ends, also of those that nobody records.
+    ``dense`` bounds the errors of all steps between their ends, also of those that nobody records; the polynomials of the
+    first ``records`` are.
     """
 
     def __init__(
@@ -41,46 +44,50 @@ class Solver:
         storage: Storage = IN_MEMORY,
         *,
         dense: bool = False,
+        records: int = 0,
     ) -> None:
         struct = case.functions.struct
         assert struct is not None
         self._kernel = kernel
         self._case = case  # the library of its functions stays loaded
-        index, self.n_dense = method_of(kernel, method)
-        self.ny, self.nz = case.y0.size, case.z.size
-        self._tables, self._table_data = table_structs(case.tables)
-        # np.unique imports numpy.ma, which takes longer than a short run
-        kinks = (table.kinks().tolist() for table in case.tables.values())
-        stops = sorted({t for times in kinks for t in times if t > case.begin}) if case.tables else []
-        given = [atol, case.y0, case.z, case.p]
-        self._numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
-        at = address_of(self._numbers)
-        n_grid = case.grid.size
-        self._grid = np.ascontiguousarray(case.grid)
-        self._grid_y = storage.empty(n_grid + 1, self.ny)  # and the point where a run stops
-        self._grid_z = storage.empty(n_grid + 1, self.nz) if struct.hybrid else None
+        index, n_dense = method_of(kernel, method)
+        y0, z, tables = case.y0, case.z, case.tables
+        ny, nz = self.ny, self.nz = y0.size, z.size
+        self.n_dense = n_dense
+        self._tables, self._table_data = table_structs(tables)
+        stops = _stops(case) if tables else []
+        given = [atol, y0, z, case.p]
+        self._numbers = numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
+        at = address_of(numbers)
+        self._grid = grid = np.ascontiguousarray(case.grid)
+        n_grid = grid.size
+        self._grid_y = grid_y = storage.empty(n_grid + 1, ny)  # and the point where a run stops
+        self._grid_z = grid_z = storage.empty(n_grid + 1, nz) if struct.hybrid else None
         self._listener: object = None
-        self._record = np.empty(0)
+        self._record = record = np.empty((records, 2 + n_dense * ny))
         self._report = native.ReportStruct()
         self._report_at = ctypes.byref(self._report)
+        longest = case.max_step
         options = native.OptionsStruct(
             method=index,
-            n_tables=len(case.tables),
+            n_tables=len(tables),
             n_stops=len(stops),
             n_grid=n_grid,
             t0=case.begin,
-            dt_max=case.max_step if case.max_step > 0 else 1.0,
+            dt_max=longest if longest > 0 else 1.0,
             dt=step,
             rtol=tolerance,
             atol=at,
-            y0=at + 8 * self.ny,
-            z=at + 16 * self.ny,
-            p=at + 8 * (2 * self.ny + self.nz),
+            y0=at + 8 * ny,
+            z=at + 16 * ny,
+            p=at + 8 * (2 * ny + nz),
             tables=ctypes.addressof(self._tables),
-            stops=at + 8 * (self._numbers.size - len(stops)),
-            grid=address_of(self._grid),
-            grid_y=address_of(self._grid_y),
-            grid_z=None if self._grid_z is None else address_of(self._grid_z),
+            stops=at + 8 * (numbers.size - len(stops)) if stops else None,
+            grid=address_of(grid),
+            grid_y=address_of(grid_y),
+            grid_z=None if grid_z is None else address_of(grid_z),
+            record=address_of(record) if records else None,
+            record_capacity=records,
             dense=dense,
         )
         self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
@@ -106,7 +113,7 @@ class Solver:
 
     def advance(self, stop: float, max_steps: int) -> Status:
         """Take up to ``max_steps`` steps towards ``stop``."""
-        return Status(self._kernel.mech_advance(self._handle, stop, max_steps))
+        return STATUSES[self._kernel.mech_advance(self._handle, stop, max_steps)]
 
     def report(self) -> tuple[native.ReportStruct, Array]:
         """Where the run stands, and its state."""
@@ -228,6 +235,11 @@ class Solver:
     def recorded(self, count: int) -> Array:
         return self._record[:count]
 
+    def last_record(self, count: int) -> Array:
+        """Give the ``count`` steps that were recorded last, in memory of just their size; the run records no more."""
+        self._record.resize((count, self._record.shape[1]), refcheck=False)
+        return self._record
+
 
 @functools.cache
 def method_of(kernel: ctypes.CDLL, name: str) -> tuple[int, int]:
@@ -235,6 +247,19 @@ def method_of(kernel: ctypes.CDLL, name: str) -> tuple[int, int]:
     index = int(kernel.mech_method_index(name.encode()))
     assert index >= 0
     return index, int(kernel.mech_method_n_dense(index))
+
+
+@functools.cache
+def method_name(kernel: ctypes.CDLL, index: int) -> str:
+    """Give the name of a method of a kernel."""
+    name: str = kernel.mech_method_name(index).decode()
+    return name
+
+
+def _stops(case: Case) -> list[float]:
+    """List the times at which tables have kinks. (np.unique imports numpy.ma, which takes longer than a short run.)"""
+    kinks = (table.kinks().tolist() for table in case.tables.values())
+    return sorted({t for times in kinks for t in times if t > case.begin})
 
 
 def _events_of(instants: int, nz: int) -> int:

@@ -16,7 +16,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps, those
     of more than ``dense_kept`` bytes by running again where somebody asks for them. A run of more than
     ``max_steps`` accepted steps or ``seconds`` is given up, and one that is stiff after ``stiff_after`` steps. ``reproducible``: by the kernel that gives the same bits on
-    every machine."""
+    every machine. Between slices it is looked whether a run was interrupted, first after ``first_slice`` steps."""
 
     method: str
     tolerance: float
@@ -30,6 +30,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     progress: Progress | None = None
     dense_kept: float = math.inf
     follower: Follower | None = None
+    first_slice: int | None = None
 
     @property
     def atol(self) -> Array:

@@ -40,15 +40,28 @@ class Statistics(Struct, frozen=True):
     laid_energy: float | None = None
 
 
-class DenseOutput(Struct, frozen=True, eq=False):
-    """The polynomials of all steps: ``begin`` and ``length`` [m], ``coefficients`` [m, n_dense, ny].
+class DenseOutput(Struct, frozen=True, eq=False, dict=True):
+    """The polynomials of all steps, as the kernel records them: ``rows`` [m, 2 + n_dense ny] of ``begin`` and ``length`` [m],
+    ``coefficients`` [m, n_dense, ny].
 
     The basis is that of ``kernel/solver.h``, point 6.
     """
 
-    begin: Array
-    length: Array
-    coefficients: Array
+    rows: Array
+    ny: int
+
+    @cached_property
+    def begin(self) -> Array:
+        return self.rows[:, 0].copy()
+
+    @cached_property
+    def length(self) -> Array:
+        return self.rows[:, 1].copy()
+
+    @cached_property
+    def coefficients(self) -> Array:
+        count, width = self.rows.shape
+        return self.rows[:, 2:].reshape(count, (width - 2) // self.ny, self.ny)
 
     def __call__(self, t: Array) -> Array:
         """Give y [n, ny] at the times t [n]; the first and last polynomial hold beyond the ends."""

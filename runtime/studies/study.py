@@ -75,9 +75,10 @@ def refuse_random(problem: Problem, study: Study) -> None:
 def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
     """Names and values that the experiment sweeps and the caller does not set."""
     experiment = find_experiment(problem, options.experiment)
+    if experiment is None or not experiment.sweeps:
+        return {}
     arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
-    swept = experiment.sweeps if experiment else ()
-    axes = {arrays[s.array][s.index].name: values for s, values in swept}
+    axes = {arrays[s.array][s.index].name: values for s, values in experiment.sweeps}
     return {name: values for name, values in axes.items() if name not in options.values}
 
 

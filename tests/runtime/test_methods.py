@@ -41,8 +41,7 @@ def run_fixed(problem: Problem, method: str, step: float, stop: float) -> tuple[
         report, y = solver.report()
         assert report.steps == round(stop / step)
         rows = solver.recorded(report.n_record).copy()
-    coefficients = rows[:, 2:].reshape(len(rows), -1, problem.ny)
-    return y, DenseOutput(rows[:, 0], rows[:, 1], coefficients)
+    return y, DenseOutput(rows, problem.ny)
 
 
 @pytest.mark.parametrize(

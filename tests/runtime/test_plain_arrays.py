@@ -217,6 +217,7 @@ def test_reductions_of_nothing_and_with_a_beginning() -> None:
         assert_same(b.max(axis=axis, initial=3.5), y.max(axis=axis, initial=3.5))
     assert_same(np.nanmax(both(ROW)[0]), numpy.nanmax(ROW))
     assert np.argmax(both(TRUTHS[1:])[0]) == 1 and np.argmax(both(ROW)[0]) == numpy.argmax(ROW)
+    assert np.argmin(both(GRID)[0]) == numpy.argmin(GRID) and np.argmin(both(ROW)[0]) == numpy.argmin(ROW)
     assert_same(b.mean(axis=0), y.mean(axis=0), plain=False)
 
 

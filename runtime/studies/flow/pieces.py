@@ -79,9 +79,7 @@ def pieces(
             ending.steps = report.steps
             rows = solver.recorded(report.n_record)
             if len(rows):
-                dense = DenseOutput(
-                    rows[:, 0].copy(), rows[:, 1].copy(), rows[:, 2:].reshape(-1, solver.n_dense, solver.ny)
-                )
+                dense = DenseOutput(rows, solver.ny)
                 yield _looked_at(dense, stop) if looked_at else _whole(dense, stop)
             if status.value < 0:
                 ending.failure = kernel_failure(case.problem, status, report, y)

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ...case import Case, Progress, SimulationOptions, part_of
 from ...integrate.choose_method import Method
-from ...integrate.kernel_run import run_kernel
+from ...integrate.kernel_run import run_kernel, slice_of
 from ...integrate.scipy_methods import run_scipy
 from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import Reader, Statistics, Trajectory
@@ -102,7 +102,9 @@ def trajectory_of(
     dense: bool,
     progress: Progress | None,
     reader: Reader | None = None,
+    before: Statistics | None = None,
 ) -> Trajectory:
+    """Run a plan; ``before``: what a run of it told."""
     problem = plan.case.problem
     run = run_kernel if plan.method.in_kernel else run_scipy
     options = SolverOptions(
@@ -117,6 +119,7 @@ def trajectory_of(
         reproducible=plan.options.reproducible,
         progress=progress,
         follower=plan.options.follower if reader is None else None,
+        first_slice=None if before is None else slice_of(before),
     )
     return run(plan.case, options, reader)
 
@@ -161,7 +164,7 @@ def _beside(
         return Comparison(plan.case, main, plan.nominal, factor, listed, plan.options.storage)
 
     compared = beside()
-    companion = trajectory_of(bounded, tolerance, step, False, progress, compared)
+    companion = trajectory_of(bounded, tolerance, step, False, progress, compared, main.statistics)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
         tolerance, factor = looser_companion(plan.case.tolerance)
         tightened = tolerance

@@ -47,7 +47,13 @@ def _own(problem: Problem) -> list[int]:
 
 
 def _largest(main: Trajectory, i: int) -> float:
-    return max([float(np.abs(main.y[rows, i]).max()) for rows in slices(len(main.y), main.y)])
+    return max([_size(main.y[rows, i]) for rows in slices(len(main.y), main.y)])
+
+
+def _size(column: Array) -> float:
+    """Give the largest size of some numbers: sooner than their maximum is found."""
+    sizes = np.abs(column)
+    return float(sizes[sizes.argmax()])
 
 
 def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] | None:
@@ -62,9 +68,12 @@ def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] |
                 size = float(least[i])
                 sizes.append(max(size if math.isfinite(size) else 0.0, _largest(main, i)))
             column = main.y[rows, i]
-            rests = np.abs(column[1:] - column[:-1]) <= STILL * sizes[k]
+            moves = np.abs(column[1:] - column[:-1])
+            if moves[moves.argmin()] > STILL * sizes[k]:  # mostly the first one tells
+                break
+            rests = moves <= STILL * sizes[k]
             still = rests if still is None else still & rests
-            if not still.any():  # mostly the first one tells
+            if not still.any():
                 break
         else:
             t = main.t[rows]

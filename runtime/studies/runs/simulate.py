@@ -118,8 +118,10 @@ def as_keywords(options: SimulationOptions) -> dict[str, Any]:
 
 def is_as_stated(problem: Problem, options: SimulationOptions) -> bool:
     """Whether this is the default experiment, with no value and no input changed."""
+    if options.values or options.inputs:
+        return False
     first, chosen = find_experiment(problem, None), find_experiment(problem, options.experiment)
-    return not options.values and not options.inputs and (first is None or first is chosen)
+    return first is None or first is chosen
 
 
 def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
