@@ -17,15 +17,21 @@ Made = TypeVar("Made")
 def once(make: Callable[[Problem], Made]) -> Callable[[Problem], Made]:
     """Let a function of a problem alone give what it gave for this very problem before."""
     kept: dict[int, tuple[Problem, Made]] = {}
+    last: tuple[Problem, Made] | tuple[None] = (None,)
 
     @functools.wraps(make)
     def found(problem: Problem) -> Made:
-        known = kept.get(id(problem))
-        if known is None:  # a problem that is kept is alive: no other one has its number
-            known = problem, make(problem)
+        nonlocal last
+        known = last
+        if known[0] is problem:  # mostly
+            return known[1]
+        again = kept.get(id(problem))
+        if again is None:  # a problem that is kept is alive: no other one has its number
+            again = problem, make(problem)
             while len(kept) >= MOST:
                 kept.pop(next(iter(kept)), None)
-            kept[id(problem)] = known
-        return known[1]
+            kept[id(problem)] = again
+        last = again
+        return again[1]
 
     return found

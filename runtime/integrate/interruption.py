@@ -7,7 +7,7 @@ import threading
 from _signal import getsignal as handler_of  # type: ignore[import-not-found]
 from _signal import signal as set_handler
 from _thread import get_ident
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import FrameType, TracebackType
 
 ENDING = (int(signal.SIGINT), int(signal.SIGTERM))
@@ -17,17 +17,23 @@ ENDING = (int(signal.SIGINT), int(signal.SIGTERM))
 class NotedInterruptions:
     """Within it Ctrl-C is noted; what it gives tells whether that was pressed since. A second Ctrl-C raises at once.
 
-    Raises KeyboardInterrupt at the end where it was pressed and nobody was told: behind the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
+    ``within``: what another one that lasts longer gave: then it is the same as that. Raises KeyboardInterrupt at the end where it was pressed and nobody was told: behind the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
     signal itself, nothing is changed.
     """
 
+    _taken: Sequence[int] = ()
+    _noted = _told = False
+
+    def __init__(self, within: Callable[[], bool] | None = None) -> None:
+        self._within = within
+
     def __enter__(self) -> Callable[[], bool]:
-        self._noted = self._told = False
-        self._taken: list[int] = []
+        if self._within is not None:
+            return self._within
         if get_ident() == threading.main_thread().ident:
             for one in ENDING:
                 if handler_of(one) is signal.default_int_handler:
-                    self._taken.append(one)
+                    self._taken = (*self._taken, one)
                     set_handler(one, self._note)
         return self._tell
 

@@ -39,23 +39,8 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
 
     A ``reader`` reads the rows while they are written, and only the last one is kept.
     """
-    problem, model = case.problem, case.functions.struct
-    assert model is not None
-    kernel = native.kernel_for(model, options.reproducible, options.method)
-    with (
-        Solver(
-            kernel,
-            case,
-            options.method,
-            options.tolerance,
-            options.atol,
-            options.step or 0.0,
-            Passing() if reader else options.follower.storage if options.follower else IN_MEMORY,
-            dense=options.dense,
-            records=FIRST_RECORD if options.dense else 0,
-        ) as solver,
-        NotedInterruptions() as interrupted,
-    ):
+    problem = case.problem
+    with _solver(case, options, reader) as solver, NotedInterruptions(options.interrupted) as interrupted:
         record = _Record(solver, min(options.dense_kept, DENSE_LIMIT)) if options.dense else None
         log = EventLog(solver, problem) if problem.hybrid is not None else None
         heard = _listen(solver, reader)
@@ -73,12 +58,28 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             t=t,
             y=rows,
             dense=_dense(record, case, options, report, interrupted()),
-            statistics=_statistics(kernel, case.functions, report),
+            statistics=_statistics(solver.kernel, case.functions, report),
             failure=_failure(problem, status, report, solver, options),
             interrupted=status in UNTROUBLED and interrupted(),
             happened=happened,
             terminated=ended if status == Status.TERMINATED else None,
+            solver=solver,
         )
+
+
+def _solver(case: Case, options: SolverOptions, reader: Reader | None) -> Solver:
+    """Make a solver of a case: by one that was made for it, where there is one."""
+    storage = Passing() if reader else options.follower.storage if options.follower else IN_MEMORY
+    tolerance, step, dense = options.tolerance, options.step or 0.0, options.dense
+    if options.like is not None and not dense:
+        return options.like.again(tolerance, options.atol, step, case.max_step, storage)
+    model = case.functions.struct
+    assert model is not None
+    kernel = native.kernel_for(model, options.reproducible, options.method)
+    records = FIRST_RECORD if dense else 0
+    return Solver(
+        kernel, case, options.method, tolerance, options.atol, step, storage, dense=dense, records=records
+    )
 
 
 def _written(
@@ -254,7 +255,7 @@ class PolynomialsAgain:
 
     def __init__(self, case: Case, options: SolverOptions) -> None:
         self._case = case
-        self._options = replace(options, dense_kept=math.inf, progress=None, follower=None)
+        self._options = replace(options, dense_kept=math.inf, progress=None, follower=None, interrupted=None)
         self._found: Callable[[Array], Array] | None = None
 
     def __call__(self, t: Array) -> Array:

@@ -125,7 +125,7 @@ def run_scipy(case: Case, options: SolverOptions, reader: Reader | None = None) 
     shortest, longest = np.inf, 0.0
     failure = _first_failure(system, t, y, ends[0] if ends else t)
     begun = told = time.perf_counter()
-    with NotedInterruptions() as interrupted, np.errstate(all="ignore"):
+    with NotedInterruptions(options.interrupted) as interrupted, np.errstate(all="ignore"):
         for end in ends:
             if failure or interrupted():
                 break

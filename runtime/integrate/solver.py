@@ -48,7 +48,7 @@ class Solver:
     ) -> None:
         struct = case.functions.struct
         assert struct is not None
-        self._kernel = kernel
+        self.kernel = kernel
         self._case = case  # the library of its functions stays loaded
         index, n_dense = method_of(kernel, method)
         y0, z, tables = case.y0, case.z, case.tables
@@ -68,7 +68,7 @@ class Solver:
         self._report = native.ReportStruct()
         self._report_at = ctypes.byref(self._report)
         longest = case.max_step
-        options = native.OptionsStruct(
+        self._options = native.OptionsStruct(
             method=index,
             n_tables=len(tables),
             n_stops=len(stops),
@@ -90,7 +90,32 @@ class Solver:
             record_capacity=records,
             dense=dense,
         )
-        self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
+        self._create()
+
+    def again(self, tolerance: float, atol: Array, step: float, longest: float, storage: Storage) -> Solver:
+        """Give a solver of the same case by the same method for whom errors, steps and places of rows are others; it records
+        nothing. This one was left."""
+        assert self._handle is None
+        other = Solver.__new__(Solver)
+        other.__dict__.update(self.__dict__)
+        other._report = native.ReportStruct()
+        other._report_at = ctypes.byref(other._report)
+        other._numbers[: self.ny] = atol
+        other._grid_y = storage.empty(len(self._grid) + 1, self.ny)
+        options = other._options
+        options.rtol, options.dt, options.dt_max = tolerance, step, longest if longest > 0 else 1.0
+        options.record, options.record_capacity, options.dense = None, 0, False
+        options.grid_y = address_of(other._grid_y)
+        if self._grid_z is not None:
+            other._grid_z = storage.empty(len(self._grid) + 1, self.nz)
+            options.grid_z = address_of(other._grid_z)
+        other._create()
+        return other
+
+    def _create(self) -> None:
+        struct = self._case.functions.struct
+        assert struct is not None
+        self._handle = self.kernel.mech_create(ctypes.addressof(struct), ctypes.byref(self._options))
         if not self._handle:
             raise MemoryError("the kernel could not allocate its solver")
         if struct.hybrid:
@@ -102,7 +127,7 @@ class Solver:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._kernel.mech_free(self._handle)
+        self.kernel.mech_free(self._handle)
         self._handle = None
 
     @property
@@ -113,39 +138,39 @@ class Solver:
 
     def advance(self, stop: float, max_steps: int) -> Status:
         """Take up to ``max_steps`` steps towards ``stop``."""
-        return STATUSES[self._kernel.mech_advance(self._handle, stop, max_steps)]
+        return STATUSES[self.kernel.mech_advance(self._handle, stop, max_steps)]
 
     def report(self) -> tuple[native.ReportStruct, Array]:
         """Where the run stands, and its state."""
         report, y = native.ReportStruct(), np.empty(self.ny)
-        self._kernel.mech_read(self._handle, ctypes.byref(report), y.ctypes.data)
+        self.kernel.mech_read(self._handle, ctypes.byref(report), y.ctypes.data)
         return report, y
 
     def progress(self) -> native.ReportStruct:
         """Where the run stands: the same object each time."""
-        self._kernel.mech_read(self._handle, self._report_at, None)
+        self.kernel.mech_read(self._handle, self._report_at, None)
         return self._report
 
     def write(self, y: Array) -> None:
         """Go on from another state."""
-        self._kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
+        self.kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
 
     def set_constant(self, index: int, value: float) -> None:
         """Give the table of one row for input ``index`` another value, from the present time on."""
         (number,) = [k for k, table in enumerate(self._tables) if table.input == index and table.n == 1]
         self._table_data[3 * number + 1][0] = value
-        self._kernel.mech_restart(self._handle)
+        self.kernel.mech_restart(self._handle)
 
     def save(self) -> bytes:
         """Give all that changes during a run."""
-        memory = ctypes.create_string_buffer(self._kernel.mech_save_size(self._handle))
-        self._kernel.mech_save(self._handle, memory)
+        memory = ctypes.create_string_buffer(self.kernel.mech_save_size(self._handle))
+        self.kernel.mech_save(self._handle, memory)
         return memory.raw
 
     def load(self, memory: bytes) -> None:
         """Go back to what ``save`` gave, bit for bit."""
-        assert len(memory) == self._kernel.mech_save_size(self._handle)
-        self._kernel.mech_load(self._handle, memory)
+        assert len(memory) == self.kernel.mech_save_size(self._handle)
+        self.kernel.mech_load(self._handle, memory)
 
     def grid_rows(self, count: int) -> tuple[Array, Array]:
         return self._grid[:count], self._grid_y[:count]
@@ -170,12 +195,12 @@ class Solver:
     def listen(self, listener: Callable[[int], None], every: int) -> None:
         """Have ``listener`` called with the number of rows that are written, whenever there are about ``every`` more."""
         self._listener = native.LISTENER(listener)
-        self._kernel.mech_listen(self._handle, ctypes.cast(self._listener, ctypes.c_void_p), every)
+        self.kernel.mech_listen(self._handle, ctypes.cast(self._listener, ctypes.c_void_p), every)
 
     def start_record(self, capacity: int) -> None:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
-        self._kernel.mech_set_record(self._handle, address_of(self._record) if capacity else None, capacity)
+        self.kernel.mech_set_record(self._handle, address_of(self._record) if capacity else None, capacity)
 
     @property
     def _width(self) -> int:
@@ -210,7 +235,7 @@ class Solver:
         self._n_instants += report.n_instants
 
     def _give_events(self) -> None:
-        self._kernel.mech_set_events(
+        self.kernel.mech_set_events(
             self._handle,
             self._events.ctypes.data + 8 * EVENT_NUMBERS * self._n_events,
             len(self._events) - self._n_events,
@@ -222,14 +247,14 @@ class Solver:
         """Give the events and instants since ``start_events``; the solver notes no more."""
         self._count_events()
         events, instants = self._events, self._instants
-        self._kernel.mech_set_events(self._handle, None, 0, None, 0)
+        self.kernel.mech_set_events(self._handle, None, 0, None, 0)
         events.resize((self._n_events, EVENT_NUMBERS), refcheck=False)
         instants.resize((self._n_instants, self._width), refcheck=False)
         return events, instants
 
     def discretes(self) -> Array:
         z = np.empty(self.nz)
-        self._kernel.mech_read_discretes(self._handle, z.ctypes.data)
+        self.kernel.mech_read_discretes(self._handle, z.ctypes.data)
         return z
 
     def recorded(self, count: int) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from msgspec import Struct
 
@@ -13,6 +13,9 @@ from ..outcome import Failure
 from ..problem import Array
 from ..rows import slices
 from .events import EventRecord
+
+if TYPE_CHECKING:
+    from .solver import Solver
 
 
 class Statistics(Struct, frozen=True):
@@ -94,6 +97,8 @@ class Trajectory(Struct, frozen=True, eq=False, dict=True):
     happened: EventRecord | None = None
     terminated: str | None = None
     """The text of the branch that ended the run."""
+    solver: Solver | None = None
+    """What made it, to be asked for the same with other errors."""
 
     @cached_property
     def reached(self) -> Array:

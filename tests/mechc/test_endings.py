@@ -124,8 +124,8 @@ def test_the_first_run_of_a_sweep_has_nothing_to_keep(monkeypatch: pytest.Monkey
 
 def test_a_sweep_over_structures_keeps_the_runs_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
     text = SWEPT.replace("parameter k = 1 N/m", "parameter k = 1 N/m;\n  structural parameter Integer n = 1")
-    model = mechc.loads(text.replace("k in {1, 2, 3} N/m", "n in {1, 2, 3}").replace("1/2*k", "n*k"))
-    assert len(model.sweep().solutions) == 3
+    text = text.replace("k in {1, 2, 3} N/m", "n in {1, 2, 3}").replace("1/2*k", "n*k")
+    assert len(mechc.loads(text).sweep().solutions) == 3
     begun: list[int] = []
     problem = mechc.Model.problem
 
@@ -136,7 +136,7 @@ def test_a_sweep_over_structures_keeps_the_runs_it_has(monkeypatch: pytest.Monke
         return problem(self, *given, **more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(mechc.Model, "problem", interrupted)
-    sweep = model.sweep()
+    sweep = mechc.loads(text).sweep()
     assert len(sweep.solutions) == 2 and not sweep.complete
 
 

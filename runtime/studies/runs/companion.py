@@ -4,6 +4,7 @@ judged."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property, reduce
 
 from msgspec import Struct
@@ -49,6 +50,8 @@ class Plan(Struct, frozen=True):
     case: Case
     method: Method
     nominal: Array
+    interrupted: Callable[[], bool] | None = None
+    """What listens for Ctrl-C while it runs, if somebody does."""
 
 
 class Beside:
@@ -102,9 +105,9 @@ def trajectory_of(
     dense: bool,
     progress: Progress | None,
     reader: Reader | None = None,
-    before: Statistics | None = None,
+    before: Trajectory | None = None,
 ) -> Trajectory:
-    """Run a plan; ``before``: what a run of it told."""
+    """Run a plan; ``before``: a run of the same case and method, but for the longest step."""
     problem = plan.case.problem
     run = run_kernel if plan.method.in_kernel else run_scipy
     options = SolverOptions(
@@ -119,7 +122,9 @@ def trajectory_of(
         reproducible=plan.options.reproducible,
         progress=progress,
         follower=plan.options.follower if reader is None else None,
-        first_slice=None if before is None else slice_of(before),
+        first_slice=None if before is None else slice_of(before.statistics),
+        interrupted=plan.interrupted,
+        like=None if before is None else before.solver,
     )
     return run(plan.case, options, reader)
 
@@ -164,7 +169,7 @@ def _beside(
         return Comparison(plan.case, main, plan.nominal, factor, listed, plan.options.storage)
 
     compared = beside()
-    companion = trajectory_of(bounded, tolerance, step, False, progress, compared, main.statistics)
+    companion = trajectory_of(bounded, tolerance, step, False, progress, compared, main)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
         tolerance, factor = looser_companion(plan.case.tolerance)
         tightened = tolerance

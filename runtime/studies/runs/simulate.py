@@ -13,6 +13,7 @@ from ...arrays.choice import np
 from ...case import Case, Progress, SimulationOptions, find_experiment, part_of, prepare
 from ...functions import load_functions
 from ...integrate.choose_method import choose_method
+from ...integrate.interruption import NotedInterruptions
 from ...integrate.nominal_run import nominal_of
 from ...integrate.trajectory import Trajectory, with_unit_rotations
 from ...outcome import ENDED, Outcome, SimulationError, time_text
@@ -169,15 +170,19 @@ class _Done(Struct, frozen=True, eq=False):
     remarks: tuple[str, ...]
     as_stated: bool
 
-    @property
-    def waits(self) -> bool:
-        """Whether it may be judged later: where its rows are few, nobody writes them down, and nothing has to run again."""
-        plan = self.plan
-        few = self.main.y.size <= FEW_NUMBERS and plan.options.follower is None
-        return few and plan.method.in_kernel and not plan.method.fixed_step
+
+def _waits(plan: Plan, main: Trajectory) -> bool:
+    """Whether a run may be judged later: where its rows are few, nobody writes them down, and nothing has to run again."""
+    few = main.y.size <= FEW_NUMBERS and plan.options.follower is None
+    return few and plan.method.in_kernel and not plan.method.fixed_step
 
 
 def _solve(plan: Plan, as_stated: bool) -> Solution:
+    with NotedInterruptions() as interrupted:
+        return _solved(replace(plan, interrupted=interrupted), as_stated)
+
+
+def _solved(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
@@ -203,9 +208,11 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         estimated = estimate(plan, main, part_of(options.progress, share, 1.0), listed)
     elif options.estimate_error:
         estimated = Estimated("no companion run was made, as the run did not complete")
-    done = _Done(plan, main, table, estimated, (*looked, *narrow, *sized), as_stated)
+    waits = _waits(plan, main)
+    told = replace(plan, interrupted=None) if waits else plan
+    done = _Done(told, main, table, estimated, (*looked, *narrow, *sized), as_stated)
     judged = Judged(lambda: _verdict(done))
-    if not done.waits:
+    if not waits:
         judged()
     interpolated = main.dense or _hermite(plan, times, states, modes)
 
