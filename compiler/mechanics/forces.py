@@ -9,7 +9,7 @@ from ..graph import Graph, Node
 from ..graph.differentiate import is_affine, jvp
 from ..graph.signs import never_positive
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
-from .kinematics.frames import Frame
+from .kinematics.frames import Frame, Point
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols
 from .system import Effort
@@ -52,7 +52,7 @@ def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
     elif load.kind == "torque":
         pairs = _torque(lowering, load)
     else:
-        pairs = _force(lowering, load)
+        pairs = _force(lowering, load, symbols)
     settled = lowering.questions.settle([n for pair in pairs for n in pair])
     return list(zip(settled[::2], settled[1::2], strict=True))
 
@@ -113,17 +113,16 @@ def _on_scalar(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
     return pairs
 
 
-def _force(lowering: Lowering, load: Load) -> Pairs:
+def _force(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
     kinematics, graph = lowering.kinematics, lowering.graph
     value = lowering.numbers(load.value)
     axes = None if load.frame is None else lowering.frame(load.frame)
     if load.at is not None:
         world = value if axes is None else kinematics.to_world(axes, value)
         point = lowering.point(load.at)
-        pairs = _pairs(kinematics.velocity_at(lowering.frame(load.on), point), world)
+        pairs = _on_body(lowering, lowering.frame(load.on), point, world, symbols)
         if load.source is not None:
-            velocity = kinematics.velocity_at(lowering.frame(load.source), point)
-            pairs += _pairs(velocity, negate(graph, world))
+            pairs += _on_body(lowering, lowering.frame(load.source), point, negate(graph, world), symbols)
         return pairs
     pairs = []
     for end, sign in ((load.on, 1), (load.source, -1)):
@@ -133,6 +132,24 @@ def _force(lowering: Lowering, load: Load) -> Pairs:
         force = _seen_from(lowering, point.frame, axes, value)
         pairs += _pairs(kinematics.velocity(point), force if sign > 0 else negate(graph, force))
     return pairs
+
+
+def _on_body(lowering: Lowering, frame: Frame, point: Point, force: Vector, symbols: Symbols) -> Pairs:
+    """Let a force act on the material point of ``frame`` that is now at ``point``.
+
+    Virtual displacements leave the arm as it is; one that follows velocities is put into the moment, which they do not vary.
+    """
+    kinematics, graph = lowering.kinematics, lowering.graph
+    origin = Point(frame, (graph.constant(0),) * kinematics.size)
+    arm = subtract(graph, kinematics.position(point), kinematics.position(origin))
+    settled = lowering.questions.settle(arm)
+    if not symbols.velocities & set(graph.support(*settled)) and not lowering.questions.symbols_in(settled):
+        return _pairs(kinematics.velocity_at(frame, point), force)
+    pairs = _pairs(kinematics.velocity(origin), kinematics.to_natural(frame, force))
+    turning = kinematics.angular_velocity(frame)
+    if kinematics.size == 2:
+        return pairs + _pairs(turning, (cross_planar(graph, arm, force),))
+    return pairs + _pairs(turning, kinematics.to_natural(frame, cross(graph, arm, force)))
 
 
 def _check_line(lowering: Lowering, load: Load, reporter: Reporter) -> None:

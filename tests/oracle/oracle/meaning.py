@@ -203,7 +203,7 @@ class Meaning:
     def _law_questions(self) -> list[flat.Query]:
         m, found = self.flat, {}
         stated: list[Any] = [*m.energies, *m.loads, *m.dampings, *m.equations]
-        laws = [e.value for e in stated]
+        laws = [e.value for e in stated] + [x.at for x in m.loads if x.at is not None]
         laws += [x for f in m.frictions for x in (f.kinetic, f.static)]
         laws += [x for c in m.contacts for x in (c.friction, c.static)]
         rubbing = {f.name for f in m.frictions}
@@ -305,7 +305,7 @@ class Meaning:
             rated = self.drive_name(d)[1]
             if full.get(f"held({name})", 1) == 0:
                 continue
-            value = self.point(full, bare=True).at(d.value)
+            value = self._driving(full, d, name)
             value = value if isinstance(value, np.ndarray) else np.array([value], object)
             whole = next((c for c in self.coordinate_layout if c[0] == name), None)
             elements = whole[2] if whole else [name]
@@ -316,6 +316,16 @@ class Meaning:
                     full.setdefault(x, real(f))
                     full.setdefault(f"der({x})", float(f.v[1, 0].real) if isinstance(f, Series) else 0.0)
         return full
+
+    def _driving(self, state: State, d: flat.Drive, name: str) -> Value:
+        """A driven value: of time, and of frames whose places to each other are, wherever these are."""
+        try:
+            return self.point(state, bare=True).at(d.value)
+        except KeyError:
+            whole = next((c for c in self.coordinate_layout if c[0] == name), None)
+            elements = whole[2] if whole else [name]
+            around = {x: 0.0 for e in elements for x in (e, f"der({e})")}
+            return self.point(around | state).at(d.value)
 
     def point(self, state: Mapping[str, float], bare: bool = False, **others: Any) -> Point:
         """A point without known accelerations (``bare``: without coordinates)."""

@@ -10,7 +10,7 @@ import numpy as np
 from mechc.compiler.flat import model as flat
 from oracle import poses
 from oracle.expressions import Value, der
-from oracle.point import Point, at_order, now
+from oracle.point import Point, Unknowns, at_order, now
 from oracle.poses import Pose
 from oracle.series import STEP, real
 from oracle.values import NotCovered, Undetermined
@@ -74,7 +74,7 @@ def settle(
         scale = 1 + np.abs(J).max(axis=1, initial=0)
         error = float((np.abs(r) / scale).max())
         done = error <= 1e-15 or (error <= 1e-11 and error >= best / 2)
-        if done and (sizes is None or moved <= 1e-11):
+        if done and (sizes is None or not n or moved <= 1e-11):
             return state
         best = min(best, error)
         if not n:
@@ -296,9 +296,13 @@ def assemble(meaning: Meaning, time: float, beside: State | None = None) -> Stat
                 put(elements[i], value, guess, False, lambda p, n=name, j=index: _part(p.at.name(n), j))  # type: ignore[misc]
             value, guess = speeds.get(index, (0.0, True))
             put(rates[i], value, guess, True, lambda p, n=first + i: p.state[m.all_rates[n]])  # type: ignore[misc]
+    following: dict[str, flat.Expression] = {}
     for name, shape, elements in m.state_layout:
         for x, (value, _) in zip(elements, _whole(given.of(m.variables[name], False), shape), strict=True):
-            state[x] = float(m.values.get(x, value))
+            value = m.values.get(x, value)
+            if isinstance(value, flat.Typed):
+                following[x] = value  # type: ignore[assignment]
+            state[x] = 0.0 if x in following else float(value)
     for name, shape, elements, _ in m.discrete_layout:
         setting = next(
             (s.value for s in m.settings if s.target == name and not s.indices), m.variables[name].value
@@ -322,13 +326,22 @@ def assemble(meaning: Meaning, time: float, beside: State | None = None) -> Stat
         if c.start.guess:
             raise NotCovered("a guess of an expression")
         rate = _depends_on_rates(m, state, c.target)
-        conditions[rate].append((lambda p, e=c.target: p.at(e), c.start.value))
+        if _depends_on_accelerations(m, state, c):
+            conditions[rate].append((lambda p, i=c: _of_forces(p, i), 0.0))
+        else:
+            conditions[rate].append((lambda p, e=c.target: p.at(e), c.start.value))
     for moving, rows in ((False, position_rows), (True, rate_rows)):
         loose = _loose(m, fixed[moving], moving)
         wanted = lambda p, f=rows, r=moving: f(p) + _off(p, conditions[r])  # noqa: E731
         sizes = sizes_of(m, loose)
         begin = state if beside is None or moving else _at(m, state, beside)
         state = settle(m, state, wanted, loose, moving, sizes, begin)
+    if following:
+        point = m.point(state)
+        state |= {x: real(point.at(e)) for x, e in following.items()}
+        error = max((np.abs(r).max(initial=0) for r in residuals(m, state)), default=0.0)
+        if error > 1e-9:
+            raise NotCovered("a constraint of a state whose start follows coordinates")
     return state
 
 
@@ -375,6 +388,34 @@ def _depends_on_rates(meaning: Meaning, state: State, e: flat.Expression) -> boo
     batch = shift(meaning, moved, 1j * STEP * np.eye(meaning.size), freedoms, True)
     values = [np.asarray(now(x)) for x in np.ravel(np.asarray(meaning.point(batch).at(e), object))]
     return any(np.abs(np.imag(x)).max() > 0 for x in values)
+
+
+def _depends_on_accelerations(meaning: Meaning, state: State, c: flat.InitialCondition) -> bool:
+    noise = np.random.default_rng(5).uniform(0.1, 1, (meaning.size, 1)).astype(complex)
+    still, moved = meaning.point(state), Point(meaning, state, Unknowns(noise))
+    return any(real(still.at(e)) != real(moved.at(e)) for e in (c.target, c.start.value))
+
+
+def _of_forces(point: Point, c: flat.InitialCondition) -> Array:
+    """What a condition that asks for accelerations or forces is off by; its slopes by differences, as these are solved for."""
+    m = point.meaning
+    steps = np.broadcast_arrays(*(np.asarray(x, complex) for x in point.state.values()))
+    states = [dict(zip(point.state, column, strict=True)) for column in np.ravel(steps).reshape(len(steps), -1).T]
+
+    def off(state: State) -> float:
+        there = m.solution(state).point
+        return real(there.at(c.target)) - real(there.at(c.start.value))
+
+    now = {x: float(v.real) for x, v in states[0].items()}
+    found = []
+    for state in states:
+        ahead = {x: v.real + _AHEAD / STEP * v.imag for x, v in state.items()}
+        behind = {x: v.real - _AHEAD / STEP * v.imag for x, v in state.items()}
+        found.append(off(now) + 1j * STEP * (off(ahead) - off(behind)) / (2 * _AHEAD))
+    return np.array(found)
+
+
+_AHEAD = 1e-5
 
 
 def random(meaning: Meaning, rng: np.random.Generator, spread: float) -> State:

@@ -46,8 +46,6 @@ def cell(construct: Construct, place: Place) -> tuple[str, str]:
         return UNKNOWN, f"the oracle: {error}"
     except Exception as error:
         return "CRASH", repr(error)[:300]
-    if wrong and (reason := _open(construct, place)):
-        return UNKNOWN, reason
     return ("WRONG", wrong[0][1] + text) if wrong else (WORKS, "")
 
 
@@ -65,24 +63,6 @@ def table(jobs: int = 1) -> dict[tuple[str, str], tuple[str, str]]:
             file.write(json.dumps({"text": text, "what": what, "said": said}) + "\n")
             file.flush()
     return {(c.name, p.name): kept[text] if text is not None else ("", "") for c, p, text in pairs}
-
-
-def _open(construct: Construct, place: Place) -> str:
-    """Say why a difference from the definition is no fault yet."""
-    if place.name == "where a force acts":
-        return "the oracle leaves out a force that acts at another point than its frame"
-    if place.name == "initial value of an expression":
-        return "the oracle knows no accelerations yet where a motion begins"
-    asked = construct.name.removesuffix("()") in (
-        "energy",
-        "kinetic_energy",
-        "momentum",
-        "power of a name",
-        "power of a force",
-    )
-    if asked and place.name in ("damping", "dissipation"):
-        return "the oracle holds an answer in a dissipation fixed, where it is to be differentiated"
-    return ""
 
 
 def _ignored(place: Place) -> tuple[str, ...]:
