@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import reduce
 
 from msgspec import Struct
 
@@ -22,7 +23,7 @@ from ...graph import operations as ops
 from ...graph.differentiate import jvp
 from ...graph.evaluate import Tape, evaluate
 from ...graph.rewrite import substitute
-from .quadrature import Points, Rule, rules
+from .quadrature import BENT, Points, Rule, rules
 from .symbols import Symbols
 
 ENOUGH = 1e-12
@@ -79,10 +80,12 @@ class Integrals:
         if name not in self._rules:
             self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled)
             tell(self._reporter, expression.span, error, self._rules[name])
-        value, off = definite(graph, integrand, s, lower, upper, self._rules[name])
+        pieces, bent = _pieces(graph, integrand, s, lower, upper)
+        rule = self._rules[name]
+        value = _total(graph, integrand, pieces, rule.points)
+        if self._depth == 1:
+            self.errors[name] = Integral(expression.span, error_of(graph, integrand, pieces, bent, rule))
         self._depth -= 1
-        if not self._depth:
-            self.errors[name] = Integral(expression.span, off)
         return value
 
     def settled(self, symbols: Iterable[Node]) -> dict[Node, float]:
@@ -101,25 +104,22 @@ class Integrals:
         return found
 
 
-def definite(
-    graph: Graph,
-    integrand: Integrand,
-    s: Node,
-    lower: Node,
-    upper: Node,
-    rule: Rule,
-) -> tuple[Node, Node]:
-    """Return the integral over ``s`` and the estimate of its error over the integral of |integrand|."""
-    value, rough, size = graph.zero, graph.zero, graph.zero
-    bounds = _bounds(graph, integrand, s, lower, upper)
-    for a, b in itertools.pairwise(bounds):
-        value = graph.add(value, _sum(graph, integrand, a, b, rule.points))
-        rough = graph.add(rough, _sum(graph, integrand, a, b, rule.companion))
+def error_of(graph: Graph, integrand: Integrand, pieces: Sequence[Node], bent: bool, rule: Rule) -> Node:
+    """Return the estimated error of a rule over the integral of |integrand|."""
+    value, size = _total(graph, integrand, pieces, rule.points), graph.zero
+    others = [_total(graph, integrand, pieces, points) for points in rule.companions[: None if bent else 1]]
+    for a, b in itertools.pairwise(pieces):
         size = graph.add(size, graph.abs(_sum(graph, lambda s: graph.abs(integrand(s)), a, b, rule.points)))
     if graph.is_zero(size):  # nothing to integrate, or nowhere
-        return graph.zero, graph.zero
-    off = graph.abs(graph.sub(value, rough))
-    return value, graph.select(graph.less(graph.zero, size), graph.div(off, size), graph.zero)
+        return graph.zero
+    off = reduce(graph.maximum, (graph.abs(graph.sub(value, other)) for other in others))
+    off = graph.mul(graph.constant(BENT), off) if bent else off
+    return graph.select(graph.less(graph.zero, size), graph.div(off, size), graph.zero)
+
+
+def _total(graph: Graph, integrand: Integrand, pieces: Sequence[Node], points: Points) -> Node:
+    parts = (_sum(graph, integrand, a, b, points) for a, b in itertools.pairwise(pieces))
+    return reduce(graph.add, parts, graph.zero)
 
 
 def _sum(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
@@ -133,11 +133,13 @@ def _sum(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -
     return result
 
 
-def _bounds(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Node) -> list[Node]:
-    """Return the ends of the pieces: the bounds, and between them, in order, the kinks that the formula shows."""
-    kinks = _kinks(graph, integrand(s), s)[:MOST_KINKS]
+def _pieces(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Node) -> tuple[list[Node], bool]:
+    """Return the ends of the pieces: the bounds, and between them, in order, the kinks that the formula shows; and whether
+    it may bend elsewhere."""
+    found, bent = _kinks(graph, integrand(s), s)
+    kinks, bent = found[:MOST_KINKS], bent or len(found) > MOST_KINKS
     if not kinks:
-        return [lower, upper]
+        return [lower, upper], bent
     low, high = graph.minimum(lower, upper), graph.maximum(lower, upper)
     inside = [graph.minimum(graph.maximum(kink, low), high) for kink in kinks]
     for end in range(len(inside) - 1, 0, -1):  # bubbles, as the order is not known before
@@ -146,13 +148,14 @@ def _bounds(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Nod
             inside[i], inside[i + 1] = graph.minimum(a, b), graph.maximum(a, b)
     turned = graph.less(upper, lower)
     ordered = [graph.select(turned, b, a) for a, b in zip(inside, reversed(inside), strict=True)]
-    return [lower, *ordered, upper]
+    return [lower, *ordered, upper], bent
 
 
-def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
+def _kinks(graph: Graph, body: Node, s: Node) -> tuple[list[Node], bool]:
     """Return where relations, absolute values and extremes change inside a formula, and the points of tables, as far as
-    they are linear in s."""
+    they are linear in s; and whether there are others."""
     found: dict[Node, None] = {}
+    others = False
     for n in graph.reach([body], [s]):
         places: tuple[float, ...] = (0.0,)
         match graph.op(n):
@@ -162,9 +165,14 @@ def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
                 argument = graph.args(n)[0]
             case ops.MINIMUM | ops.MAXIMUM | ops.LESS | ops.LESS_EQUAL:
                 argument = graph.sub(*graph.args(n))
+            case ops.FLOOR:
+                others = True
+                continue
             case _:
                 continue
         (slope,) = jvp(graph, [argument], {s: graph.one})
+        if s in graph.support(slope):
+            others = True
         if slope == graph.zero or s in graph.support(slope):
             continue
         (start,) = substitute(graph, [argument], {s: graph.zero})
@@ -173,7 +181,7 @@ def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
         for place in places:
             off = graph.sub(start, graph.constant(place)) if place else start
             found[graph.neg(graph.div(off, divisor))] = None
-    return list(found)
+    return list(found), others
 
 
 def chosen_rule(
@@ -188,7 +196,7 @@ def chosen_rule(
 
     ``defaults`` gives the values of those symbols that have one before a run.
     """
-    bounds = _bounds(graph, integrand, s, lower, upper)
+    bounds, bent = _pieces(graph, integrand, s, lower, upper)
     body = integrand(s)
     settled = defaults(n for n in graph.support(body, *bounds) if n != s)
     moving = [n for n in graph.support(body, *bounds) if n != s and n not in settled]
@@ -197,7 +205,7 @@ def chosen_rule(
         for value in (SAMPLES if moving else SAMPLES[:1])
     ]
     tried = rules(pieces=any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s])))
-    seen = [_errors(graph, body, s, bounds, values, tried) for values in sampled]
+    seen = [_errors(graph, body, s, bounds, bent, values, tried) for values in sampled]
     defined = [found for found in seen if min(found) < math.inf] or seen[
         :1
     ]  # some values may lie out of its domain
@@ -211,11 +219,12 @@ def _errors(
     body: Node,
     s: Node,
     bounds: Sequence[Node],
+    bent: bool,
     values: Mapping[Node, float],
     tried: Sequence[Rule],
 ) -> list[float]:
     """Return the error of each rule over the integral of |integrand|: its difference from the one that agrees best with
-    its companion, and the difference of these two."""
+    its companions, and the error that these tell of that one; ``bent``: the integrand may bend inside of pieces."""
     ends = evaluate(graph, list(bounds), values)
     known = {**values, s: 0.0}
     tape = Tape(graph, [body], known)
@@ -238,10 +247,13 @@ def _errors(
     widest = total(tried[WIDEST].points)
     short = len(tried) - len(rules())
     for k in range(short + 1 if math.isfinite(widest[1]) else 0):
-        close = abs(total(tried[k].companion)[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
+        close = abs(total(tried[k].companions[0])[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
         if close and abs(total(tried[k].points)[0] - widest[0]) <= ENOUGH * widest[1]:
             return [math.inf] * k + [0.0] * (len(tried) - k)
-    found = [(*total(rule.points), total(rule.companion)[0]) for rule in tried]
+    found = [
+        (*total(rule.points), *(total(x)[0] for x in rule.companions[: None if bent else 1]))
+        for rule in tried
+    ]
     finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
     if not finite:
         return [math.inf] * len(found)
@@ -249,10 +261,11 @@ def _errors(
     if size == 0:
         return [0.0 if found[k][1] == 0 else math.inf for k in range(len(found))]
     seeing = [k for k in finite if size < OTHERWISE * found[k][1] < OTHERWISE**2 * size]
-    truth, _, companion = found[min(reversed(seeing), key=lambda k: abs(found[k][0] - found[k][2]))]
+    off = [(BENT if bent else 1.0) * max(abs(value - x) for x in others) for value, _, *others in found]
+    best = min(reversed(seeing), key=lambda k: off[k])
     return [
-        (abs(value - truth) + abs(truth - companion)) / size if k in seeing else math.inf
-        for k, (value, _, _) in enumerate(found)
+        (abs(value - found[best][0]) + off[best]) / size if k in seeing else math.inf
+        for k, (value, *_) in enumerate(found)
     ]
 
 

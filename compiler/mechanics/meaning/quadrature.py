@@ -19,12 +19,18 @@ SHORTER = Fraction(4, 32)
 """By so much the companion ends earlier: what both leave out at a singular end would not show."""
 
 
+BENT = 5.0
+"""Where an integrand bends inside of a piece, a rule is off by at most this much times its largest difference from its
+companions: a power of the distance from one place, anywhere but next to an end (tests/compiler/test_quadrature.py)."""
+
+
 class Rule(Struct, frozen=True):
-    """``companion``: a rule with fewer points, whose difference is an estimate of the error, mostly far too large."""
+    """``companions``: other rules, whose differences estimate the error. The first has fewer points: of what is smooth its
+    difference is mostly far too large; of what bends it vanishes now and then, and those of all never together."""
 
     words: str
     points: Points
-    companion: Points
+    companions: tuple[Points, ...]
 
 
 SHORT = ((1, 8), (1, 16), (2, 16))
@@ -40,14 +46,21 @@ def rules(pieces: bool = False) -> tuple[Rule, ...]:
     panels_of_points = ((4, 12), (8, 16), (16, 16), (32, 16))
     return (
         *(
-            Rule(f"{panels} panels of {points} points", gauss(panels, points), gauss(panels, points - 3))
+            Rule(
+                f"{panels} panels of {points} points",
+                gauss(panels, points),
+                (gauss(panels, points - 3), gauss(panels, points - 1), gauss(panels + 1, points + 1)),
+            )
             for panels, points in (*(SHORT if pieces else ()), *panels_of_points)
         ),
         *(
             Rule(
                 "points that crowd at the ends",
                 tanh_sinh(STEP, low, high),
-                tanh_sinh(2 * STEP, low - SHORTER, high - SHORTER),
+                (
+                    tanh_sinh(2 * STEP, low - SHORTER, high - SHORTER),
+                    tanh_sinh(2 * STEP / 3, low - SHORTER, high - SHORTER),
+                ),
             )
             for low, high in ((FAR, FAR), (FAR, NEAR), (NEAR, FAR), (NEAR, NEAR))
         ),

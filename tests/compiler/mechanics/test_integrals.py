@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import random
+import re
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
+import numpy as np
 import pytest
 from compiled import compiled, outcome
 from scipy.integrate import quad
@@ -14,6 +17,7 @@ from scipy.interpolate import PchipInterpolator
 
 import mechc
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.mechanics.meaning.quadrature import BENT, Points, Rule, rules
 
 TEXT = """\
 model Integrals
@@ -105,6 +109,63 @@ def test_what_no_rule_gives_is_told_when_compiling(integral: str, value: float |
     solution = model.simulate(target="python")
     if value is not None:
         assert abs(solution["I"][0] - value) <= told(solution) * value < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("integral", "bends"),
+    [
+        ("integral(abs(sin(4.58*(s - c))) for s in 0:0.72)", lambda c: [c]),
+        pytest.param("integral(max(s^2, c) for s in 0:1)", lambda c: [math.sqrt(c)], marks=pytest.mark.slow),
+        pytest.param(
+            "integral(if s^2 < c then 1 else s for s in 0:1)",
+            lambda c: [math.sqrt(c)],
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "integral(s*floor(3*s + c) for s in 0:1)",
+            lambda c: [(k - c) / 3 for k in (1, 2, 3)],
+            marks=pytest.mark.slow,
+        ),
+    ],
+)
+def test_what_bends_elsewhere_is_known_as_well_as_is_told(
+    integral: str, bends: Callable[[float], list[float]]
+) -> None:
+    """Kinks and jumps that are not split, wherever they lie; of 60 one may hide beside an end of a piece."""
+    model = mechc.loads(TEXT.format(integral=integral, k=1, c=0.3, x=1))
+    end = float(re.search(r"0:(\S+?)\)", integral)[1])  # type: ignore[index]
+    body = eval(
+        "lambda s, c: "
+        + re.sub(r"if (.*?) then (.*?) else", r"(\2) if \1 else", integral[9:].split(" for ")[0]).replace(
+            "^", "**"
+        ),
+        {"abs": abs, "sin": math.sin, "max": max, "floor": math.floor},
+    )
+    shares = []
+    for c in random.Random(integral).sample(range(100, 500), 60):
+        solution = model.simulate(target="python", stop=0.0, set={"c": c / 1000})
+        places = [0.0, *bends(c / 1000), end]
+        parts = [quad(body, a, b, (c / 1000,), epsabs=1e-13)[0] for a, b in pairwise(places)]
+        shares.append(abs(solution["I"][0] - math.fsum(parts)) / (told(solution) * math.fsum(parts)))
+    assert sorted(shares)[-2] < 1
+    assert sorted(shares)[30] > 0.01  # and not far better
+
+
+@pytest.mark.parametrize("rule", rules(pieces=True)[:-3], ids=lambda rule: rule.words)
+def test_companions_tell_a_bend_wherever_it_lies(rule: Rule) -> None:
+    """The integral of the power p of s - x from x to 1; next to an end no place may see it, where it is small."""
+    x = np.random.default_rng(1).uniform(0, 1, 1500)
+
+    def off(points: Points, p: int) -> Any:
+        places, weights = np.array(points, float).T
+        return np.maximum(0, places - x[:, None]) ** p @ weights - (1 - x) ** (p + 1) / (p + 1)
+
+    for p in (1, 2):
+        error = off(rule.points, p)
+        largest = np.max([abs(error - off(points, p)) for points in rule.companions], axis=0)
+        shares = abs(error) / (largest + 1e-15)
+        assert max(shares[abs(error) > 0.02 * abs(error).max()]) < BENT
+        assert np.quantile(shares, 0.97) < BENT
 
 
 def test_a_potential_by_an_integral_moves_as_its_closed_form() -> None:

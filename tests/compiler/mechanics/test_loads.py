@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import mechc
@@ -141,3 +143,26 @@ def test_a_force_at_a_point_acts_between_frames(statement: str) -> None:
 )
 def test_space_is_known_wherever_it_is_told(text: str) -> None:
     assert mechc.loads(text).compilation.flat.space == 2
+
+
+@pytest.mark.parametrize("space", ["", "inertia 1 kg.m^2*identity(3) on F;"])
+def test_virtual_displacements_leave_the_arm_of_a_force_as_it_is(space: str) -> None:
+    """F on a body at a point that follows a rate or a question is F and its moment; the rate itself is not pushed."""
+    three = bool(space)
+    text = f"""
+coordinate Angle a = 0.3 rad;
+coordinate Length x = 0.2 m;
+initial der(a) = 2 rad/s;
+initial der(x) = 0.5 m/s;
+kinetic 1/2*(2 kg)*der(x)^2;
+frame F = world * {"rotz(a)" if three else "rot(a)"};
+{space or "inertia 1 kg.m^2 on F;"}
+force {{3, 4{", 0" if three else ""}}} N on F at F * ({{0.7*der(x)/(1 m/s) + kinetic_energy()/(9 J), 0{", 0" if three else ""}}}*1 m);
+"""
+    solution = mechc.loads(text + "output A = der(a, 2); output X = der(x, 2);").simulate(
+        target="python", stop=0.0
+    )
+    arm = 0.7 * 0.5 + (0.5 * 4 + 0.25) / 9
+    moment = arm * (math.cos(0.3) * 4 - math.sin(0.3) * 3)
+    assert solution["A"][0] == pytest.approx(moment, rel=1e-12)
+    assert solution["X"][0] == pytest.approx(0, abs=1e-12)

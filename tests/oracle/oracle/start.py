@@ -400,7 +400,9 @@ def _of_forces(point: Point, c: flat.InitialCondition) -> Array:
     """What a condition that asks for accelerations or forces is off by; its slopes by differences, as these are solved for."""
     m = point.meaning
     steps = np.broadcast_arrays(*(np.asarray(x, complex) for x in point.state.values()))
-    states = [dict(zip(point.state, column, strict=True)) for column in np.ravel(steps).reshape(len(steps), -1).T]
+    states = [
+        dict(zip(point.state, column, strict=True)) for column in np.ravel(steps).reshape(len(steps), -1).T
+    ]
 
     def off(state: State) -> float:
         there = m.solution(state).point
