@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from .cache import prune_cache
+from .cache import prune_when_due
 from .cache_key import cache_key
 from .compiler import NAMES, NATIVE, Compiler, compiler_by_its_file
 from .kept_files import build_folder, find_entry, keep_entry
@@ -169,7 +169,7 @@ def build_shared(
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
             _compile(compiler, sources, flags, folder, ("-o", file, *link))
             library = keep_entry(folder / file, stem, suffix)
-        prune_cache()
+        prune_when_due()
     return library
 
 

@@ -2,6 +2,8 @@
 entry: ``cache_key.py``).
 
 The folder that is chosen may hold anything: entries lie in a subfolder of it, and only what bears the name of an entry is ever removed.
+There they lie on shelves, by the first digits of their keys, so that few are looked at to find one; those beside the shelves are of
+versions of mechc without, and are removed as all others are, never used.
 """
 
 from __future__ import annotations
@@ -18,11 +20,15 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from . import tally
 from .holding import is_held, locked, release
-from .trust import folder_doubt
+from .trust import folder_doubt, subfolder_doubt
 
 SIZE_LIMIT = 500_000_000
 """Bytes above which the entries that were unused for the longest time are removed."""
+
+BETWEEN_LOOKS = SIZE_LIMIT // 20
+"""Bytes that are kept before it is looked whether the limit is passed."""
 
 SUBFOLDER = "mechc-compiled"
 """The folder of the entries, in the one that the user chose."""
@@ -35,6 +41,9 @@ ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|d
 
 _BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}")
 """A folder in which something is built, named by ``tempfile``."""
+
+_SHELF = re.compile(r"entries-[0-9a-f]{2}")
+"""A folder of entries whose keys begin with these digits."""
 
 _BUILT = frozenset(
     (".c", ".h", ".o", ".so", ".dll", ".dylib", ".npz", ".stages", ".lib", ".pdb", ".exp", ".def")
@@ -74,6 +83,13 @@ def cache_folder() -> Path:
         return folder
     doubt = folder_doubt(folder)
     return _passing_folder(f"compiled code is not kept in {folder}: {doubt}") if doubt else folder
+
+
+def shelf_of(stem: str) -> Path:
+    """Give the folder in which entries of a name lie, made or not; as ``cache_folder`` where others could put code there."""
+    shelf = cache_folder() / f"entries-{stem.rpartition('-')[2][:2]}"
+    doubt = subfolder_doubt(shelf)
+    return _passing_folder(f"compiled code is not kept in {shelf}: {doubt}") / shelf.name if doubt else shelf
 
 
 def users_cache() -> Path:
@@ -133,7 +149,17 @@ def clear_cache() -> CacheContent:
         free = [(size, entry) for _, size, entry in entries if not is_held(entry)]
         for _, entry in free:
             remove_entry(entry)
+        for shelf in _shelves(folder):
+            with suppress(OSError):  # something lies there
+                shelf.rmdir()
+        tally.forget(folder)
     return CacheContent(folder, len(free), sum(size for size, _ in free), len(entries) - len(free))
+
+
+def prune_when_due() -> None:
+    """Prune the cache, if enough was kept since it was looked through: to look through many entries takes longer than to build one."""
+    if tally.is_due(cache_folder(), BETWEEN_LOOKS):
+        prune_cache()
 
 
 def prune_cache(limit: int = SIZE_LIMIT) -> None:
@@ -148,6 +174,7 @@ def prune_cache(limit: int = SIZE_LIMIT) -> None:
             if (size > limit or stale) and not is_held(entry):
                 remove_entry(entry)
                 size -= entry_size
+        tally.begin(folder)
 
 
 def remove_build(folder: Path) -> None:
@@ -163,15 +190,21 @@ def _entries(folder: Path) -> list[tuple[float, int, Path]]:
     """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is no entry is left out. What lies there
     under two names counts once."""
     found: list[tuple[float, int, Path]] = []
-    for entry in folder.iterdir():
-        with suppress(FileNotFoundError):
-            state = entry.lstat()
-            if stat.S_ISREG(state.st_mode) and ENTRY.fullmatch(entry.name):
-                found.append((state.st_mtime, state.st_size // state.st_nlink, entry))
-            elif stat.S_ISDIR(state.st_mode) and _BUILD.fullmatch(entry.name):
-                size = sum(file.lstat().st_size for file in entry.iterdir())
-                found.append((state.st_mtime, size, entry))
+    for place in (folder, *_shelves(folder)):
+        for entry in place.iterdir():
+            with suppress(FileNotFoundError):
+                state = entry.lstat()
+                if stat.S_ISREG(state.st_mode) and ENTRY.fullmatch(entry.name):
+                    found.append((state.st_mtime, state.st_size // state.st_nlink, entry))
+                elif stat.S_ISDIR(state.st_mode) and place == folder and _BUILD.fullmatch(entry.name):
+                    size = sum(file.lstat().st_size for file in entry.iterdir())
+                    found.append((state.st_mtime, size, entry))
     return found
+
+
+def _shelves(folder: Path) -> list[Path]:
+    with os.scandir(folder) as listed:
+        return [Path(e.path) for e in listed if _SHELF.fullmatch(e.name) and e.is_dir(follow_symlinks=False)]
 
 
 def remove_entry(entry: Path) -> None:

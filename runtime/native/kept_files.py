@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from .cache import BUILD_PREFIX, ENTRY, cache_folder, mark_used, remove_build, remove_entry
+from . import tally
+from .cache import BUILD_PREFIX, ENTRY, cache_folder, mark_used, remove_build, remove_entry, shelf_of
 from .checksum import sha256
 from .holding import hold, locked
 from .trust import file_doubt
@@ -24,11 +25,9 @@ def find_entry(stem: str, suffix: str) -> Path | None:
 
     What others may have written, what was cut off or damaged is removed, with a warning: it is never executed.
     """
-    folder = cache_folder()
-    with locked(folder):
-        begins = f"{stem}-"
-        listed = sorted([n for n in os.listdir(folder) if n.startswith(begins) and n.endswith(suffix)])
-        for file in map(folder.joinpath, listed):
+    folder = shelf_of(stem)
+    with locked(folder.parent):
+        for file in _listed(folder, f"{stem}-", suffix):
             name = ENTRY.fullmatch(file.name)
             if name is None:
                 continue
@@ -49,12 +48,36 @@ def find_entry(stem: str, suffix: str) -> Path | None:
 def keep_entry(file: Path, stem: str, suffix: str) -> Path:
     """Move a file of a build folder to where ``find_entry`` finds it, readable and writable by its owner alone."""
     file.chmod(0o600 if suffix in (".npz", ".stages") else 0o700)
-    kept = cache_folder() / f"{stem}-{_checksum(file.read_bytes())}{suffix}"
+    content = file.read_bytes()
+    kept = shelf_of(stem) / f"{stem}-{_checksum(content)}{suffix}"
     assert ENTRY.fullmatch(kept.name), f"{kept.name} would never be found again"
-    with locked(kept.parent):
-        os.replace(file, kept)
+    folder = kept.parent.parent
+    with locked(folder):
+        _move(file, kept)
         hold(kept)
+        tally.note(folder, len(content))
     return kept
+
+
+def _move(file: Path, kept: Path) -> None:
+    """Move a file to its shelf, which is made if absent, and may be gone again where there are no locks."""
+    while True:
+        kept.parent.mkdir(mode=0o700, exist_ok=True)
+        try:
+            os.replace(file, kept)
+        except FileNotFoundError:
+            if not file.exists():
+                raise
+        else:
+            return
+
+
+def _listed(shelf: Path, begin: str, end: str) -> list[Path]:
+    try:
+        names = os.listdir(shelf)
+    except FileNotFoundError:
+        return []
+    return [shelf / name for name in sorted(names) if name.startswith(begin) and name.endswith(end)]
 
 
 @contextmanager

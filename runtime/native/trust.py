@@ -24,12 +24,29 @@ def folder_doubt(folder: Path) -> str:
     if sys.platform == "win32":
         return ""
     for place in (folder, *folder.parents):
+        doubt = _place_doubt(place, place.lstat(), above=place != folder)
+        if doubt:
+            return doubt
+    return ""
+
+
+def subfolder_doubt(place: Path) -> str:
+    """Say why others could exchange what lies in a subfolder of a folder without doubt; empty if nobody can, or it is not there."""
+    try:
         state = place.lstat()
-        if state.st_uid not in (0, os.geteuid()):
-            return f"{place} belongs to {_user(state.st_uid)}, who could put other code there"
-        guarded = place != folder and state.st_mode & stat.S_ISVTX
-        if state.st_mode & _WRITE_OF_OTHERS and not guarded and not _only_by_private_group(state):
-            return f"others may write in {place} and could put other code there"
+    except FileNotFoundError:
+        return ""
+    if not stat.S_ISDIR(state.st_mode):
+        return f"{place} is no folder"
+    return "" if sys.platform == "win32" else _place_doubt(place, state, above=False)
+
+
+def _place_doubt(place: Path, state: os.stat_result, *, above: bool) -> str:
+    if state.st_uid not in (0, os.geteuid()):
+        return f"{place} belongs to {_user(state.st_uid)}, who could put other code there"
+    guarded = above and state.st_mode & stat.S_ISVTX
+    if state.st_mode & _WRITE_OF_OTHERS and not guarded and not _only_by_private_group(state):
+        return f"others may write in {place} and could put other code there"
     return ""
 
 

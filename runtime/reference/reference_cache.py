@@ -11,7 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case
-from ..native.cache import prune_cache
+from ..native.cache import prune_when_due
 from ..native.kept_files import build_folder, find_entry, keep_entry
 from ..problem import Array
 from .high_precision import LADDERS, SHORT_LADDERS, Reference, reference_library
@@ -57,7 +57,7 @@ def kept_reference(
     made = make()
     try:
         _write(stem, made)
-        prune_cache()
+        prune_when_due()
     except OSError as error:  # a full disk must not cost what took so long
         warnings.warn(f"the reference is not kept: {error}", RuntimeWarning, stacklevel=1)
     return made

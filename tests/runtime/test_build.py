@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mechc.runtime.native import build, cache_key
+from mechc.runtime.native import build, cache, cache_key, tally
 from mechc.runtime.native.build import (
     BuildError,
     CompilerMissing,
@@ -52,12 +52,12 @@ def value_of(library: Path) -> int:
 def test_built_once_and_found_again(folder: Path) -> None:
     library = build_shared(sources(1), model_flags())
     assert value_of(library) == 1
-    assert library.parent == folder == cache_folder()
+    assert library.parent.parent == folder == cache_folder()
     made = library.stat().st_mtime_ns
     os.utime(library, ns=(made - 10**12, made - 10**12))
     assert build_shared(sources(1), model_flags()) == library
     assert library.stat().st_mtime_ns >= made, "an entry that is used becomes the youngest"
-    assert [file.name for file in folder.iterdir()] == [library.name]
+    assert [*folder.glob("*/*")] == [library]
 
 
 def test_what_is_known_is_found_without_asking_the_compiler(
@@ -146,7 +146,7 @@ def test_compiler_that_fails(folder: Path) -> None:
         build_shared({"a.c": "int f(void) { return missing; }\n"}, model_flags())
     assert "missing" in caught.value.output
     assert (caught.value.folder / "a.c").read_text().startswith("int f")
-    assert not list(folder.glob("*.so"))
+    assert not list(folder.rglob("*.so"))
 
 
 def test_two_processes_build_one_model_at_once(folder: Path) -> None:
@@ -162,7 +162,7 @@ def test_two_processes_build_one_model_at_once(folder: Path) -> None:
     assert [run.returncode for run in runs] == [0, 0]
     assert len(answers) == 1
     assert value_of(Path(answers.pop())) == 7
-    assert len(list(folder.iterdir())) == 1, "nothing is left over"
+    assert len(list(folder.glob("*/*"))) == 1, "nothing is left over"
 
 
 def name_of(k: int) -> str:
@@ -175,7 +175,7 @@ def test_size_is_bounded_by_removing_what_was_unused_longest(folder: Path) -> No
         (folder / name_of(k)).write_bytes(b"x" * 1000)
         os.utime(folder / name_of(k), (1e9 + (k + 2) % 5, 1e9 + (k + 2) % 5))
     prune_cache(limit=2500)
-    assert sorted(file.name for file in folder.iterdir()) == [name_of(1), name_of(2)]
+    assert sorted(file.name for file in folder.iterdir()) == ["kept-since", name_of(1), name_of(2)]
 
 
 def test_what_broken_builds_leave_is_removed_after_a_day(folder: Path) -> None:
@@ -184,7 +184,7 @@ def test_what_broken_builds_leave_is_removed_after_a_day(folder: Path) -> None:
         (folder / name / "a.c").write_text("x")
         os.utime(folder / name, (time.time() - age, time.time() - age))
     prune_cache()
-    assert [entry.name for entry in folder.iterdir()] == ["build-newnewne"]
+    assert sorted(entry.name for entry in folder.iterdir()) == ["build-newnewne", "kept-since"]
 
 
 def foreign_files(folder: Path) -> dict[str, str]:
@@ -203,6 +203,10 @@ def foreign_files(folder: Path) -> dict[str, str]:
         f"{SUBFOLDER}/build-abcdefgh/deep/below/main.c",
         f"{SUBFOLDER}/build-ijklmnop/thesis.tex",
         f"{SUBFOLDER}/{name_of(8)}/file.txt",
+        f"{SUBFOLDER}/entries-00/thesis.tex",
+        f"{SUBFOLDER}/entries-00/entries-01/{name_of(6)}",
+        f"{SUBFOLDER}/entries-00/build-abcdefgh/main.c",
+        f"{SUBFOLDER}/entries-letters/{name_of(5)}",
     )
     for name in names:
         file = folder / name
@@ -219,14 +223,18 @@ def test_files_of_others_survive_everything(folder: Path) -> None:
     outside.write_text("kept")
     (folder / name_of(9)).symlink_to(outside)
     (folder / "build-qrstuvwx").symlink_to(outside.parent, target_is_directory=True)
+    away = folder.parent.parent / "away"
+    away.mkdir()
+    (away / name_of(4)).write_text("kept")
+    (folder / "entries-02").symlink_to(away, target_is_directory=True)
     build_shared(sources(1), model_flags())
     prune_cache(limit=0)
     build_shared(sources(2), model_flags())
     assert clear_cache().entries >= 1
     assert not [
         file
-        for file in folder.glob("model-*.so")
-        if file.is_file() and file.name not in (name_of(9), "model-1.so")
+        for file in (*folder.glob("model-*.so"), *folder.glob("*/model-*.so"))
+        if file.is_file() and file.name not in (*map(name_of, (4, 5, 9)), "model-1.so")
     ]
     held = {
         str(file.relative_to(folder.parent)): file.read_text()
@@ -234,7 +242,7 @@ def test_files_of_others_survive_everything(folder: Path) -> None:
         if file.is_file() and not file.is_symlink()
     }
     assert held == theirs
-    assert outside.read_text() == "kept"
+    assert outside.read_text() == (away / name_of(4)).read_text() == "kept"
 
 
 def test_content_and_clearing(folder: Path) -> None:
@@ -293,3 +301,76 @@ def test_a_cache_that_was_chosen_must_be_writable(tmp_path: Path, monkeypatch: p
     monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "file"))
     with pytest.raises(CacheUnusable, match="which MECHC_CACHE names"):
         cache_folder()
+
+
+def test_few_entries_are_looked_at_to_find_one(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However many lie there, in the layout of now or of before: those on one shelf, and none to see whether there are too many."""
+    library = build_shared(sources(1), model_flags())
+    for k in range(600):
+        place = folder / f"entries-{k % 256:02x}" if k < 512 else folder
+        place.mkdir(mode=0o700, exist_ok=True)
+        (place / f"model-{k % 256:02x}{k:030x}-{0:016x}.so").touch()
+    listed: list[str] = []
+    names, entries = os.listdir, os.scandir
+
+    def noted(place: Path) -> Path:
+        listed.extend(names(place))
+        return place
+
+    monkeypatch.setattr(os, "listdir", lambda place: names(noted(place)))
+    monkeypatch.setattr(os, "scandir", lambda place: entries(noted(place)))
+    assert build_shared(sources(1), model_flags()) == library
+    assert 1 <= len(listed) <= 4, "the entry and those beside it on its shelf"
+    build_shared(sources(2), model_flags())
+    assert len(listed) < 20
+
+
+def test_it_is_looked_through_when_enough_was_kept_or_a_day_went_by(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[int] = []
+    prune = cache.prune_cache
+
+    def counted() -> None:
+        looks.append(1)
+        prune()
+
+    monkeypatch.setattr(cache, "prune_cache", counted)
+    monkeypatch.setattr(cache, "BETWEEN_LOOKS", 100_000)
+    build_shared(sources(0), model_flags())
+    assert len(looks) == 1, "nobody knows when it was"
+    sizes: list[int] = []
+    while len(looks) == 1:
+        sizes.append(build_shared(sources(len(sizes) + 1), model_flags()).stat().st_size)
+    assert 100_000 - 2 * 4096 <= sum(4096 * (1 + size // 4096) for size in sizes) <= 100_000 + 2 * max(sizes)
+    build_shared(sources(100), model_flags())
+    assert len(looks) == 2
+    now = time.time()
+    for later, due in ((3600.0, False), (86_500.0, True), (-100.0, True)):
+        monkeypatch.setattr("time.time", lambda later=later: now + later)
+        assert tally.is_due(folder, 10**9) is due
+
+
+@pytest.mark.parametrize("content", [b"", b"my notes", b"1795424400 and more", b"12345", b"1795424400..x"])
+def test_a_file_of_others_by_the_name_of_the_tally_stays(folder: Path, content: bytes) -> None:
+    build_shared(sources(1), model_flags())
+    (folder / tally.NAME).write_bytes(content)
+    build_shared(sources(2), model_flags())
+    prune_cache(limit=0)
+    clear_cache()
+    assert [(f.name, f.read_bytes()) for f in folder.iterdir()] == [(tally.NAME, content)]
+
+
+def test_entries_of_the_layout_before_are_removed_and_never_used(folder: Path) -> None:
+    library = build_shared(sources(1), model_flags())
+    before = folder / library.name
+    library.unlink()
+    before.write_bytes(b"not whole")
+    os.utime(before, (1e9, 1e9))
+    again = build_shared(sources(1), model_flags())
+    assert again == library and value_of(again) == 1 and before.exists()
+    assert cache_content().entries == 2
+    prune_cache(limit=again.stat().st_size)
+    assert again.exists() and not before.exists(), "the one that was unused longest"
+    before.write_bytes(b"not whole")
+    assert clear_cache().entries == 2 and list(folder.iterdir()) == []

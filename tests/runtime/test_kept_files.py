@@ -116,7 +116,7 @@ def test_a_run_makes_kernel_and_model_anew_and_says_so(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mechc", "run", str(model)]
     assert subprocess.run(command, capture_output=True).returncode == 0
     bad = planted(tmp_path / "executed")
-    files = list(cache_folder().glob("*.so"))
+    files = list(cache_folder().glob("*/*.so"))
     for file in files:
         DAMAGE["planted" if file.name.startswith("model") else "cut off"](file, bad)
     again = subprocess.run(command, capture_output=True, text=True)
@@ -134,7 +134,7 @@ def test_a_command_survives_damage_of_all_that_is_kept(way: str, tmp_path: Path)
     command = [sys.executable, "-m", "mechc", "run", str(model)]
     assert subprocess.run(command, capture_output=True).returncode == 0
     bad = planted(tmp_path / "executed")
-    kept = [file for file in cache_folder().iterdir() if file.is_file()]
+    kept = [file for file in cache_folder().glob("*/*") if file.is_file()]
     assert {file.name.partition("-")[0] for file in kept} == {"kernel", "known", "model", "object", "stages"}
     for file in kept:
         DAMAGE[way](file, bad)
@@ -154,9 +154,9 @@ def test_what_was_planted_would_tell(tmp_path: Path) -> None:
 def test_an_object_that_is_not_as_it_was_written_is_not_linked() -> None:
     files = {**SOURCE, "b.c": "int g(void) { return 0; }\n"}
     build_shared(files, model_flags())
-    for library in cache_folder().glob("model-*"):
+    for library in cache_folder().glob("*/model-*"):
         library.unlink()
-    for kept in cache_folder().glob("object-*"):
+    for kept in cache_folder().glob("*/object-*"):
         kept.write_bytes(kept.read_bytes()[:-8])
     with pytest.warns(RuntimeWarning, match="was cut off or damaged") as said:
         library = build_shared(files, model_flags())
@@ -265,7 +265,8 @@ def test_clearing_and_pruning_leave_what_others_work_with(tmp_path: Path) -> Non
         cleared = clear_cache()
         assert (cleared.entries, cleared.in_use) == (1, 2)
         left = sorted(entry.name.partition("-")[0] for entry in cache_folder().iterdir())
-        assert left == ["build", "model"]
+        assert left == ["build", "entries"]
+        assert [e.name.partition("-")[0] for e in cache_folder().glob("entries-*/*")] == ["model"]
         other.kill()
     assert clear_cache().entries == 2
     assert list(cache_folder().iterdir()) == []
@@ -323,7 +324,7 @@ def test_a_reference_that_cannot_be_kept_is_not_lost(monkeypatch: pytest.MonkeyP
         with pytest.warns(RuntimeWarning, match="the reference is not kept"):
             assert benchmark(model, methods=("dop853",), tolerances=()).reference.doubt.max() < 1e-15
     benchmark(model, methods=("dop853",), tolerances=())
-    (kept,) = cache_folder().glob("reference-*.npz")
+    (kept,) = cache_folder().glob("*/reference-*.npz")
     kept.write_bytes(kept.read_bytes()[:-40])
     with pytest.warns(RuntimeWarning, match="was cut off or damaged"):
         assert not benchmark(model, methods=("dop853",), tolerances=()).reference.cached
@@ -338,3 +339,36 @@ def test_no_more_is_held_than_a_process_may_open() -> None:
     assert len(holding._held) == holding.MOST_HELD
     assert holding.is_held(file) and not holding.is_held(cache_folder() / "file-0")
     assert entries.find_entry("model-" + "0" * 32, ".so") is None
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o707])
+def test_a_shelf_into_which_others_may_write_is_not_used(
+    mode: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trust, "_only_by_private_group", lambda state: False)
+    library = build_shared(SOURCE, model_flags())
+    library.write_bytes(planted(tmp_path / "executed"))
+    library.parent.chmod(mode)
+    with pytest.warns(
+        RuntimeWarning, match=f"others may write in {library.parent} and could put other code there"
+    ):
+        again = build_shared(SOURCE, model_flags())
+    assert ctypes.CDLL(str(again)).f() == 1 and not (tmp_path / "executed").exists()
+    assert library.parent.parent not in again.parents and stat.S_IMODE(again.parent.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("what", ["link", "file"])
+def test_a_shelf_that_is_no_folder_is_not_used(what: str, tmp_path: Path) -> None:
+    library = build_shared(SOURCE, model_flags())
+    shelf = library.parent
+    if what == "link":
+        shelf.rename(tmp_path / "elsewhere")
+        shelf.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
+    else:
+        library.unlink()
+        shelf.rmdir()
+        shelf.write_text("somebody's")
+    with pytest.warns(RuntimeWarning, match="is no folder"):
+        again = build_shared(SOURCE, model_flags())
+    assert ctypes.CDLL(str(again)).f() == 1 and shelf.parent not in again.parents
+    assert what == "link" or shelf.read_text() == "somebody's"
