@@ -6,7 +6,7 @@ import re
 from random import Random
 
 import pytest
-from random_models.coverage import FAULTS, PAGE, cell
+from random_models.coverage import FAULTS, PAGE, UNKNOWN, cell
 from random_models.probes import CONSTRUCTS, PLACES, probe
 
 
@@ -26,16 +26,14 @@ def _page() -> dict[tuple[str, str], str]:
 PAIRS = [(c, p) for c in CONSTRUCTS for p in PLACES if probe(c, p) is not None]
 
 
-def test_no_cell_is_empty() -> None:
+def test_each_cell_is_compared_or_refused() -> None:
     page = _page()
-    assert [(c.name, p.name) for c, p in PAIRS if not page.get((c.name, p.name))] == []
+    left = ("", UNKNOWN, *FAULTS)
+    assert [(c.name, p.name) for c, p in PAIRS if page.get((c.name, p.name), "") in left] == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("k", range(60))
 def test_cell(k: int) -> None:
     construct, place = Random(k).choice(PAIRS)
-    stated = _page()[construct.name, place.name]
-    if stated in (*FAULTS, "?"):
-        pytest.skip(f"known to be {stated}")
-    assert cell(construct, place)[0] == stated
+    assert cell(construct, place)[0] == _page()[construct.name, place.name]

@@ -87,9 +87,10 @@ def test_gravity_that_overrules_stays_the_nearest() -> None:
         assert compare_twin(base, twin, k) == []
 
 
-def test_initial_values_of_elements_stay_with_that_of_the_whole() -> None:
-    """What an heir says of the whole overrules what its base says of elements: they move together."""
-    model = generate(11604)
+@pytest.mark.parametrize("seed", [363, 11604])
+def test_initial_values_of_elements_stay_with_that_of_the_whole(seed: int) -> None:
+    """What an heir says of the whole overrules what its base says of elements: they move together, and none is said of it."""
+    model = generate(seed)
     base = compiled(model.text())
     twins = []
     for k in range(8):
@@ -132,6 +133,18 @@ def test_what_a_run_tells_against_itself_is_a_disagreement() -> None:
 def test_twins_of_a_seed_are_searched_with_it() -> None:
     there = [seed for seed in range(60) if "extends B" in texts(seed)]
     assert there and not any("extends B" in generate(seed).text() for seed in there)
+
+
+def test_heirs_leave_what_is_due_together_in_turn() -> None:
+    """What a model extends comes first: its `when` act before those of the model at one instant."""
+    for seed in (3, 10, 25, 28, 56):
+        model = generate(seed)
+        whens = re.findall(r"when .*? then", model.text())
+        assert len(whens) > 1
+        for k in range(8):
+            twin = inherited(model, Random(k))
+            assert twin is not None
+            assert re.findall(r"when .*? then", twin.model.text()) == whens
 
 
 def test_of_several_nearest_starts_each_is_right_and_no_other() -> None:

@@ -72,11 +72,11 @@ class Compiled:
 
     @property
     def relative(self) -> float:
-        """How well values are known, relative to their size: a hundred times what the model says of its integrals."""
+        """How well values are known, relative to their size: three times what the model says of its integrals."""
         said = [
             re.search(r"known to (\S+) of its size", d.message) for d in self.model.compilation.diagnostics
         ]
-        return max([1e-8, *(100 * float(found[1]) for found in said if found)])
+        return max([1e-8, *(3 * float(found[1]) for found in said if found)])
 
     @property
     def states(self) -> list[str]:

@@ -26,6 +26,7 @@ from random_models.tree import (
     node,
     reference,
     statement,
+    whole_of,
 )
 from random_models.twins import Twin
 
@@ -96,6 +97,13 @@ def _overruled(s: S, random: Random) -> tuple[S, list[S]]:
     return s, []
 
 
+def _in_turn(moved: list[S], rest: list[S]) -> list[S]:
+    """Leave out each `when` before which another stays: bases come first, and what is due together acts in that order."""
+    staying = [k for k, s in enumerate(rest) if s.kind == "when" and s not in moved]
+    late = rest[min(staying, default=len(rest)) :]
+    return [s for s in moved if s.kind != "when" or s not in late]
+
+
 def inherited(model: Model, random: Random) -> Twin | None:
     """Move statements into models that the model extends, with values that it overrules."""
     rest = list(model.top.seq().items)
@@ -117,9 +125,14 @@ def inherited(model: Model, random: Random) -> Twin | None:
         moved = entire([s for s in rest if random.random() < 0.45 and s.kind != "experiment"], rest)
         if any(s.kind == "extends" for s in rest):  # what is nearer would overrule it
             moved = [s for s in moved if s.kind != "gravity"]
+        moved = _in_turn(moved, rest)
         rest = [s for s in rest if s not in moved]
         for s in moved:
-            s, new = _overruled(s, random)
+            other, new = _overruled(s, random)
+            if s.kind == "initial" and any(
+                o is not s and o.kind == "initial" and whole_of(o) == whole_of(s) for o in moved
+            ):  # what an heir says of the whole goes before what stands here of elements
+                other, new = s, []
             for m in new:
                 if (
                     m.name.startswith("der(")
@@ -129,7 +142,7 @@ def inherited(model: Model, random: Random) -> Twin | None:
                     mods.append(m)
                 else:
                     below.append(m)
-            own.append(s)
+            own.append(other)
         bases.append(model_statement(f"B{k}", own, partial=random.random() < 0.7))
         late, below = below, []
         for m in late:  # `initial` of the heir overrules the base
@@ -144,8 +157,9 @@ def inherited(model: Model, random: Random) -> Twin | None:
                     data={"guess": sign == "~"},
                 )
             )
+    place = random.randrange(len(rest) + 1)
     rest.insert(
-        random.randrange(len(rest) + 1),
+        min([place, *(k for k, s in enumerate(rest) if s.kind == "when")]),
         statement("extends", f"extends B{len(bases) - 1}", Seq(tuple(mods), "list"), ";"),
     )
     items = (

@@ -267,14 +267,15 @@ def statement(
     return S(kind, parts, name, data)
 
 
+def whole_of(s: S) -> str:
+    """Name what a statement gives an initial value, or the whole of which it is an element."""
+    return s.name.partition("[")[0].removesuffix(")")
+
+
 def entire(moved: list[S], rest: list[S]) -> list[S]:
     """Leave out initial values of elements of which others, or that of the whole, stay: what is nearer overrules."""
-
-    def whole(s: S) -> str:
-        return s.name.partition("[")[0].removesuffix(")")
-
-    staying = {whole(s) for s in rest if s.kind == "initial" and s not in moved}
-    return [s for s in moved if s.kind != "initial" or whole(s) not in staying]
+    staying = {whole_of(s) for s in rest if s.kind == "initial" and s not in moved}
+    return [s for s in moved if s.kind != "initial" or whole_of(s) not in staying]
 
 
 def evaluate(e: E, names: Callable[[str], Any]) -> Any:
