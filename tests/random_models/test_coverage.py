@@ -28,7 +28,7 @@ PAIRS = [(c, p) for c in CONSTRUCTS for p in PLACES if probe(c, p) is not None]
 
 def test_each_cell_is_compared_or_refused() -> None:
     page = _page()
-    left = ("", UNKNOWN, *FAULTS)
+    left = ("", "run", UNKNOWN, *FAULTS)
     assert [(c.name, p.name) for c, p in PAIRS if page.get((c.name, p.name), "") in left] == []
 
 

@@ -95,8 +95,8 @@ _HEAD = """\
 
 Each construct of the language at each place where an expression may stand. `·` is computed, and compared with the
 definition of the language; a code is the message with which mechc refuses it (`mechc explain CODE`). A blank is a number
-where a truth value belongs, or the other way round. `run` is refused in words when the motion starts. What is not compared (`?`) or
-wrong (`WRONG`, `CRASH`) would be shown, too; a test holds that no cell is. Made by `python -m random_models.coverage`.
+where a truth value belongs, or the other way round. What is refused only when the motion starts (`run`), is not compared (`?`) or
+wrong (`WRONG`, `CRASH`, `FAILS`) would be shown, too; a test holds that no cell is. Made by `python -m random_models.coverage`.
 """
 
 

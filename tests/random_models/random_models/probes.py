@@ -6,6 +6,7 @@ What a construct or a place needs is added to a model of one body on a hinge and
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 PLANE = """\
@@ -61,6 +62,8 @@ class Place:
     look: str = "(x/(1 m))"
     file: str = ""
     truth: bool = False
+    guessed: bool = False
+    """Whether what begins gives way, as a constraint of rates wants."""
 
 
 _CONSTRAINT = """\
@@ -189,7 +192,7 @@ PLACES: tuple[Place, ...] = (
     Place("damping", "mechanics", "  damping 0.3 kg/s*(2 + 0.3*(E)) on x;\n"),
     Place("what is damped", "mechanics", "  damping 0.3 N.m.s on x/(1 m) + 0.3*(E);\n"),
     Place("equation of a state", "mechanics", "  state Real c = 0.2;\n  equation der(c) = (E - c)/(1 s);\n"),
-    Place("constraint", "holding", _CONSTRAINT.replace("rope", "line").replace("Length y", "Length yy").replace("Length w", "Length ww").replace("der(w)", "der(ww)").replace("der(y)", "der(yy)").replace("2 N*y", "2 N*yy").replace("y = 0.5*w + 0.1 m", "yy = 0.5*ww + 0.1 m*(E)")),
+    Place("constraint", "holding", _CONSTRAINT.replace("rope", "line").replace("Length y", "Length yy").replace("Length w", "Length ww").replace("der(w)", "der(ww)").replace("der(y)", "der(yy)").replace("2 N*y", "2 N*yy").replace("y = 0.5*w + 0.1 m", "yy = 0.5*ww + 0.1 m*(E)"), guessed=True),
     Place("constraint of velocities", "holding", "  coordinate Length yy = 0.3 m;\n  kinetic 1/2*1 kg*der(yy)^2;\n  constraint der(yy) = 0.5*der(x) + 0.1 m/s*(E);\n"),
     Place("closure", "holding", "  Box box(m = 1 kg, size = {0.3, 0.4} m);\n  Planar free(world -> box.a, x ~ 0.2 m, y ~ 0.3 m, angle ~ 0.1 rad);\n  Own hold(bar.b -> box.a);\n", file="model Own\n  frame from;\n  frame to;\n  coordinate Angle angle ~ 0 rad;\n  place to = from * rot(angle);\n  closure local(from, to) = {0.1 m*(E), 0 m};\nend Own;\n"),
     Place("prescribed motion", "holding", "  coordinate Length dd;\n  kinetic 1/2*0.8 kg*(der(dd)^2 + der(dd)*der(x));\n  drive dd = 0.1 m*(E);\n", "(time/(1 s))"),
@@ -245,6 +248,8 @@ def probe(construct: Construct, place: Place) -> str | None:
     file = place.file + construct.file
     if construct.space == 3:
         file = file.replace("rot(angle)", "rotz(angle)").replace("0 m}", "0 m, 0 m}")
+    if place.guessed:
+        base = re.sub(r"der\((x|angle)\) = ", r"der(\1) ~ ", base)
     if place.text == "E:gravity":
         base = base.replace("-9.81}", "-9.81*(1 + 0.01*(E))}")
         text = ""
@@ -256,6 +261,4 @@ def probe(construct: Construct, place: Place) -> str | None:
 
 def _put(text: str, e: str) -> str:
     """Put the expression where E or C stands alone."""
-    import re
-
     return re.sub(r"(?<![\w.])[EC](?![\w.])", lambda _: e, text)
