@@ -21,7 +21,7 @@ from mechc.compiler.graph import operations as ops
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.problem import HEADER, header
 from mechc.compiler.program.model import Program
-from mechc.compiler.program.slots import Form, NoSeries
+from mechc.compiler.program.slots import NoSeries, rates_of
 from mechc.runtime.case import Case
 from mechc.runtime.integrate.scipy_compiled import peer_lacks
 from mechc.runtime.integrate.solver_options import SolverOptions
@@ -315,10 +315,10 @@ def equations(program: Program) -> tuple[list[tuple[Any, Any]], bool]:
     function that heyoka has not."""
     import heyoka as hy
 
-    form = Form()
     rhs = program.function("rhs")
     assert rhs is not None
-    rates, graph = form.read(rhs), form.graph
+    form, rates = rates_of(rhs)
+    graph = form.graph
     made: dict[int, Any] = {}
     states = [hy.make_vars(f"y{i}") for i in range(len(rates))]
     places = {n: key for key, n in form.symbols.items()}

@@ -3,7 +3,7 @@ of one base as one power."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from fractions import Fraction
 from typing import Final
 
@@ -17,14 +17,28 @@ class NoSeries(Exception):
     """A function has no Taylor series, or none that is known. The message says which and why."""
 
 
+def rates_of(function: ProgramFunction) -> tuple[Form, list[Node]]:
+    """Return the rates of a function of one body; states whose rates are zero, as the spin of a symmetric top, count as constants.
+    Raises NoSeries."""
+    form = Form()
+    rates = form.read(function)
+    still = {i for i, rate in enumerate(rates) if form.graph.is_constant(rate) and not form.graph.value(rate)}
+    if still:
+        form = Form(still)
+        rates = form.read(function)
+    return form, rates
+
+
 class Form:
     """A graph of its own, without the rules by which others recognise equal values: here the form is the purpose.
 
-    ``symbols``: of the arrays of the function that is read; what depends on p and z alone is ``constant`` in time.
+    ``symbols``: of the arrays of the function that is read; what depends on p, z and the states that are ``still`` alone is
+    ``constant`` in time.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, still: Collection[int] = ()) -> None:
         self.graph = Graph(by_value=False)
+        self.still = still
         self.symbols: dict[tuple[str, int], Node] = {}
         self._constant: dict[Node, bool] = {}
         self._power_of: dict[Node, tuple[Node, Fraction]] = {}
@@ -34,7 +48,7 @@ class Form:
         key = (array, index)
         if key not in self.symbols:
             self.symbols[key] = n = self.graph.symbol(f"{array}[{index}]")
-            self._constant[n] = array in ("p", "z")
+            self._constant[n] = array in ("p", "z") or (array == "y" and index in self.still)
         return self.symbols[key]
 
     def constant(self, n: Node) -> bool:
