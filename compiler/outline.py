@@ -55,11 +55,11 @@ class Outline(Struct, frozen=True):
 
 
 class Summary(Struct, frozen=True):
-    """What is told of a program without its statements. ``long``: some function is looked through for loops; ``offers``: it
-    holds functions for others, which may be evaluated over balls of numbers."""
+    """What is told of a program without its statements. ``loops``: its code may hold loops; ``offers``: it holds functions for
+    others, which may be evaluated over balls of numbers."""
 
     description: Description
-    long: bool
+    loops: bool
     offers: bool
 
 
@@ -90,7 +90,9 @@ def summary_of(program: Program) -> Summary:
     """Return the summary of a program."""
     from .targets.description import described
 
-    return Summary(described(program), program.long, program.function("bias") is not None)
+    return Summary(
+        described(program), program.long or program.few_slots, program.function("bias") is not None
+    )
 
 
 # ---------------------------------------------------------------- as bytes

@@ -24,6 +24,9 @@ TURNS = ("turns.h", "turn.h")
 CROWD = ("crowd.h", "envelope.h", "real.h")
 """What code with a crowd of contacts includes, too."""
 
+SERIES = ("series.h",)
+"""What code with Taylor series of few slots includes, too."""
+
 
 def make_problem(
     program: Program,
@@ -71,7 +74,7 @@ def _made(
         return with_code(summary.description, functions=functions, parameters_function=parameters)
     if target == "python":
         return _in_python(program())
-    flags = model_flags(reproducible, summary.long)
+    flags = model_flags(reproducible, summary.loops)
 
     def build() -> Path | None:
         if target == "auto" and find_compiler() is None:
@@ -79,7 +82,7 @@ def _made(
         return build_shared(_written(program(), reproducible), flags)
 
     if kept_as:
-        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD)}}
+        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SERIES)}}
         library = built_once(known, flags, build)
     else:
         library = build()
@@ -103,12 +106,14 @@ def _written(program: Program, reproducible: bool) -> dict[str, str]:
     from .targets.c import emit_c
     from .targets.c_forms import TURNS_INCLUDED
     from .targets.c_plans import CROWD_INCLUDED
+    from .targets.c_series import SERIES_INCLUDED
 
     text = emit_c(program, turns=not reproducible)
     headers = [
         HEADER,
         *(TURNS if TURNS_INCLUDED in text else ()),
         *(CROWD if CROWD_INCLUDED in text else ()),
+        *(SERIES if SERIES_INCLUDED in text else ()),
     ]
     return {"model.c": text, **{name: header(name) for name in headers}}
 

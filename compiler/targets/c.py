@@ -32,6 +32,7 @@ from .c_loops import (
     touched,
 )
 from .c_plans import CROWD_FUNCTIONS, CROWD_INCLUDED, hybrid_text, indices, start_text
+from .c_series import EXPAND, SERIES_INCLUDED, expansion
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -125,7 +126,8 @@ def emit_c(program: Program, chunk_size: int | None = None, *, turns: bool = Fal
             loops = loops_of(program)
         program = _with_turns(program, loops) if turns else program
         if chunk_size != 0:
-            program = chunk(program, chunk_size or CHUNK, whole=loops)
+            whole = {*loops, NEXT} if program.few_slots else loops
+            program = chunk(program, chunk_size or CHUNK, whole=whole)
             # pieces read their angles anew, in between
             program = verified(_with_turns(program, loops) if turns else program)
         return "\n".join(_File(program, loops, turns).lines()) + "\n"
@@ -173,9 +175,13 @@ class _File:
             yield "};\n"
         if self.crowd:
             yield CROWD_INCLUDED
+        if program.few_slots:
+            yield SERIES_INCLUDED
         yield from self.function(program.parameters)
         for function in program.functions:
-            if _is_emitted(function):
+            if program.few_slots and function.name == NEXT:
+                yield from expansion(program, self.dialect)
+            elif _is_emitted(function):
                 yield from self.function(function)
         if self.crowd:
             yield CROWD_FUNCTIONS
@@ -288,9 +294,8 @@ class _File:
             fields["hybrid"] = "&hybrid"
         series = program.series
         if series is not None and not series.refusal:
-            yield (
-                f"static const mech_series series = {{{series.n_slots}, {series.n_kept}, {START}, {NEXT}}};\n"
-            )
+            given = f"{START}, NULL, {EXPAND}" if program.few_slots else f"{START}, {NEXT}, NULL"
+            yield f"static const mech_series series = {{{series.n_slots}, {series.n_kept}, {given}}};\n"
             fields["series"] = "&series"
         facts = start_facts(make_problem(program))
         if facts is not None:

@@ -191,9 +191,8 @@ def test_taylor_series_in_lanes() -> None:
     estimated = np.isfinite(on.errors)
     assert 10 < estimated.sum() < 40 and 1e-14 < np.median(on.errors[estimated]) < 1e-8
     alone = model.ensemble(**{**WHIRL_ASKED, "lanes": "off"}, method="taylor")
-    assert (
-        0.8 < on.steps.sum() / alone.steps.sum() < 1
-    )  # orders are higher in lanes, where the last ones cost less
+    # exp(1/0.9 - 1): orders are 0.9 and 1.0 for each factor e of the tolerance
+    assert 1 < on.steps.sum() / alone.steps.sum() < 1.25
     again = model.ensemble(**WHIRL_ASKED, method="taylor", threads=3)
     without = model.ensemble(**{**WHIRL_ASKED, "errors": "none"}, method="taylor")
     np.testing.assert_array_equal(again.rows, on.rows)

@@ -15,6 +15,11 @@ from kernel_models import PENDULUM
 
 import mechc
 from mechc.asking.given_values import UsageMistake
+from mechc.compiler.pipeline import program_with
+from mechc.runtime.case import SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import SimulationError
 
 X = mpmath.tanh
@@ -33,6 +38,8 @@ RATES: dict[str, Callable[[mpmath.mpf], mpmath.mpf]] = {
     "sqrt(1 + x)": lambda x: mpmath.sqrt(1 + x),
     "(1 + x^2)^(-3/2)": lambda x: (1 + x**2) ** mpmath.mpf("-1.5"),
     "x/((1 + x)*sqrt(1 + x))": lambda x: x / ((1 + x) * mpmath.sqrt(1 + x)),
+    "(2 + x)^(5/2)": lambda x: (2 + x) ** mpmath.mpf("2.5"),
+    "(2 + x*(1 + x)^(3/2))^(-7/2)": lambda x: (2 + x * (1 + x) ** mpmath.mpf("1.5")) ** mpmath.mpf("-3.5"),
     "(2 + x)^0.7": lambda x: (2 + x) ** mpmath.mpf("0.7"),
     "(2 + x)^(1 + x)": lambda x: (2 + x) ** (1 + x),
     "(1 + x)^k": lambda x: (1 + x) ** mpmath.mpf("1.3"),
@@ -133,6 +140,22 @@ def test_order_follows_the_tolerance(tolerance: float, order: int) -> None:
     assert abs(np.log2(errors[0] / errors[1]) - order) < 0.5, errors
 
 
+@pytest.mark.parametrize(("tolerance", "order"), [(1e-6, 14), (1e-9, 21), (1e-14, 31)])
+def test_steps_of_few_slots(tolerance: float, order: int) -> None:
+    """ln(1/tolerance) orders, upwards; and each step is the difference of its times to the last digit."""
+    problem = load("kepler").problem("c", method="taylor")
+    case = prepare(problem, load_functions(problem), SimulationOptions(points=2, stop=20.0, max_step=20.0))
+    with Solver(load_kernel(), case, "taylor", tolerance, np.full(4, tolerance)) as solver:
+        solver.start_record(200)
+        solver.advance(case.stop, 10**6)
+        steps = solver.recorded(solver.report()[0].steps)
+    assert 20 < len(steps) < 200
+    assert np.all(steps[1:, 0] - steps[:-1, 0] == steps[:-1, 1])
+    beyond = steps[:, 2 + 4 * (order + 1) :]
+    assert np.all(beyond == 0)
+    assert np.any(steps[:, 2 + 4 * order : 2 + 4 * (order + 1)] != 0)
+
+
 POINTS = {
     "th1": "th1", "th2": "th2", "w1": "der(th1)", "w2": "der(th2)", "x2": "tip[1]", "y2": "tip[2]",
 }  # fmt: skip
@@ -199,6 +222,21 @@ def test_events() -> None:
         "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force (if x > 0 m then -1 N/m else -4 N/m)*x on x;"
     ).simulate(stop=3, method="taylor", tolerance=1e-12, estimate_error=False)
     assert abs(stiffer["x"][-1] + 0.5 * np.sin(2 * (3 - np.pi / 2))) < 1e-11
+
+
+def test_still_states_are_constants_until_they_jump() -> None:
+    """x' = c x^2 from 1 until x = 1.25 turns c: 1/x = 1 - t, from 0.2 on 0.6 + t; one slot, as c counts as a constant."""
+    model = mechc.loads(
+        "state c = 1; state x = 1; equation der(c) = 0 /(1 s); equation der(x) = c*x^2/1 s;"
+        "when x > 1.25 then reinit(c, -c); end when;"
+    )
+    plan = program_with(model.compilation, {"series"}).series
+    assert plan is not None
+    assert plan.n_slots == 1
+    solution = model.simulate(stop=1, method="taylor", tolerance=1e-12, estimate_error=False)
+    assert abs(solution.events[0].time - 0.2) < 1e-12
+    assert abs(solution["x"][-1] - 1 / 1.6) < 1e-11
+    assert solution["c"][-1] == -1
 
 
 STIFFENED = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*x^2 + 1/4*{}*x^4;"

@@ -1,6 +1,7 @@
 /* Taylor's method: the state over a step as a polynomial whose coefficients follow from the program of the rates (model.h,
  * point 19). The order is 0.8 ln(1/rtol): an order costs nearly the same as any other, so that many orders and long
- * steps are cheaper than the order of least error for its price. The step follows from the last four coefficients, of
+ * steps are cheaper than the order of least error for its price; ln(1/rtol) where the model forms all orders in one loop, which
+ * the rest of a step outweighs. The step follows from the last four coefficients, of
  * which some vanish where a motion is symmetric in time; what the polynomial then misses shows in the residual of the
  * equations at its end.
  *
@@ -13,38 +14,17 @@
 
 #include "method.h"
 #include "rough.h"
+#include "series.h"
 
-enum { LEAST = 6, MOST = 31, LAST = 4, ROWS = MOST + 1 };
-
-#define OVER_FOUR(k) MECH_C(1.0) / (k), MECH_C(1.0) / ((k) + 1), MECH_C(1.0) / ((k) + 2), MECH_C(1.0) / ((k) + 3)
-static const mech_real OVER[ROWS + 1] = {0, OVER_FOUR(1), OVER_FOUR(5), OVER_FOUR(9), OVER_FOUR(13), OVER_FOUR(17), OVER_FOUR(21),
-                                         OVER_FOUR(25), OVER_FOUR(29)};
+enum { LEAST = 6, MOST = MECH_SERIES_MOST, LAST = 4, ROWS = MOST + 1 };
 
 /* Residuals at the end of a good step, in errors that its last coefficients let expect. */
 static const mech_real RESIDUAL = MECH_C(10.0);
 
-#if defined(__GNUC__) && !defined(MECH_QUAD) && !defined(MECH_LONG)
-#if defined(__AVX512F__)
-typedef double lanes __attribute__((vector_size(64)));
-#elif defined(__AVX__)
-typedef double lanes __attribute__((vector_size(32)));
-#else
-typedef double lanes __attribute__((vector_size(16)));
-#endif
-#else
-typedef mech_real lanes;
-#endif
-enum { WIDTH = sizeof(lanes) / sizeof(mech_real) };
+typedef mech_lanes lanes;
+enum { WIDTH = MECH_SERIES_WIDTH };
 
 static inline int padded(int n) { return (n + MECH_LANES - 1) / MECH_LANES * MECH_LANES; }
-
-/* Behind it in the extra numbers, from the next multiple of 64 bytes on: the parts of `series`. */
-typedef struct memory {
-    int order;
-    int holds; /* the coefficients are those of a state at t with certain z, */
-    int begun; /* the kept numbers those of one at t_begun with the same z   */
-    mech_real t, t_begun, longest;
-} memory;
 
 typedef struct series {
     int n, slots, stride; /* of a row of states, of slots, of all that an order gives                    */
@@ -57,6 +37,15 @@ typedef struct series {
     mech_real *x;         /* [ROWS][n] coefficients of the state                                         */
     mech_real *rows;      /* [MOST][stride] of rates, A and B                                            */
 } series;
+
+/* Behind it in the extra numbers, from the next multiple of 64 bytes on: its parts. */
+typedef struct memory {
+    int order;
+    int holds; /* the coefficients are those of a state at t with certain z, */
+    int begun; /* the kept numbers those of one at t_begun with the same z   */
+    mech_real t, t_begun, longest;
+    series parts;
+} memory;
 
 static memory *memory_of(const mech_solver *s) { return (memory *)mech_extra(s); }
 
@@ -93,18 +82,20 @@ static size_t n_extra(const mech_model *m)
     return HEADER + ALIGNED / sizeof(mech_real) + lay_out(m, NULL, &k);
 }
 
-static series series_of(const mech_solver *s)
+static int order_for(const mech_solver *s)
 {
-    series k;
-    char *behind = (char *)(mech_extra(s) + HEADER);
-    lay_out(s->model, (mech_real *)(behind + (ALIGNED - (uintptr_t)behind % ALIGNED) % ALIGNED), &k);
-    return k;
+    const mech_real for_each = s->model->series->expand ? MECH_C(1.0) : MECH_C(0.8);
+    const mech_real orders = for_each * -mech_log(mech_max(s->o.rtol, MECH_EPSILON));
+    return orders <= LEAST ? LEAST : orders >= MOST ? MOST : (int)orders + ((int)orders < orders);
 }
 
 /* What was remembered belongs to other parameters, or lies at another place of a line of the cache. */
 static void forget(mech_solver *s)
 {
     memory *m = memory_of(s);
+    char *behind = (char *)(mech_extra(s) + HEADER);
+    lay_out(s->model, (mech_real *)(behind + (ALIGNED - (uintptr_t)behind % ALIGNED) % ALIGNED), &m->parts);
+    m->order = order_for(s);
     m->holds = m->begun = 0;
 }
 
@@ -114,7 +105,12 @@ static void begin(mech_solver *s, int fresh)
     if (!s->run->started) forget(s);
 }
 
-static int same(const mech_real *a, const mech_real *b, int n) { return !memcmp(a, b, (size_t)n * sizeof(mech_real)); }
+static int same(const mech_real *a, const mech_real *b, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (memcmp(a + i, b + i, sizeof *a)) return 0;
+    return 1;
+}
 
 /* Rates and kept numbers at t, y. */
 static void start(mech_solver *s, const series *k, mech_real t, const mech_real *y)
@@ -167,10 +163,7 @@ static void add_up(const series *v, int k)
 static mech_real largest(const series *v, int k, int ny)
 {
     mech_real most = 0;
-    for (int i = 0; i < ny; i++) {
-        const mech_real size = mech_abs(v->x[k * v->n + i]) * v->weight[i];
-        if (!(size <= most)) most = size;
-    }
+    for (int i = 0; i < ny; i++) most = mech_max(mech_abs(v->x[k * v->n + i]) * v->weight[i], most);
     return most;
 }
 
@@ -181,16 +174,33 @@ static mech_real suggested(const series *v, int order, int ny, mech_real longest
     for (int k = order; k > order - LAST; k--) {
         const mech_real size = largest(v, k, ny);
         if (!mech_finite(size) || !(size > 0)) continue;
-        const double here = -mech_rough_log2((double)size) / k;
-        if (here < least) least = here;
+        const double here = -mech_rough_log2((double)size) * (double)mech_series_over[k];
+        least = here < least ? here : least;
     }
     return mech_min(longest, mech_rough_exp2(least));
 }
 
-static int order_for(const mech_solver *s)
+/* A step from one time that can be represented to another one, so that the state is that of its time to the last digit. */
+static mech_real representable(mech_real t, mech_real h)
 {
-    const mech_real orders = MECH_C(0.8) * -mech_log(mech_max(s->o.rtol, MECH_EPSILON));
-    return orders <= LEAST ? LEAST : orders >= MOST ? MOST : (int)orders + ((int)orders < orders);
+    const mech_real between = (t + h) - t;
+    return between > 0 && mech_finite(between) ? between : h;
+}
+
+/* The orders from 2 on, one after the other. */
+static void next_orders(const mech_solver *s, const series *v, int order)
+{
+    const int ny = s->ny, n = v->n;
+    mech_real *u = v->sums + 4 * v->slots;
+    for (int k = 1; k < order; k++) {
+        mech_real *rates = v->rows + k * v->stride, *next = v->x + (k + 1) * n;
+        add_up(v, k);
+        u[v->slots] = mech_series_over[k];
+        u[v->slots + 1] = k == 1;
+        s->model->series->next(k, v->x + k * n, u, v->kept + ny, s->o.p, rates);
+        const mech_real share = mech_series_over[k + 1];
+        for (int i = 0; i < ny; i++) next[i] = rates[i] * share;
+    }
 }
 
 /* The coefficients at the present state, unless they are there. */
@@ -203,58 +213,64 @@ static void expand(mech_solver *s, const series *v)
     if (m->holds && m->t == t && same_z && same(v->x, s->y, ny)) return;
     if (!(m->begun && m->t_begun == t && same_z && same(v->y_begun, s->y, ny))) start(s, v, t, s->y);
     if (nz) memcpy(v->z, s->o.z, (size_t)nz * sizeof(mech_real));
-    m->order = order_for(s);
-    mech_real *u = v->sums + 4 * v->slots;
     for (int i = 0; i < ny; i++) {
         v->x[i] = s->y[i];
         v->x[n + i] = v->kept[i];
         v->weight[i] = 1 / (s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]));
     }
-    for (int k = 1; k < m->order; k++) {
-        mech_real *rates = v->rows + k * v->stride, *next = v->x + (k + 1) * n;
-        add_up(v, k);
-        u[v->slots] = OVER[k];
-        u[v->slots + 1] = k == 1;
-        s->model->series->next(k, v->x + k * n, u, v->kept + ny, s->o.p, rates);
-        const mech_real share = OVER[k + 1];
-        for (int i = 0; i < ny; i++) next[i] = rates[i] * share;
-    }
+    if (s->model->series->expand)
+        s->model->series->expand(m->order, v->kept + ny, s->o.p, v->x, v->rows);
+    else
+        next_orders(s, v, m->order);
     m->t = t;
     m->holds = 1;
-    m->longest = suggested(v, m->order, ny, s->o.dt_max);
+    m->longest = representable(t, suggested(v, m->order, ny, s->o.dt_max));
 }
 
 static mech_real longest(mech_solver *s)
 {
-    const series v = series_of(s);
-    expand(s, &v);
-    return memory_of(s)->longest;
+    memory *m = memory_of(s);
+    expand(s, &m->parts);
+    return m->longest;
+}
+
+/* The polynomial y = x_0 + h P(h) at the end of a step and its slope P + h P'; of P even and odd powers apart, which processors
+ * form side by side. */
+static void reach(const series *v, int order, mech_real h)
+{
+    const int row = v->n / WIDTH;
+    const mech_real square = h * h;
+    for (int i = 0; i < row; i++) {
+        const lanes *x = (const lanes *)v->x + i, none = {0};
+        lanes even = none, odd = none, even_rate = none, odd_rate = none; /* with respect to the square */
+        int k = order;
+        if (k % 2) even = x[k-- * row];
+        for (; k > 0; k -= 2) {
+            even_rate = even_rate * square + even;
+            even = even * square + x[(k - 1) * row];
+            odd_rate = odd_rate * square + odd;
+            odd = odd * square + x[k * row];
+        }
+        const lanes share = even + odd * h;
+        ((lanes *)v->end)[i] = x[0] + share * h;
+        ((lanes *)v->slope)[i] = share + (odd + (even_rate + odd_rate * h) * (2 * h)) * h;
+    }
 }
 
 /* The error is how far the polynomial at its end is off the equations, over what its last coefficients let expect. */
 static mech_real attempt(mech_solver *s, mech_real h)
 {
-    const series v = series_of(s);
-    const int ny = s->ny, n = v.n;
     memory *m = memory_of(s);
-    expand(s, &v);
-    const int row = n / WIDTH;
-    for (int i = 0; i < row; i++) {
-        const lanes *x = (const lanes *)v.x + i;
-        lanes y = x[m->order * row], slope = y - y;
-        for (int k = m->order - 1; k >= 0; k--) {
-            slope = slope * h + y;
-            y = y * h + x[k * row];
-        }
-        ((lanes *)v.slope)[i] = slope;
-        ((lanes *)v.end)[i] = y;
-    }
-    memcpy(s->y_new, v.end, (size_t)ny * sizeof(mech_real));
-    start(s, &v, s->run->report.t + h, s->y_new);
+    const series *v = &m->parts;
+    const int ny = s->ny;
+    expand(s, v);
+    reach(v, m->order, h);
+    memcpy(s->y_new, v->end, (size_t)ny * sizeof(mech_real));
+    start(s, v, s->run->report.t + h, s->y_new);
     mech_real most = 0;
     for (int i = 0; i < ny; i++) {
-        const mech_real residual = mech_abs(v.slope[i] - v.kept[i]) * v.weight[i];
-        s->dy_new[i] = v.kept[i];
+        const mech_real residual = mech_abs(v->slope[i] - v->kept[i]) * v->weight[i];
+        s->dy_new[i] = v->kept[i];
         if (!(residual <= most)) most = residual;
     }
     const mech_real error = h * most / (RESIDUAL * (m->order + 1));
@@ -273,7 +289,7 @@ static mech_real control(mech_solver *s, mech_real h, mech_real error)
 /* The same polynomial in the form of solver.h, point 6: divided by s and by s - 1 in turn. */
 static void dense(mech_solver *s, mech_real h)
 {
-    const series v = series_of(s);
+    const series v = memory_of(s)->parts;
     const int ny = s->ny, order = memory_of(s)->order;
     mech_real *c = s->dense, power = 1;
     for (int k = 0; k <= MOST; k++, power *= h)
@@ -289,7 +305,7 @@ static void dense(mech_solver *s, mech_real h)
 
 const mech_method mech_taylor = {
     .name = "taylor",
-    .doc = "Taylor series of order 0.8 ln(1/tolerance) from the program of the model, for smooth motions and high accuracy",
+    .doc = "Taylor series of order 0.8 to 1.0 ln(1/tolerance) from the program of the model, for smooth motions and high accuracy",
     .order = LEAST,
     .adaptive = 1,
     .n_dense = MOST + 1,
