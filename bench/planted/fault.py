@@ -28,14 +28,13 @@ class Edit(Struct, frozen=True):
 
 class Fault(Struct, frozen=True):
     """``text`` says what is wrong; ``model`` and ``options`` of ``mechc run`` reach it. ``point``: under which heading it was
-    found, if mechc once had it. ``gap``: why stress cannot tell it, where it calls the model right."""
+    found, if mechc once had it."""
 
     text: str
     edits: tuple[Edit, ...]
     model: str
     options: tuple[str, ...] = ()
     point: str = ""
-    gap: str = ""
 
 
 def edit(file: str, there: str, instead: str) -> tuple[Edit, ...]:

@@ -100,7 +100,6 @@ FAULTS = (
              "    if (0 && fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);\n"),
         models.ROD,
         point="5",
-        gap="either motion is one of Coulomb's law, and all twins take the same",
     ),
     Fault(
         "of contacts that hit at once the first one in the text hits first",
@@ -142,7 +141,6 @@ FAULTS = (
              "    if main is not None:\n"),
         models.FAR,
         point="8",
-        gap="the run claims a share of 1e5 m, and keeps to it",
     ),
     Fault(
         "what is narrow and lies between steps is not looked for",

@@ -90,12 +90,11 @@ class Found(Struct, frozen=True):
 
     @property
     def good(self) -> bool:
-        """Whether all is as it must be: silent without the fault, loud with it, and not right under stress unless that is a
-        known gap."""
+        """Whether all is as it must be: silent without the fault, loud with it, and not right under stress."""
         refused = self.sound.outcome in ("failed", "refused")
         silent = refused or (self.sound.code == 0 and self.sound_stressed.code == 0)
         caught = self.planted.code == DOUBTFUL if self.owed else True
-        seen = not self.stressed.right or bool(self.fault.gap) or not (self.owed or self.fault.point)
+        seen = not self.stressed.right or not (self.owed or self.fault.point)
         return silent and caught and seen
 
 

@@ -19,6 +19,8 @@ WORDS = {
     "open": "",
     "long": "",
     "rough": "inaccurate",
+    "tied": "",
+    "parted": "not determined by its start",
     "other": "another motion",
 }
 """Of the rows of stress; those that find nothing are not listed."""
@@ -89,7 +91,7 @@ def row(one: Found) -> list[str]:
         _number(one.planted.estimate),
         _number(one.moved),
         _ended(one.planted, one.sound),
-        _stressed(one.stressed, one.sound_stressed, fault.gap),
+        _stressed(one.stressed, one.sound_stressed),
     ]
 
 
@@ -102,8 +104,8 @@ def _ended(run: Run, sound: Run) -> str:
     return f"{run.outcome}, exit code {run.code}{without}"
 
 
-def _stressed(made: Stressed, sound: Stressed, gap: str) -> str:
+def _stressed(made: Stressed, sound: Stressed) -> str:
     told = [f"{name or 'the run'}: {WORDS.get(k, k)}" for name, k in made.kinds.items() if WORDS.get(k, k)]
     without = "" if sound.code == 0 else f"; without the fault exit code {sound.code}"
     verdict = "right" if made.right else f"exit code {made.code}"
-    return verdict + (f" ({', '.join(told)})" if told else "") + (f": {gap}" if gap else "") + without
+    return verdict + (f" ({', '.join(told)})" if told else "") + without

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 from msgspec.structs import replace
@@ -21,21 +22,28 @@ def rate_name(name: str) -> str:
     return f"der({name})"
 
 
-def begun(model: FlatModel, states: States) -> FlatModel:
-    """Return the model with initial values of all that has one in ``states``, as guesses that assembly need not move."""
+Moved = Callable[[str, Expression], Expression]
+"""Gives what a state, by its name, begins with in the place of a number."""
+
+
+def begun(model: FlatModel, states: States, moved: Moved = lambda name, value: value) -> FlatModel:
+    """Return the model with initial values of all that has one in ``states``, as guesses that assembly need not move, but by
+    what ``moved`` makes of them."""
     given = {v.name for v in model.variables if v.role not in MOVING}
     experiments = tuple(
         replace(e, settings=tuple(s for s in e.settings if s.target in given), sweeps=())
         for e in model.experiments
     )
     second, spin = measured(model, "time").dimension, measured(model, "rate", (3,))
-    variables = tuple(_begun(v, states, second, spin) if v.role in MOVING else v for v in model.variables)
+    variables = tuple(
+        _begun(v, states, second, spin, moved) if v.role in MOVING else v for v in model.variables
+    )
     return replace(model, variables=variables, experiments=experiments, initials=())
 
 
-def _begun(v: Variable, states: States, second: Dimension, spin: Type) -> Variable:
+def _begun(v: Variable, states: States, second: Dimension, spin: Type, moved: Moved) -> Variable:
     if v.type.kind is Kind.ROTATION:
-        return _turned(v, states, spin)
+        return _turned(v, states, spin, moved)
 
     def given(rate: bool) -> dict[tuple[int, ...], StartValue]:
         found = {}
@@ -44,7 +52,7 @@ def _begun(v: Variable, states: States, second: Dimension, spin: Type) -> Variab
             name = rate_name(name) if rate else name
             if name in states:
                 kind = types.real(v.type.dimension / second) if rate else v.type
-                found[index] = _guess(number(states[name], kind, v.origin.span), v)
+                found[index] = _guess(moved(name, number(states[name], kind, v.origin.span)), v)
         return found
 
     if not v.type.shape:
@@ -53,19 +61,23 @@ def _begun(v: Variable, states: States, second: Dimension, spin: Type) -> Variab
     return replace(v, starts={**v.starts, **given(False)}, rates={**v.rates, **given(True)})
 
 
-def _turned(v: Variable, states: States, turning: Type) -> Variable:
+def _turned(v: Variable, states: States, turning: Type, moved: Moved) -> Variable:
     span = v.origin.span
-    entries = [states.get(element_name(v.name, (i,))) for i in range(4)]
-    spin = [states.get(f"{rate_name(v.name)}[{i + 1}]") for i in range(3)]
-    if any(x is None for x in (*entries, *spin)):
+    entries = [element_name(v.name, (i,)) for i in range(4)]
+    spin = [f"{rate_name(v.name)}[{i + 1}]" for i in range(3)]
+    if any(n not in states for n in (*entries, *spin)):
         return v
+
+    def value(name: str, type: Type) -> Expression:
+        return moved(name, number(Fraction(states[name]), type, span))
+
     pose = Apply(
         type=types.POSE,
         span=span,
         function="quat",
-        arguments=tuple(number(Fraction(x or 0.0), types.NUMBER, span) for x in entries),
+        arguments=tuple(value(n, types.NUMBER) for n in entries),
     )
-    rates = tuple(number(x or 0.0, turning, span) for x in spin)
+    rates = tuple(value(n, turning) for n in spin)
     return replace(v, start=_guess(pose, v), rate=_guess(Array(type=turning, span=span, elements=rates), v))
 
 

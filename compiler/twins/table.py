@@ -17,6 +17,7 @@ from .order import in_another_order
 from .parts import integrals_in_parts
 from .powers import powers_written_out
 from .reversal import time_reversed
+from .shaken import start_shaken
 from .sizes import other_units
 from .stated import starts_elsewhere
 from .tables import tables_in_pieces
@@ -47,4 +48,5 @@ TWINS: Mapping[str, Make] = {
     "joint as closure": joint_as_closure,
     "other coordinates": other_coordinates,
     "time reversed": time_reversed,
+    "start shaken": start_shaken,
 }

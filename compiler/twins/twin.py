@@ -25,7 +25,8 @@ class Twin(Struct, frozen=True):
     ``apart``: outputs that mean something else there, heads of names; ``names``: what is called otherwise there;
     ``factors``: by what units are larger there, as factors of kg, m, s, A; ``start``: the states it begins at, where these are
     not those that the model states; ``backwards``: its time runs from the stop to the start; ``beside``: the model with
-    further outputs, with which it is compared in the place of the model.
+    further outputs, with which it is compared in the place of the model; ``shakes``: parameters that move its start, zero but
+    for what is tried.
     """
 
     name: str
@@ -37,6 +38,7 @@ class Twin(Struct, frozen=True):
     start: States | None = None
     backwards: bool = False
     beside: FlatModel | None = None
+    shakes: tuple[str, ...] = ()
 
     def factor(self, dimension: Dimension) -> float:
         """Return by what a quantity is larger than in the model."""
@@ -51,13 +53,14 @@ class Twin(Struct, frozen=True):
 
 class Seen(Struct, frozen=True):
     """What is known of the motion: its time from ``begin`` to ``stop``, its ``first`` and ``last`` states, the ``largest``
-    size of each; ``evaluated`` gives the entries of expressions at the start."""
+    size of each, and the ``sizes`` that errors are measured against; ``evaluated`` gives the entries of expressions at the start."""
 
     begin: float
     stop: float
     first: States
     last: States
     largest: States
+    sizes: States
     evaluated: Callable[[Sequence[Expression]], list[list[float]]]
 
 

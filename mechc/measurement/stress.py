@@ -22,7 +22,7 @@ from ..api import Model, load
 from ..asking.asked import Asked, asked
 from ..asking.given_values import Given, UsageMistake
 from ..compiler.twins.table import TWINS
-from ..compiler.twins.twin import NotApplicable
+from ..compiler.twins.twin import NotApplicable, Twin
 from ..lang.diagnostics import CompileError
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
@@ -31,6 +31,8 @@ from ..runtime.studies.kinds.motion import Simulate
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
+from .own_ranges import lost
+from .shaken import shaken
 from .stress_table import TWIN, Row, Stress
 from .truth import ROUNDING, compile_for_reference, true_errors
 from .twins import Base, beside, compare, disturbed_twin, run_twin, twin_of
@@ -195,6 +197,8 @@ def _twin(base: Base, name: str) -> Row:
         return replace(row, kind="other", reason=f"it ends otherwise: {solution.message}; {mine.message}")
     if solution.accuracy.error is None:
         return replace(row, reason=solution.accuracy.remark)
+    if twin.shakes:
+        return _shaken(base, twin, row)
     found = compare(base, twin, made)
     if twin.backwards and found is not None and not found.same:
         elsewhere = disturbed_twin(name, base)
@@ -215,6 +219,27 @@ def _twin(base: Base, name: str) -> Row:
         words = f"{found.name} differs by {found.difference:.1e} from t = {found.at:.6g} on, {found.allowed:.1e} is allowed"
         return replace(row, kind="other", reason=words)
     return replace(row, kind="same" if found.allowed < ROUGH else "rough")
+
+
+def _shaken(base: Base, twin: Twin, row: Row) -> Row:
+    """Move the start of a twin, and see what becomes of it."""
+    limit = base.request.progress
+    assert isinstance(limit, _Limit)
+    try:
+        found = shaken(twin, base, limit.begin)
+    except SimulationError as error:
+        return replace(row, reason=str(error))
+    except _OutOfTime as late:
+        return replace(row, kind="long", reason=str(late))
+    if not found.series:
+        return replace(row, reason="no start beside its own can run")
+    row, worst = replace(row, claim=None), found.worst
+    if worst is None:
+        return replace(row, kind="same")
+    row = replace(row, error=worst.apart)
+    if worst.determined:
+        return replace(row, kind="rough", reason=worst.words()) if worst.apart > ROUGH else replace(row, kind="same")
+    return replace(row, kind="tied" if worst.tied else "parted", reason=worst.words())
 
 
 def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
@@ -282,11 +307,26 @@ def _checked(
     worst = max(errors, key=lambda n: errors[n] / max(owed[n], ROUNDING))
     largest = max(errors.values())
     if errors[worst] <= UNDERSTATED * max(owed[worst], ROUNDING):
-        return "right" if max(largest, estimate.largest) < ROUGH else "rough", largest, against, why
+        missed = _lost(model, request, solution) if max(largest, estimate.largest) < ROUGH else ""
+        kind = "rough" if missed or max(largest, estimate.largest) >= ROUGH else "right"
+        return kind, largest, against, missed or why
     if errors[worst] <= UNDERSTATED * _conditioning(model, request, solution).get(worst, 0.0):
         return "right", largest, against, "as far as the rounding of its parameters lets it be"
     words = f"the error of {worst} is {errors[worst]:.1e}, {estimate.by_state[worst]:.1e} was claimed"
     return "wrong", largest, against, words
+
+
+def _lost(model: Model, request: Asked, solution: Solution) -> str:
+    """Say which state is not known by its own range, or nothing."""
+    assert isinstance(request.progress, _Limit)
+    request.progress.begin()
+    method = solution.statistics.method
+    changes = {"method": method if method in adaptive_methods() else "dop853"}
+    try:
+        found = lost(plan(model, request.changed(**changes)), solution)
+    except (SimulationError, UsageMistake, _OutOfTime):
+        return ""
+    return found.words() if found else ""
 
 
 def _other(

@@ -17,12 +17,15 @@ WORDS = {
     "long": "stopped, too long",
     "same": "the same motion",
     "none": "not applicable",
+    "tied": "decided by a tie",
+    "parted": "NOT DETERMINED",
     "other": "ANOTHER MOTION",
     "wrong": "WRONG SILENTLY",
     "hung": "HUNG",
     "crashed": "CRASHED",
 }
 BAD = ("wrong", "hung", "crashed")
+DOUBTED = ("parted", "other")
 STATED, TWIN = "as stated", "twin"
 """Groups: the run that the model states, and its twins."""
 
@@ -58,9 +61,9 @@ class Stress(Struct, frozen=True):
 
     @property
     def doubtful(self) -> bool:
-        """Say whether a twin moves otherwise, or the run as stated doubts itself."""
+        """Say whether a twin moves otherwise, or the start does not determine the motion, or the run as stated doubts itself."""
         return any(
-            row.kind == "other" or (row.kind == "doubtful" and row.group == STATED) for row in self.rows
+            row.kind in DOUBTED or (row.kind == "doubtful" and row.group == STATED) for row in self.rows
         )
 
     def summary(self) -> dict[str, Any]:
@@ -82,6 +85,7 @@ def report(made: Stress) -> str:
         rows.append(
             f"no row can be trusted: the same mechanics said otherwise moves otherwise ({', '.join(others)})"
         )
+    rows += [f"the run as stated is one of several: {row.reason}" for row in made.rows if row.kind == "parted"]
     return "\n".join(rows)
 
 

@@ -73,7 +73,9 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
         raise ReferenceFailed("the run has no length")
     done = solution.statistics
     method = "radau5" if done.method == "radau5" or done.stiff_time is not None else "dop853"
-    case = plan.case
+    case, names = plan.case, [quantity.name for quantity in plan.case.problem.states]
+    claimed = solution.accuracy.error  # a run may have been repeated with errors measured against other sizes
+    nominal = plan.nominal if claimed is None else np.array([claimed.nominal[n] for n in names])
     if (
         done.longest_step
     ):  # a run may have been repeated in shorter steps, to see what lies between longer ones
@@ -81,14 +83,13 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
     made = reference(
         library,
         case,
-        plan.nominal,
+        nominal,
         times,
         precision=best_precision(),
         method=method,
         seconds=seconds,
         ladder=LADDERS[method],
     )
-    names = [quantity.name for quantity in plan.case.problem.states]
     got = np.array([solution[name][rows] for name in names]).T
     scaled = np.abs((got - made.high) - made.low) / (made.nominal + np.abs(made.high))
     count = _clear(made, scaled)

@@ -69,10 +69,12 @@ def twin_of(name: str, base: Base) -> Twin:
 
 def _seen(base: Base) -> Seen:
     case, solution = base.plan.case, base.solution
-    names = [q.name for q in case.problem.states]
+    names, estimate = [q.name for q in case.problem.states], solution.accuracy.error
     largest = {n: float(np.nanmax(np.abs(solution[n]))) for n in names}
     first = dict(zip(names, map(float, case.y0), strict=True))
     last = {n: float(solution[n][-1]) for n in names}
+    nominal = dict(zip(names, map(float, base.plan.nominal), strict=True))
+    sizes = nominal if estimate is None else estimate.nominal
 
     def evaluated(expressions: Sequence[Expression]) -> list[list[float]]:
         flat = base.model.compilation.flat
@@ -89,7 +91,7 @@ def _seen(base: Base) -> Seen:
             for k in range(len(expressions))
         ]
 
-    return Seen(case.begin, float(solution.time[-1]), first, last, largest, evaluated)
+    return Seen(case.begin, float(solution.time[-1]), first, last, largest, sizes, evaluated)
 
 
 def disturbed_twin(name: str, base: Base) -> Twin | None:
@@ -122,16 +124,16 @@ def run_twin(twin: Twin, base: Base) -> Base:
     UsageMistake."""
     case, own = base.plan.case, None
     if twin.start is None and case.assembled is not None:
-        model, request = _request(twin, base)
+        model, request = posed(twin, base)
         twin, own = begun_as(twin, case, plan(model, request).case)
-    model, request = _request(twin, base)
+    model, request = posed(twin, base)
     ran, answer = answered(model, request)
     assert isinstance(answer, Solution)
     return Base.of(ran, request, answer, own)
 
 
-def _request(twin: Twin, base: Base) -> tuple[CompiledModel, Asked]:
-    """Return a twin with the settings of the model, and what is asked about it."""
+def posed(twin: Twin, base: Base, further: Mapping[str, float] | None = None) -> tuple[CompiledModel, Asked]:
+    """Return a twin with the settings of the model and ``further`` ones, and what is asked about it."""
     units = base.model.settable_units()
     moving = {q.name for q in base.plan.case.problem.states}
     settings = {
@@ -144,7 +146,7 @@ def _request(twin: Twin, base: Base) -> tuple[CompiledModel, Asked]:
         n: x * by if n in ("stop", "start", "every", "step") and isinstance(x, (int, float)) else x
         for n, x in base.request.given.items()
     }
-    return base.model.of(twin.model, settings), replace(base.request, given=given)
+    return base.model.of(twin.model, settings | dict(further or {})), replace(base.request, given=given)
 
 
 def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) -> Compared | None:

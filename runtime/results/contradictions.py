@@ -155,8 +155,8 @@ def compared(
     listed = checks(case.problem, as_stated=as_stated)
     found = [_constraint(drift, estimate) for drift in drifts]
     if listed and pair.count > 1:
-        scales = _scales(case, listed, pair, estimate)
-        looks = [_Look(check, pair.factor, *scale) for check, scale in zip(listed, scales, strict=True)]
+        allowed = scales(case, listed, pair, estimate)
+        looks = [Look(check, pair.factor, *scale) for check, scale in zip(listed, allowed, strict=True)]
         for rows in slices(pair.count, pair.t, pair.y, pair.z, pair.theirs):
             at = pair.ours(rows)
             ours = values_of(case, listed, *at)
@@ -173,7 +173,7 @@ def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contra
     return made, drift.after / expected
 
 
-class _Look:
+class Look:
     """Compares one check of both runs, a slice after the other, with what the ``stated`` errors do to it and what both
     runs ``shared``."""
 
@@ -230,7 +230,7 @@ def values_of(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Arra
     return np.array(columns).T
 
 
-def _scales(
+def scales(
     case: Case, listed: tuple[Check, ...], pair: Pair, estimate: ErrorEstimate
 ) -> list[tuple[float, float]]:
     """Give for each check the largest sum_i |dB/dy_i| e_i, for the stated errors, and for those that both
@@ -270,7 +270,7 @@ def spread(case: Case, rows: tuple[Array, Array, Array | None], estimate: ErrorE
         for i, q in enumerate(case.problem.outputs)
     )
     pair = Pair(t, y, z, t.size, np.empty((t.size, 0)), steps, 1.0, 0.0)
-    return np.array([stated for stated, _ in _scales(case, listed, pair, estimate)])
+    return np.array([stated for stated, _ in scales(case, listed, pair, estimate)])
 
 
 def _slopes(
