@@ -13,13 +13,13 @@ from types import SimpleNamespace
 from typing import Any
 
 sys.path.insert(0, "")
-import mechc  # noqa: E402
-from mechc.lang.diagnostics import CompileError  # noqa: E402
-from mechc.runtime.simulate import companion_step, companion_tolerance  # noqa: E402
-from mechc.runtime.evaluate import evaluate_rows  # noqa: E402
-from mechc.runtime.outcome import SimulationError  # noqa: E402
-
-runs = import_module("mechc.runtime.simulate")
+mechc: Any = import_module("mechc")
+runs: Any = import_module("mechc.runtime.simulate")
+evaluate_rows: Any = import_module("mechc.runtime.evaluate").evaluate_rows
+REFUSALS: Any = (
+    import_module("mechc.lang.diagnostics").CompileError,
+    import_module("mechc.runtime.outcome").SimulationError,
+)
 
 
 def quantities(listed: Any) -> list[dict[str, Any]]:
@@ -38,8 +38,8 @@ def run(text: str) -> tuple[dict[str, Any], Any]:
     runs._run = noted
     try:
         solution = mechc.loads(text).simulate()
-    except (CompileError, SimulationError) as error:
-        return {"outcome": "refused", "message": str(error).splitlines()[0]}, None
+    except REFUSALS as refused:
+        return {"outcome": "refused", "message": str(refused).splitlines()[0]}, None
     finally:
         runs._run = run_once
     accuracy = solution.accuracy
@@ -73,8 +73,8 @@ def run(text: str) -> tuple[dict[str, Any], Any]:
 def factor(plan: Any, error: Any) -> float:
     """From the difference of both runs to the error of the first, as the run took it."""
     if plan.method.fixed_step:
-        return float(companion_step(plan.case.step, plan.method.order)[1])
-    tight, found = companion_tolerance(plan.case.tolerance)
+        return float(runs.companion_step(plan.case.step, plan.method.order)[1])
+    tight, found = runs.companion_tolerance(plan.case.tolerance)
     return float(found) if tight == error.tolerance else 1.0
 
 

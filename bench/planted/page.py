@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from mechc.runtime.results import contradictions as rule
+
 from ..machine import table, write
-from . import energy, former
+from . import as_it_was, energy, former
 from .fault import changed
 from .judged import FACTOR, Found, Judge, Run, Stressed
 
@@ -67,7 +69,19 @@ def _parts(found: dict[str, list[Found]]) -> Sequence[str]:
     ]
     for title, made in found.items():
         parts += [f"## {title}", table(HEAD, [row(one) for one in made])]
-    return [*parts, IMPOSSIBLE]
+    return [*parts, IMPOSSIBLE, *_as_it_was()]
+
+
+def _as_it_was() -> Sequence[str]:
+    """Tell of the mechc that had the former faults."""
+    kept = as_it_was.kept()
+    how = (
+        f"The same models, and brothers of theirs, in the sources of commit {as_it_was.COMMIT[:8]}, the last before these faults "
+        "were mended, when no run was doubtful: motions, balances and estimates are those of that mechc, and the rule of today judges "
+        f"them (from {rule.FACTOR:g} times what the estimates allow on a run is doubtful). {as_it_was.words(kept)} The others were refused, did "
+        "not end, kept the balance of a wrong motion, or claimed errors as large. `python -m bench.planted --as-it-was` runs them again."
+    )
+    return ["## The mechc that had them", how, table(as_it_was.HEAD, [as_it_was.row(one) for one in kept])]
 
 
 def _sum(every: Sequence[Found]) -> str:

@@ -107,7 +107,9 @@ def _run(twin: Twin, base: Base, shakes: Mapping[str, float]) -> Solution:
     """Run a twin as the model was run, but tightly; up to where it fails, or gets too costly."""
     model, request = posed(twin, base, shakes)
     done = base.solution.statistics
-    changes = {} if base.plan.method.fixed_step else {"tolerance": min(base.plan.case.tolerance, TIGHT)}
+    changes: dict[str, object] = {}
+    if not base.plan.method.fixed_step:
+        changes["tolerance"] = min(base.plan.case.tolerance, TIGHT)
     if done.jacobians:
         changes["method"] = done.method
     made = plan(model, request.changed(estimate_error=False, **changes))
@@ -134,6 +136,10 @@ def _partings(base: Base, still: Solution, runs: Sequence[Solution]) -> list[Par
             found.append(solution.motion.states_at(t)[0][:, columns])
         return found
 
+    def apart_at(t: float) -> Array:
+        first, *others = states(np.array([t]))
+        return np.array([np.abs(other - first)[0] for other in others])
+
     first, *others = states(times)
     apart = np.array([np.maximum.accumulate(np.abs(other - first), axis=0) for other in others])
     near = NEAR * (end - begin)
@@ -155,13 +161,11 @@ def _partings(base: Base, still: Solution, runs: Sequence[Solution]) -> list[Par
         low, high = times[earlier], times[after]
         for _ in range(HALVINGS):
             middle = (low + high) / 2
-            there, moved, *_ = (float(x[0, k]) for x in states(np.array([middle])))
-            low, high = (low, middle) if abs(moved - there) >= level else (middle, high)
-        there, *moved = (float(x[0, k]) for x in states(np.array([high])))
-        now = [max(abs(x - there), float(apart[j, earlier, k])) for j, x in enumerate(moved)]
+            low, high = (low, middle) if apart_at(middle)[0, k] >= level else (middle, high)
+        now = np.maximum(apart_at(high)[:, k], apart[:, earlier, k])
         early = apart[:, before, k]
         tied = happened <= high + near and not LATER * SIZES[0] * size < early[0] > early[1] / ALIKE
-        found.append(Parting(name, most / size, now[1] / now[0], float(high), tied))
+        found.append(Parting(name, most / size, float(now[1] / now[0]), float(high), bool(tied)))
     return found
 
 

@@ -238,7 +238,11 @@ def _shaken(base: Base, twin: Twin, row: Row) -> Row:
         return replace(row, kind="same")
     row = replace(row, error=worst.apart)
     if worst.determined:
-        return replace(row, kind="rough", reason=worst.words()) if worst.apart > ROUGH else replace(row, kind="same")
+        return (
+            replace(row, kind="rough", reason=worst.words())
+            if worst.apart > ROUGH
+            else replace(row, kind="same")
+        )
     return replace(row, kind="tied" if worst.tied else "parted", reason=worst.words())
 
 

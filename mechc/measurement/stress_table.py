@@ -85,7 +85,9 @@ def report(made: Stress) -> str:
         rows.append(
             f"no row can be trusted: the same mechanics said otherwise moves otherwise ({', '.join(others)})"
         )
-    rows += [f"the run as stated is one of several: {row.reason}" for row in made.rows if row.kind == "parted"]
+    rows += [
+        f"the run as stated is one of several: {row.reason}" for row in made.rows if row.kind == "parted"
+    ]
     return "\n".join(rows)
 
 
