@@ -123,12 +123,11 @@ FAULTS = (
                      "            tell(self._reporter, expression.span, error, self._rules[name])\n",
                      "            self._rules[name] = rules()[0]\n"),
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "    value, rough, size = graph.zero, graph.zero, graph.zero\n"
-                     "    bounds = _bounds(graph, integrand, s, lower, upper)\n",
-                     "    value, rough, size = graph.zero, graph.zero, graph.zero\n"
-                     "    bounds = (lower, upper)\n"),
+                     "        pieces, bent = _pieces(graph, integrand, s, lower, upper)\n",
+                     "        pieces = [lower, upper]\n"),
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "            self.errors[name] = Integral(expression.span, off)\n", "            pass\n"),
+                     "            self.errors[name] = Integral(expression.span, error_of(graph, integrand, pieces, bent, rule))\n",
+                     "            pass\n"),
             ),
             model,
             point="7",
