@@ -15,7 +15,7 @@ from ...integrate.trajectory import Trajectory
 from ...once import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
-from ...rows import slices
+from ...rows import AT_ONCE, slices
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,6 +47,8 @@ def _own(problem: Problem) -> list[int]:
 
 
 def _largest(main: Trajectory, i: int) -> float:
+    if len(main.y) <= AT_ONCE:
+        return _size(main.y[:, i])
     return max([_size(main.y[rows, i]) for rows in slices(len(main.y), main.y)])
 
 

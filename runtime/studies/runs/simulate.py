@@ -16,6 +16,7 @@ from ...integrate.choose_method import choose_method
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.nominal_run import nominal_of
 from ...integrate.trajectory import Trajectory, with_unit_rotations
+from ...once import once
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.accuracy import (
@@ -160,6 +161,12 @@ def _looked_at(
     return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
 
 
+@once
+def _names(problem: Problem) -> list[str]:
+    """Give the names of the parameters."""
+    return [q.name for q in problem.parameters]
+
+
 class _Done(Struct, frozen=True, eq=False):
     """A run and its companion, ready to be judged."""
 
@@ -237,7 +244,7 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
         at,
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
         experiment=case.experiment,
-        parameters=dict(zip([q.name for q in problem.parameters], case.p.tolist(), strict=False)),
+        parameters=dict(zip(_names(problem), case.p.tolist(), strict=False)),
         statistics=main.statistics,
         judged=judged,
         stopped=main.failure,
