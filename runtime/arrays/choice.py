@@ -37,8 +37,8 @@ MADE = (
     "empty zeros ones full zeros_like ones_like full_like asarray ascontiguousarray arange linspace broadcast_to "
     "concatenate vstack hstack column_stack append tile repeat"
 )
-EACH = "isfinite sqrt where clip divide outer diff flatnonzero searchsorted isin"
-REDUCED = "max min nanmax sum any all argmax argmin"
+EACH = "isfinite sqrt exp log where clip divide outer diff flatnonzero searchsorted isin"
+REDUCED = "max min nanmax sum mean any all argmax argmin"
 
 
 def memory_of(values: Array) -> Any:

@@ -39,6 +39,27 @@ def sqrt(values: Any) -> Any:
     return math.sqrt(given) if given >= 0 else math.nan
 
 
+def exp(values: Any) -> Any:
+    return _each_real(_exp, values)
+
+
+def log(values: Any) -> Any:
+    return _each_real(_log, values)
+
+
+def _each_real(function: Callable[[float], float], values: Any) -> Any:
+    given = operand(values)
+    return each("d", function, given) if isinstance(given, Plain) else function(given)
+
+
+def _exp(x: float) -> float:
+    return math.exp(x) if x < 709.0 or x != x else math.inf if x > 709.79 else math.exp(x / 2) ** 2
+
+
+def _log(x: float) -> float:
+    return math.log(x) if x > 0 else math.nan if x else -math.inf
+
+
 def larger(a: Any, b: Any) -> Any:
     return a if a >= b or a != a else b
 

@@ -34,6 +34,14 @@ def sum(values: Any, axis: Any = None) -> Any:
     return _reduced(_added, given, axis, pairwise=operator.add)
 
 
+def mean(values: Any, axis: Any = None) -> Any:
+    given = operand(values)
+    if not isinstance(given, Plain) or not given.size:
+        raise NotPlain
+    total = sum(given, axis)
+    return total / (given.size // (total.size if isinstance(total, Plain) else 1))
+
+
 def any(values: Any, axis: Any = None) -> Any:
     return _reduced(_some, values, axis, kind="?")
 
@@ -132,5 +140,5 @@ def _method(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     return call
 
 
-for _function in (max, min, sum, any, all, argmax, argmin):
+for _function in (max, min, sum, mean, any, all, argmax, argmin):
     setattr(Plain, _function.__name__, _method(_function, _function.__name__))

@@ -28,6 +28,16 @@ def instants_of(noted: Array) -> NDArray[np.int64]:
     return found
 
 
+def number_on(noted: Array, begin: int, count: int, first: int) -> None:
+    """Number the instants of ``count`` events behind ``begin`` others on, from ``first``."""
+    memory, size = memory_of(noted), ctypes.sizeof(native.EventStruct)
+    if memory is noted:
+        instants_of(noted[begin : begin + count])[:] += first
+        return
+    for k in range(begin, begin + count):
+        native.EventStruct.from_buffer(memory, size * k).instant += first
+
+
 class Event(Struct, frozen=True):
     """``kind``: when, impact, rest, lift-off, slip, stick, crossing, reflection, release, engage.
 

@@ -15,7 +15,7 @@ from ..native import kernel as native
 from ..native.kernel import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
-from .events import EVENT_NUMBERS, instants_of
+from .events import EVENT_NUMBERS, number_on
 
 if TYPE_CHECKING:
     pass
@@ -229,8 +229,7 @@ class Solver:
         """Count what the kernel has noted since it was given room, and number its instants through."""
         report = self.progress()
         if self._n_instants:
-            new = slice(self._n_events, self._n_events + report.n_events)
-            instants_of(self._events[new])[:] += self._n_instants
+            number_on(self._events, self._n_events, report.n_events, self._n_instants)
         self._n_events += report.n_events
         self._n_instants += report.n_instants
 

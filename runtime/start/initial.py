@@ -14,6 +14,7 @@ from .facts import start_facts
 from .free_state import Flags, Task, deviation_from, displaced
 from .impossible_start import no_direction, not_assembled
 from .native_start import assembled_by_kernel
+from .singular_values import singular_values
 from .stages import make_task, moving, place, placed, undirected_row
 
 ROUNDING = 1e-12
@@ -95,7 +96,7 @@ def _second_assembly(problem: Problem, task: Task, y: Array) -> tuple[str, ...]:
     """Look for another position close by, where the given values leave none but isolated ones."""
     free, weights, facts = task.free(1), task.weights, task.facts
     hard = [problem.assembly[i] for i in task.rows(1, True)]
-    if not free.size or not hard:
+    if not free.size or len(hard) < free.size:
         return ()
     gradients = task.local(y, 1, np.zeros(facts.nv)).hard_jacobian / weights
     sizes = np.abs(gradients).max(axis=1)
@@ -103,11 +104,12 @@ def _second_assembly(problem: Problem, task: Task, y: Array) -> tuple[str, ...]:
     shared = [max(s for r, s in zip(hard, sizes, strict=True) if r.unit == row.unit) or 1.0 for row in hard]
     scale = np.array(shared)[:, None]
     rows = gradients[:, free] / scale
-    _, values, right = np.linalg.svd(rows, full_matrices=True)
-    if (values > 1e-10 * max(values.max(), 1e-300)).sum() < free.size - 1 or values.size < free.size:
+    values = singular_values(rows)
+    if sum(value > 1e-10 * max(values[0], 1e-300) for value in values) < free.size - 1:
         return ()
-    if values[free.size - 1] > NEAR * values[0]:
+    if values[-1] > NEAR * values[0]:
         return ()
+    right = np.linalg.svd(rows, full_matrices=True)[2]
     best: tuple[float, Array] | None = None
     for size in (0.02, 0.05, 0.1, 0.2, 0.3, 0.45):
         for sign in (-1, 1):

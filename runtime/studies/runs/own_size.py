@@ -3,6 +3,7 @@ takes the size of one of kilometres (``runtime/nominal.py``, rule 4), and only i
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -15,6 +16,7 @@ from ...once import once
 from ...problem import PURE, Array, Problem, Quantity
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
+from ...start.free_state import even_numbers
 from .companion import Plan, trajectory_of
 
 if TYPE_CHECKING:
@@ -120,12 +122,12 @@ def _heard(case: Case, run: Trajectory, reached: Array) -> Array:
     with the time, which shows what cancels.
     """
     problem = case.problem
-    rows = np.unique(np.linspace(0, len(run.t) - 1, PLACES).astype(int))
+    rows = np.array(sorted(set(np.linspace(0, len(run.t) - 1, PLACES).astype(int).tolist())), dtype=int)
     t, y = np.repeat(run.t[rows], SHAKES + 1), np.repeat(run.y[rows], SHAKES + 1, axis=0)
     z = None if run.happened is None else np.repeat(run.happened.grid_z[rows], SHAKES + 1, axis=0)
-    signs = np.random.default_rng(1).choice([-1.0, 1.0], size=(len(t), problem.ny + 1))
+    signs = np.where(even_numbers(1, len(t) * (problem.ny + 1)) < 0, -1.0, 1.0).reshape(len(t), -1)
     signs[:: SHAKES + 1] = 0.0
-    noise, own = np.zeros(problem.ny), reached / max(float(run.t[-1] - run.t[0]), np.finfo(float).tiny)
+    noise, own = np.zeros(problem.ny), reached / max(float(run.t[-1] - run.t[0]), sys.float_info.min)
     for size, share, counts in ((reached, SHARE, EPSILON / SHARE), (np.abs(y), 2 * EPSILON, 1.0)):
         at = t * (1 + EPSILON * signs[:, -1]) if counts == 1 else t
         rates = evaluate_rows(case, "rhs", at, y + share * size * signs[:, :-1], z)

@@ -6,12 +6,15 @@ shorter than these is passed over by the run and its companion alike. Such stret
 
 from __future__ import annotations
 
+import ctypes
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...arrays.choice import np
+from ...arrays.choice import Flags, address_of, np
 from ...case import Case
+from ...integrate.solver import table_structs
 from ...integrate.trajectory import Trajectory
+from ...native import kernel as native
 from ...once import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
@@ -84,6 +87,42 @@ def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] |
     return np.concatenate(found) if found else None
 
 
+def _moved(
+    case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, limits: Array, each: int
+) -> Flags:
+    """Tell [n * each] where, along straight lines from t [n] and y [n, ny], rates differ from those ``here`` by more than allowed."""
+    ahead = np.outer(lengths, (np.arange(each) + 0.5) / each)
+    times = (t[:, None] + ahead).ravel()
+    begun = np.repeat(here, each, axis=0)
+    states = np.repeat(y, each, axis=0) + ahead.reshape(-1, 1) * begun
+    held = None if z is None else np.repeat(z, each, axis=0)
+    found: Flags = np.any(np.abs(evaluate_rows(case, "rhs", times, states, held) - begun) > limits, axis=1)
+    return found
+
+
+def _moved_by_kernel(
+    case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, limits: Array, each: int
+) -> Flags:
+    """Tell the same by the kernel."""
+    model = case.functions.struct
+    assert model is not None
+    tables, _alive = table_structs(case.tables)
+    moved = np.zeros(t.size * each, dtype=bool)
+    work = np.empty(len(case.problem.inputs) + 2 * case.problem.ny)
+    arrays = [np.ascontiguousarray(a) for a in (t, lengths, y, here, case.z if z is None else z)]
+    native.kernel_for(model, bool(case.asked and case.asked.reproducible)).mech_moved(
+        ctypes.addressof(model),
+        ctypes.addressof(tables),
+        len(tables),
+        t.size,
+        each,
+        *map(address_of, arrays),
+        0 if z is None else z.shape[1],
+        *map(address_of, (case.p, limits, work, moved)),
+    )
+    return moved
+
+
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
     """Return where something acts on what the run left as it was; None where nothing is seen to."""
     problem, span = case.problem, case.stop - case.begin
@@ -113,14 +152,14 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
         return None
     modes = None if modes is None else modes[rests]
     each = max(2, LOOKS // (main.t.size - 1))
-    ahead = np.outer(main.t[rows + 1] - main.t[rows], (np.arange(each) + 0.5) / each)
-    times = (main.t[rows, None] + ahead).ravel()
-    states = np.repeat(main.y[rows], each, axis=0) + ahead.reshape(-1, 1) * np.repeat(here, each, axis=0)
-    held = None if modes is None else np.repeat(modes, each, axis=0)
-    change = np.abs(evaluate_rows(case, "rhs", times, states, held) - np.repeat(here, each, axis=0))
-    moved = np.any(change[:, own] > slow, axis=1)
+    lengths = main.t[rows + 1] - main.t[rows]
+    limits = np.full(problem.ny, np.inf)
+    limits[own] = slow
+    find = _moved if case.functions.struct is None else _moved_by_kernel
+    moved = find(case, main.t[rows], lengths, main.y[rows], here, modes, limits, each)
     if not np.any(moved):
         return None
+    times = (main.t[rows, None] + np.outer(lengths, (np.arange(each) + 0.5) / each)).ravel()
     ends = np.flatnonzero(np.diff(np.r_[False, moved, False].astype(int)))
     shortest = int(np.min(ends[1::2] - ends[::2]))  # places in a row that show it
     apart = span / (each * (main.t.size - 1))
