@@ -351,12 +351,16 @@ def _settle(
         name = next(n for n in (*experiment.options, *experiment.words) if n not in KNOWN)
         raise SimulationError(f"experiment '{experiment.name}' has the option '{name}', which no run knows")
     settings = [Setting(s.array, s.index) for s in experiment.settings]
+    tables: dict[int, Table] = {}
     for _ in range(len(settings) + 2):
-        tables = {s.index: constant(value) for s, value in chosen.items() if s.array == "u"}
+        if problem.inputs:
+            tables = {s.index: constant(value) for s, value in chosen.items() if s.array == "u"}
         z, y = initial_state(problem, functions, 0.0, p, tables)
         u = input_values(functions, tables, 0.0, p, len(problem.inputs))
         values = functions.experiments[experiment.function](0.0, y, u, z, p).tolist()
         numbers = dict(zip(experiment.options, values, strict=False))
+        if not settings:
+            return p, chosen, numbers, experiment.words, (z, y)
         before = dict(chosen)
         for setting, value in zip(settings, values[len(experiment.options) :], strict=True):
             if setting not in wanted:

@@ -286,29 +286,26 @@ def _dense(
 def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:
     model = functions.struct
     assert model is not None
+    steps, stiff, switched = report.steps, report.stiff_time, report.switch_time
     return Statistics(
-        method=method_name(kernel, report.method),
-        steps=report.steps,
-        rejected=report.rejected,
-        evaluations=report.evaluations,
-        run_time=report.seconds,
-        shortest_step=report.dt_min if report.steps else None,
-        longest_step=report.dt_max if report.steps else None,
-        stiff_time=_known(report.stiff_time),
-        jacobians=report.jacobians,
-        factorisations=report.factorisations,
-        iterations=report.iterations,
-        switches=report.switches,
-        switch_time=_known(report.switch_time),
-        drift_position=report.drift_position if model.n_position else None,
-        drift_velocity=report.drift_velocity if model.n_velocity else None,
-        laid=report.laid,
-        laid_energy=report.laid_energy or None,
+        method_name(kernel, report.method),
+        steps,
+        report.rejected,
+        report.evaluations,
+        report.seconds,
+        report.dt_min if steps else None,
+        report.dt_max if steps else None,
+        stiff if stiff == stiff else None,
+        report.jacobians,
+        report.factorisations,
+        report.iterations,
+        report.switches,
+        switched if switched == switched else None,
+        report.drift_position if model.n_position else None,
+        report.drift_velocity if model.n_velocity else None,
+        report.laid,
+        report.laid_energy or None,
     )
-
-
-def _known(time: float) -> float | None:
-    return None if math.isnan(time) else time
 
 
 def _failure(

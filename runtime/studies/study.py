@@ -55,9 +55,11 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
 
 def solve(problem: Problem, study: Study) -> Answer:
     """Answer a question about a problem. Raises what ``Study.solve`` raises, and SimulationError where it cannot sweep."""
-    if not study.sweeps:
-        refuse_sweep(swept_axes(problem, study))
-    refuse_random(problem, study)
+    experiment = find_experiment(problem, study.experiment)
+    if experiment is not None and (experiment.sweeps or experiment.words):
+        if not study.sweeps:
+            refuse_sweep(swept_axes(problem, study))
+        refuse_random(problem, study)
     return study.solve(problem)
 
 

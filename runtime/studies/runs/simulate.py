@@ -193,12 +193,11 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
-    main = trajectory_of(
-        plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share)
-    )
-    plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
-    plan, main, narrow = seen_between(plan, main, part_of(options.progress, 0.0, share))
-    plan, main, sized = by_own_size(plan, main, part_of(options.progress, 0.0, share))
+    progress = part_of(options.progress, 0.0, share)
+    main = trajectory_of(plan, case.tolerance, case.step, options.dense, progress)
+    plan, main, looked = _looked_at(plan, main, progress)
+    plan, main, narrow = seen_between(plan, main, progress)
+    plan, main, sized = by_own_size(plan, main, progress)
     case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
