@@ -46,7 +46,8 @@ def command(file: str, **given: Any) -> int:
 
     Each run is compared with a reference in higher precision, or with another method. A refusal with its reason is
     well; an answer outside its claimed error is not: the exit code is then 1. Twins say the same mechanics otherwise,
-    and must give the same motion: else, or where the run as stated is doubtful itself, the exit code is 3.
+    and must give the same motion: else, where starts beside the stated one lead elsewhere however near they are, or where the
+    run as stated is doubtful itself, the exit code is 3.
     """
     from ..measurement.stress import Subject, stress
     from ..measurement.stress_table import line_of, report
