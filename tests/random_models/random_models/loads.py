@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from random import Random
 
 from random_models.bodies import WORLD, given, mod
 from random_models.coordinates import half, square
@@ -195,7 +196,7 @@ def point_force(s: Scope) -> None:
     ]
     frames = [f for f in s.frames if f.type == "frame"]
     if on.type == "frame" and s.chance(0.2):
-        offset = vector(*(s.literal(LENGTH, s.number(-0.5, 0.5)) for _ in range(n)))
+        offset = _arm(s, vector(*(s.literal(LENGTH, s.number(-0.5, 0.5)) for _ in range(n))))
         at = node("frame*point", (on, PRODUCT), " * ", (offset, SIGNED), dim=LENGTH, type="point")
         parts += [" at ", Slot("force.at", at)]
     if s.chance(0.5):
@@ -206,6 +207,19 @@ def point_force(s: Scope) -> None:
     if s.chance(0.35):
         parts += [" in ", Slot("force.in", s.pick(frames))]
     s.add("force", *parts, ";", name=name, data={"on": "point"})
+
+
+def _arm(s: Scope, offset: E) -> E:
+    """Let a place follow what moves, now and then. Its random numbers are its own: models keep all else."""
+    outer, s.file.random = s.file.random, Random(f"arm {offset}")
+    try:
+        if s.chance(0.4):
+            return offset
+        moved = multiply(s.value(LENGTH, s.number(0.1, 0.4)), call("tanh", writer(s).scalar(NUMBER, 2)))
+        first, *rest = offset.operands
+        return vector(add(first, moved), *rest)
+    finally:
+        s.file.random = outer
 
 
 def torque(s: Scope) -> None:
