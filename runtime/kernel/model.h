@@ -187,6 +187,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 5
+#define MECH_MODEL_VERSION 6
 
 #endif

@@ -31,7 +31,7 @@ KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver"
 AROUND = ("fmi", "reference", "ensemble")
 """Further folders, of which each stands on all of the kernel and none on another."""
 
-MODEL_VERSION = 5
+MODEL_VERSION = 6
 KERNEL_VERSION = 1
 
 EVENT_KINDS = (
