@@ -116,9 +116,10 @@ def emit_c(program: Program, chunk_size: int | None = None, *, turns: bool = Fal
     """Return the C text of a program.
 
     Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). ``turns``: sines and
-    cosines stand in groups, which ``turns.h`` of the kernel forms at once; else the text needs ``model.h`` alone. Compiled
-    with ``-ffp-contract=off -frounding-math`` (no fused products and sums, no function of a constant
-    evaluated by the compiler) it gives the same bits as the scalar Python text on the same C library.
+    cosines stand in groups, which ``turns.h`` of the kernel forms at once; else the text needs ``model.h`` alone, and
+    ``series.h`` where it holds Taylor series of few slots. Compiled with ``-ffp-contract=off -frounding-math`` (no fused
+    products and sums, no function of a constant evaluated by the compiler) it gives the same bits as the scalar Python text
+    on the same C library.
     """
     with uncollected():
         loops: Mapping[str, Rolled] = {}
