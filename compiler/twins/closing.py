@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from random import Random
 
+import numpy as np
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
 from ..flat import types
 from ..flat.model import Apply, Array, Expression, FlatModel, Joint, Name, Query, Role, Switch, Variable
-from ..mechanics.kinematics.topology import TreeEdge, classify
+from ..mechanics.kinematics.topology import TreeEdge, classify, root_of
 from .asked import Facts, defined_by, expressions, parts
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
@@ -18,6 +19,8 @@ from .starts import begun, rate_name
 from .twin import NotApplicable, Seen, Twin
 
 PLACE, TURN = "freed place", "freed turn"
+THIN = 1e-9
+"""Inertia about a line, as a share of the largest, that counts as none."""
 HALF_TURN = 3.0
 """Angles that go beyond are told by a closure up to whole turns only [rad]."""
 
@@ -28,11 +31,13 @@ def joint_as_closure(model: FlatModel, seen: Seen | None, random: Random) -> Twi
         raise NotApplicable("where its frames are at the start is not known")
     tree = classify(model, Reporter()).tree
     held = held_coordinates(model)
-    fit = [edge.joint for edge in tree if _fits(model, edge, seen, held)]
+    fit = [
+        edge.joint for edge in tree if _fits(model, edge, seen, held) and not _thin(model, edge.joint, seen)
+    ]
     if not fit:
         raise NotApplicable(
             "no joint of its tree has equations of a closure, with coordinates that nothing prescribes and that stay "
-            "within half a turn"
+            "within half a turn, and carries what has inertia about every line"
             if tree
             else "it has no joints"
         )
@@ -100,6 +105,21 @@ def _fits(model: FlatModel, edge: TreeEdge, seen: Seen, held: set[str]) -> bool:
         and not held & set(joint.coordinates)
         and all(seen.largest[n] < HALF_TURN for n in angles)
     )
+
+
+def _thin(model: FlatModel, joint: Joint, seen: Seen) -> bool:
+    """Tell whether a joint carries what has no inertia about some line, about which nothing but the joint holds it."""
+    definitions = {d.name: d for d in model.definitions}
+    if model.space != 3 or joint.target not in {root_of(m.at, definitions) for m in model.masses}:
+        return False
+    span, kind = (
+        joint.origin.span,
+        types.real(types.NUMBER.dimension if model.dimensionless else types.INERTIA, (3, 3)),
+    )
+    frame = Name(type=types.FRAME, span=span, name=joint.target)
+    asked = Query(type=kind, span=span, function="inertia_tensor", target="", arguments=(frame,))
+    sizes = np.linalg.eigvalsh(np.reshape(seen.evaluated([asked])[0], (3, 3)))
+    return bool(sizes[0] <= THIN * sizes[-1])
 
 
 def _is_of(state: str, name: str) -> bool:

@@ -385,6 +385,31 @@ experiment(stop = 0.5 s);
         twin_of("joint as closure", base_of(text))
 
 
+@pytest.mark.parametrize(("body", "fits"), [("Rod", False), ("Body", True)])
+def test_what_has_no_inertia_about_a_line_is_not_freed(body: str, fits: bool) -> None:
+    """A thin rod in the air turns about itself without inertia: only what closes the loop would hold it."""
+    made = {
+        "Rod": "Rod arm(m = 0.57 kg, l = 0.66 m, direction = {0.43, 0.9, -0.43});",
+        "Body": "Body arm(m = 0.57 kg, J = diag({0.1, 0.2, 0.2} kg.m^2), com = {0.1, 0.2, 0.1} m);",
+    }[body]
+    text = f"""
+import mech.spatial.*;
+gravity {{0, 0, -9.81}} m/s^2;
+{made}
+Revolute hinge(world -> arm.a, axis = {{-0.23, 0.87, 0.56}}, angle = -30 deg);
+experiment(stop = 0.3 s);
+"""
+    base = base_of(text)
+    if not fits:
+        with pytest.raises(NotApplicable, match="inertia about every line"):
+            twin_of("joint as closure", base)
+        return
+    twin = twin_of("joint as closure", base)
+    found = compare(base, twin, run_twin(twin, base))
+    assert found is not None
+    assert found.same
+
+
 def test_integrals_that_are_known_roughly_may_differ() -> None:
     """By as much in what follows from them at once as in what moves."""
     text = """
