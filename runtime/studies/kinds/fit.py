@@ -60,7 +60,10 @@ class Fit(Study, frozen=True, kw_only=True):
         """Run the first motion where the search begins: whether it is stiff is seen there."""
         first = {unknown.name: unknown.first for unknown in motions.unknowns if unknown.motion in (None, 0)}
         options = motions.options[0]
-        return run(problem, replace(options, values={**options.values, **first}))
+        found = run(problem, replace(options, values={**options.values, **first}))
+        if found.outcome is Outcome.INTERRUPTED:
+            raise KeyboardInterrupt
+        return found
 
     def solve(self, problem: Problem) -> Findings:
         """Search. Raises SimulationError for data that do not fit the model, and where no motion can be computed."""
