@@ -27,7 +27,7 @@ class Energies(Struct, frozen=True):
     """``kinetic`` T, ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv (None where driven).
 
     ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
-    ``forces``: dL/dq + Q for each v, without constraints. ``cyclic``: indices of velocities whose momentum is
+    ``forces``: dL/dq + Q for each v, with what joining matter brings, without constraints. ``cyclic``: indices of velocities whose momentum is
     constant along every motion.
     """
 
@@ -113,15 +113,8 @@ def _powers(
     explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = substitute(graph, jvp(graph, [lagrangian], explicit), driven)
     supplied = graph.sub(outer_power, drift)
-    for mass in system.masses:
-        flow = system.rate(mass.mass)
-        if not graph.is_zero(flow):
-            velocity = system.kinematics.velocity(mass.point)
-            supplied = graph.add(supplied, graph.mul(flow, graph.dot(velocity, velocity)))
-    for body in system.inertias:
-        spin = system.kinematics.angular_velocity(body.frame)
-        flows = tuple(tuple(system.rate(x) for x in row) for row in body.inertia)
-        supplied = graph.add(supplied, graph.dot(spin, matvec(graph, flows, spin)))
+    for rate, brought in _joining(system):
+        supplied = graph.add(supplied, graph.mul(rate, brought))
     along = {s.node: s.node for s in system.v}
     held = still(system)
     dissipated = graph.zero
@@ -141,6 +134,23 @@ def _powers(
     return graph.zero if reason else supplied, dissipated, reason
 
 
+def _joining(system: MechanicalSystem) -> list[tuple[Node, Node]]:
+    """Return, of masses and inertias that change with time, each rate and the momentum that joining matter brings along it in a
+    unit of time."""
+    graph, kinematics = system.graph, system.kinematics
+    found: list[tuple[Node, Node]] = []
+    for mass in system.masses:
+        flow = system.rate(mass.mass)
+        if not graph.is_zero(flow):
+            found += [(v, graph.mul(flow, v)) for v in kinematics.velocity(mass.point)]
+    for body in system.inertias:
+        flows = tuple(tuple(system.rate(x) for x in row) for row in body.inertia)
+        if not all(graph.is_zero(x) for row in flows for x in row):
+            spin = kinematics.angular_velocity(body.frame)
+            found += zip(spin, matvec(graph, flows, spin), strict=True)
+    return found
+
+
 def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:
     """Say why an energy has no rate that is known; nothing if it has one."""
     inputs = {s.node: s for s in system.symbols.inputs}
@@ -151,22 +161,24 @@ def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:
 def _forces(
     system: MechanicalSystem, lagrangian: Node, free: Sequence[int]
 ) -> tuple[tuple[Node, ...], tuple[int, ...]]:
-    """Return dL/dq + Q for each velocity, and the velocities whose momentum is constant.
+    """Return dL/dq + Q and what joining matter brings for each velocity, and the velocities whose momentum is constant.
 
-    Constant: no force, no constraint, and dL/dq = 0 in the field; a rotation has no momentum of its own kind.
+    Constant: no force, no constraint, no matter that joins, and dL/dq = 0 in the field; a rotation has no momentum of its own
+    kind.
     """
     graph = system.graph
     velocities = [s.node for s in system.v]
     conservative = projected(system, gradient(graph, lagrangian, [s.node for s in system.q]))
     loads = vjp(graph, [pair for e in system.efforts for pair in e.pairs], velocities)
     friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
+    joining = vjp(graph, _joining(system), velocities)
     rates = [c for rows in system.constraints for c in constraint_rates(system, rows)]
     # a multiplier of its own for each row, so that rows cannot cancel each other
     seeds = [(c, graph.symbol(f"#row {k}")) for k, c in enumerate(rates)]
     constrained = vjp(graph, seeds, velocities)
     turning = {first + k for _, first in system.rotations for k in range(3)}
-    parts = list(zip(conservative, loads, friction, constrained, strict=True))
-    forces = tuple(graph.sub(graph.add(c, load), f) for c, load, f, _ in parts)
+    parts = list(zip(conservative, loads, friction, constrained, joining, strict=True))
+    forces = tuple(graph.add(graph.sub(graph.add(c, load), f), m) for c, load, f, _, m in parts)
     jumping = jumps(system, lagrangian)
     cyclic = (
         i for i in free if i not in turning and i not in jumping and all(graph.is_zero(x) for x in parts[i])

@@ -87,9 +87,9 @@ def with_rates(meaning: Meaning, state: State, wanted: Mapping[str, float], extr
     return blow.after(jump + blow.solve(np.zeros(meaning.size), rows, change)[0])
 
 
-def obeying(meaning: Meaning, state: State) -> State:
-    """Velocities on all constraints, an impact without rebound (`engage`)."""
-    blow = Blow(meaning, state)
+def obeying(meaning: Meaning, state: State, frozen: dict[Any, Any] | None = None) -> State:
+    """Velocities on all constraints, an impact without rebound (`engage`, and where a constraint bends)."""
+    blow = Blow(meaning, state, frozen)
     rates = [der(value) if kind == "position" else value for _, kind, value in blow.point.rows()]
     rows, blow.held = blow.held, np.zeros((0, meaning.size))
     return blow.after(blow.solve(np.zeros(meaning.size), rows, -np.array([real(r) for r in rates]))[0])

@@ -378,6 +378,15 @@ class Run:
             self.note("potential", "crossing" if passes else "reflection")
             if not passes:
                 self.frozen = old
+        if self.leaves():
+            self.state = impacts.obeying(self.m, self.state, self.frozen)
+
+    def leaves(self) -> bool:
+        """Whether a law that has changed its branch leaves a constraint that asks for other velocities now."""
+        rows = self.m.point(self.state, frozen=self.frozen, modes=self.modes).rows()
+        rates = [real(der(value) if kind == "position" else value) for _, kind, value in rows]
+        speed = 1 + max((abs(self.state[x]) for x in self.m.all_rates), default=0)
+        return any(abs(rate) > 1e-6 * speed for rate in rates)
 
     def whens(self, instant: float) -> bool:
         """Act on what has become true, in the order of the text, until nothing changes (events, section 4)."""

@@ -31,6 +31,7 @@ from random_models.modes import MODES, Target
 from random_models.motions import Edged, difference, doubts, ended, run
 from random_models.nesting import NESTED, by_element
 from random_models.said_otherwise import along_motions, at_states
+from random_models.spelled_out import said_plainly
 from random_models.structure import STRUCTURES
 from random_models.tabled import meant, tables
 from random_models.tree import Model
@@ -425,6 +426,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("values", _values),
     ("oracle", _oracle),
     ("structured", _structured),
+    ("spelled out", _twin(said_plainly)),
     ("composed", _composed),
     ("said otherwise", _said_otherwise),
     ("targets", _targets),

@@ -96,17 +96,23 @@ def undone(
 
 
 def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
-    """Say how the start of a model differs from its start by definition, and from that by steps from where it begins."""
+    """Say how the start of a model differs from its start by definition, and, where constraints leave several, from that by steps
+    from where it begins."""
     mine = base.start()
     wrong = _off_start(base, mine, state)
-    if wrong and not _off_start(base, mine, meaning.start(beside=mine)):
+    if wrong and base.constrained and not _off_start(base, mine, meaning.start(beside=mine)):
         SKIPPED["start: another of several nearest states"] += 1
         return ""
     return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
 
 
 def _off_start(base: Compiled, mine: Values, theirs: Values) -> list[tuple[str, float, float]]:
-    return differences(mine, {n: theirs[n] for n in base.states if n in theirs}, relative=1e-7)
+    there = {n: theirs[n] for n in base.states if n in theirs}
+    for stem in {n[:-3] for n in there if n.endswith("[4]") and f"der({n[:-3]})[3]" in there}:
+        entries = [f"{stem}[{k}]" for k in (1, 2, 3, 4)]
+        if sum(mine[n] * there[n] for n in entries) < 0:  # a quaternion and its negative are one rotation
+            there |= {n: -there[n] for n in entries}
+    return differences(mine, there, relative=1e-7)
 
 
 def _on_an_edge(
@@ -122,17 +128,31 @@ def _on_an_edge(
         return True
     near = []
     for _ in range(4):
-        numbers = {k: v for k, v in meaning.parameters.items() if isinstance(v, float)}
-        beside = Meaning(meaning.flat, shaken(numbers, rng), experiment="", inputs=inputs or {})
-        near.append(by_definition(beside, shaken(state, rng)))
+        near.append(by_definition(_beside(meaning, rng, inputs), shaken(state, rng)))
     return all(any(not abs(n[name] - there[name]) <= 0.1 * abs(x - y) for n in near) for name, x, y in wrong)
 
 
 def _edges(meaning: Any, state: Values) -> bool:
+    """Whether something is decided exactly where it changes; what is tied beside the state, too, as x < x is, never changes."""
+    tied = _ties(meaning, state)
+    rng = np.random.default_rng(len(state))
+    always = set(tied)
+    for _ in range(2 if tied else 0):
+        always &= _ties(_beside(meaning, rng), shaken(state, rng))
+    return bool(tied - always)
+
+
+def _ties(meaning: Any, state: Values) -> set[Any]:
     EDGES.clear()
     meaning.solved = None
     by_definition(meaning, state)
-    return bool(EDGES)
+    return set(EDGES)
+
+
+def _beside(meaning: Any, rng: np.random.Generator, inputs: dict[str, Any] | None = None) -> Any:
+    """Return the definition with parameters a little beside their values."""
+    numbers = {k: v for k, v in meaning.parameters.items() if isinstance(v, float)}
+    return Meaning(meaning.flat, shaken(numbers, rng), experiment="", inputs=inputs or {})
 
 
 def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:

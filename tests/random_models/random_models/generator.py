@@ -5,12 +5,19 @@ from __future__ import annotations
 from random import Random
 
 from random_models import bodies, coordinates, decorations
+from random_models.bends import bends
 from random_models.cases import cases
+from random_models.deeds import deeds
+from random_models.forms import forms
+from random_models.grids import grids
+from random_models.growing import growing
+from random_models.letting_go import letting_go
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
 from random_models.slider import slider
 from random_models.tasks import tasks
 from random_models.tree import TIME, Model, Seq, Slot, statement
+from random_models.turns import turns
 from random_models.unknown import unknowns
 
 
@@ -37,6 +44,8 @@ def skeleton(seed: int) -> Scope:
     cases(s, seed)
     tasks(s, seed)
     slider(s, seed)
+    for further in (growing, deeds, letting_go, bends, turns, forms, grids):
+        further(s, seed)
     return s
 
 

@@ -26,7 +26,7 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
-_IN_TURN = ("", "composed", "targets", "said otherwise")
+_IN_TURN = ("spelled out", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
@@ -46,7 +46,7 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
     return _one(name, seed, base)
 
 
-AT_STATES = ("values", "oracle", "structured", "composed", "said otherwise", "targets")
+AT_STATES = ("values", "oracle", "structured", "spelled out", "composed", "said otherwise", "targets")
 MODES = {
     "mixed": Mode("c", (*AT_STATES, "motion", "twins", "events", "tabled", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),

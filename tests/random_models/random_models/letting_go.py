@@ -1,0 +1,155 @@
+"""What is let go and taken hold of again: constraints that events release and engage, and laws that ask whether they hold."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+from random_models.coordinates import half, square
+from random_models.expressions import Writer
+from random_models.operators import add, call, choose, der, multiply, relation, subtract
+from random_models.scope import Scope
+from random_models.tree import (
+    ENERGY,
+    FORCE,
+    LENGTH,
+    MASS,
+    NUMBER,
+    SPEED,
+    TIME,
+    Dim,
+    E,
+    Seq,
+    Slot,
+    node,
+    over,
+    reference,
+    statement,
+)
+
+SHARE = 0.08
+"""Of the models."""
+ASKED = 0.3
+"""Of the models with contacts: a law asks whether one of them presses."""
+
+
+def letting_go(s: Scope, seed: int) -> None:
+    """Write a pair that is tied together for a while. Their random numbers are their own: models keep all else."""
+    outer, s.file.random = s.file.random, Random(f"letting go of {seed}")
+    try:
+        contacts = [name for name, _, pressed in s.constraints if pressed]
+        if contacts and s.chance(ASKED):
+            _ask(s, s.pick(contacts))
+        if s.chance(SHARE):
+            _ask(s, _pair(s))
+    finally:
+        s.file.random = outer
+
+
+def _ask(s: Scope, name: str) -> None:
+    """Write a law that asks whether something holds, and tell it."""
+    holds = call("closed", reference(name, "constraint"), type="boolean", level="e")
+    for _ in range(s.pick((1, 1, 2))):
+        s.weighted(((3, _force), (1, _state), (1, _output)))(s, holds)
+    _output(s, holds)
+
+
+def _choice(s: Scope, d: Dim, holds: E) -> E:
+    zero = node("number", "0", value=lambda: 0)
+    a, b = s.literal(d, s.number(0.1, 1)), zero if s.chance(0.5) else s.literal(d, s.number(-1, -0.1))
+    return choose(holds, a, b) if s.chance(0.6) else choose(holds, b, a)
+
+
+def _force(s: Scope, holds: E) -> None:
+    free = [q for q in s.coordinates if q not in s.driven]
+    if not free:
+        return
+    q = s.pick(free)
+    value = _choice(s, over(ENERGY, q.dim), holds)
+    s.add(
+        "force", "force ", Slot("force.value", value), " on ", Slot("force.on", q), ";", data={"on": "scalar"}
+    )
+
+
+def _state(s: Scope, holds: E) -> None:
+    name = s.fresh("x")
+    s.add("state", f"state Real {name} = 0;", name=name)
+    rate = _choice(s, over(NUMBER, TIME), holds)
+    s.add("equation", f"equation der({name}) = ", Slot("equation", rate), ";", name=name)
+
+
+def _output(s: Scope, holds: E) -> None:
+    name = s.fresh("o")
+    s.add("output", f"output {name} = ", Slot("output.value", _choice(s, NUMBER, holds)), ";", name=name)
+
+
+def _pair(s: Scope) -> str:
+    """Write two coordinates that are tied by their places or by their rates, and the events; return what ties them."""
+    share, place, rate = s.number(0.4, 1.5), s.number(-0.3, 0.3), s.number(0.3, 1)
+    a, b = _coordinate(s, place * share, rate * share), _coordinate(s, place, rate)
+    for q in (a, b):
+        mass = s.value(MASS, s.number(0.5, 2))
+        s.add(
+            "energy",
+            "kinetic ",
+            Slot("kinetic", half(s, mass, square(der(q)))),
+            ";",
+            data={"what": "kinetic"},
+        )
+        push = Writer(s, "tqxv", kinks=False).scalar(FORCE, 1)
+        s.add(
+            "force",
+            "force ",
+            Slot("force.value", push),
+            " on ",
+            Slot("force.on", q),
+            ";",
+            data={"on": "scalar"},
+        )
+    name, c = s.fresh("h"), s.literal(NUMBER, share)
+    by_rates = s.chance(0.6)
+    left, right = (der(a), multiply(c, der(b))) if by_rates else (a, multiply(c, b))
+    s.add(
+        "constraint",
+        f"constraint {name}: ",
+        Slot("constraint.left", left),
+        " = ",
+        Slot("constraint.right", right),
+        ";",
+        name=name,
+    )
+    late = s.number(0.05, 0.2)
+    deeds = [("release", late)]
+    if by_rates and s.chance(0.7):
+        deeds.append(("engage", late + s.number(0.05, 0.15)))
+    for word, time in deeds:
+        t = reference("time", "time", TIME, level="t")
+        s.add(
+            "when",
+            "when ",
+            Slot("when.condition", relation(">", t, s.literal(TIME, time))),
+            " then",
+            Seq((statement(word, f"{word} {name};", name=name),)),
+            "end when;",
+        )
+    out = s.fresh("o")
+    force = call("multiplier", reference(name, "constraint"), dim=FORCE, level="qva")
+    s.add("output", f"output {out} = ", Slot("output.value", force), ";", name=out)
+    apart = s.fresh("o")
+    s.add(
+        "output",
+        f"output {apart} = ",
+        Slot("output.value", subtract(a, multiply(c, add(b, b)))),
+        ";",
+        name=apart,
+    )
+    return name
+
+
+def _coordinate(s: Scope, place: Fraction, rate: Fraction) -> E:
+    name = s.fresh("q")
+    value = Slot("coordinate.value", s.literal(LENGTH, place))
+    s.add("coordinate", f"coordinate Length {name} = ", value, ";", name=name, data={"guess": False})
+    value = Slot("initial.rate", s.literal(SPEED, rate))
+    s.add("initial", f"initial der({name}) = ", value, ";", name=f"der({name})", data={"guess": False})
+    return reference(name, "coordinate", LENGTH, level="q")
