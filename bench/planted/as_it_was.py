@@ -196,12 +196,11 @@ def started(work: Path) -> Iterator[Old]:
     """Start the mechc that was laid out."""
     environment = {n: v for n, v in os.environ.items() if n not in ("PYTHONPATH", "PYTHONSAFEPATH")}
     environment["MECHC_CACHE"] = str(work / "cache")
-    process = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-c", PROBE.read_text(encoding="utf-8")], cwd=work / "tree", env=environment,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    )  # fmt: skip
-    try:
-        yield Old(process)
-    finally:
-        process.kill()
-        process.wait()
+    ) as process:  # fmt: skip
+        try:
+            yield Old(process)
+        finally:
+            process.kill()
