@@ -44,7 +44,7 @@ def bends(s: Scope, seed: int) -> None:
 
 def _belt(s: Scope) -> None:
     """A body on a belt that starts, or whose way doubles at a place."""
-    x = _body(s, s.number(-0.2, -0.05), s.pick((F(0), s.number(0.5, 1.2))))
+    x = body(s, s.number(-0.2, -0.05), s.pick((F(0), s.number(0.5, 1.2))))
     limit = s.value(FORCE, s.number(0.5, 3))
     on: E
     if s.chance(0.6):
@@ -81,7 +81,7 @@ def _wire(s: Scope) -> None:
     start = {"abs": slope * way, "max": F(0), "min": -slope * way}[name]
     rise = {"abs": -slope, "max": F(0), "min": slope}[name]
     rate = s.number(0.6, 1.2)
-    x, y = _body(s, -way, rate), _body(s, start, rise * rate)
+    x, y = body(s, -way, rate), body(s, start, rise * rate)
     bent = call("abs", x, dim=LENGTH) if name == "abs" else call(name, zero, x, dim=LENGTH)
     wire = s.fresh("h")
     s.add(
@@ -124,7 +124,8 @@ def _coordinate(s: Scope, place: Fraction, rate: Fraction, d: Dim = LENGTH) -> E
     return reference(name, "coordinate", d, level="q")
 
 
-def _body(s: Scope, place: Fraction, rate: Fraction) -> E:
+def body(s: Scope, place: Fraction, rate: Fraction) -> E:
+    """Write a body with a mass, a push, and what is known of its start."""
     q = _coordinate(s, place, rate)
     mass = s.value(MASS, s.number(0.5, 2))
     s.add("energy", "kinetic ", Slot("kinetic", half(s, mass, square(der(q)))), ";", data={"what": "kinetic"})

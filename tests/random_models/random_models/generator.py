@@ -15,6 +15,7 @@ from random_models.letting_go import letting_go
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
 from random_models.slider import slider
+from random_models.steps import steps
 from random_models.tasks import tasks
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
@@ -44,7 +45,7 @@ def skeleton(seed: int) -> Scope:
     cases(s, seed)
     tasks(s, seed)
     slider(s, seed)
-    for further in (growing, deeds, letting_go, bends, turns, forms, grids):
+    for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps):
         further(s, seed)
     return s
 

@@ -1,0 +1,32 @@
+"""A body that runs across a step of a potential, up or down, within a motion by definition."""
+
+from __future__ import annotations
+
+from random import Random
+
+from random_models.bends import body
+from random_models.operators import choose, relation
+from random_models.scope import Scope
+from random_models.tree import ENERGY, LENGTH, Slot, node
+
+SHARE = 0.05
+"""Of the models."""
+
+
+def steps(s: Scope, seed: int) -> None:
+    """Write one. Its random numbers are its own: models keep all else."""
+    outer, s.file.random = s.file.random, Random(f"steps of {seed}")
+    try:
+        if s.chance(SHARE):
+            _step(s)
+    finally:
+        s.file.random = outer
+
+
+def _step(s: Scope) -> None:
+    x = body(s, s.number(-0.25, -0.08), s.number(0.8, 1.6))
+    height, zero = s.literal(ENERGY, s.number(-0.6, 0.9)), node("number", "0", value=lambda: 0)
+    edge = s.literal(LENGTH, s.number(-0.02, 0.06))
+    beyond = relation(s.pick((">", ">=")), x, edge)
+    law = choose(beyond, height, zero) if s.chance(0.6) else choose(relation("<", x, edge), zero, height)
+    s.add("energy", "potential ", Slot("potential", law), ";", data={"what": "potential"})
