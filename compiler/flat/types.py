@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
+from msgspec.structs import replace
+
 from mechc.lang.units import DIMENSIONLESS, NAMED_TYPES, Dimension, preferred_unit
 
-from .model import Array, Expression, Kind, Literal, Type
+from .model import Array, Expression, Kind, Literal, Select, Type
 
 _KNOWN: dict[tuple[str, tuple[int, ...], Dimension, bool], Type] = {}
 
@@ -82,7 +84,7 @@ def numeric(type: Type) -> Type:
 
 
 def is_zero(expression: Expression) -> bool:
-    """Tell whether an expression is the bare ``0`` (or an array of them), which fits every dimension."""
+    """Tell whether an expression is the bare ``0`` (an array of them, or a choice), which fits every dimension."""
     if isinstance(expression, Literal):
         kind = expression.type
         return (
@@ -91,6 +93,8 @@ def is_zero(expression: Expression) -> bool:
             and kind.dimension.is_none
             and not kind.angle
         )
+    if isinstance(expression, Select):
+        return is_zero(expression.then) and is_zero(expression.otherwise)
     return isinstance(expression, Array) and all(is_zero(e) for e in expression.elements)
 
 
@@ -98,6 +102,13 @@ def retyped_zero(expression: Expression, dimension: Dimension, angle: bool) -> E
     """Return a bare zero as a quantity of the dimension that is wanted."""
     if isinstance(expression, Literal):
         return Literal(type=make(Kind.REAL, (), dimension, angle), span=expression.span, value=Fraction(0))
+    if isinstance(expression, Select):
+        return replace(
+            expression,
+            type=make(Kind.REAL, expression.type.shape, dimension, angle),
+            then=retyped_zero(expression.then, dimension, angle),
+            otherwise=retyped_zero(expression.otherwise, dimension, angle),
+        )
     assert isinstance(expression, Array)
     elements = tuple(retyped_zero(e, dimension, angle) for e in expression.elements)
     return Array(

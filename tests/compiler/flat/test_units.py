@@ -84,6 +84,7 @@ kinetic 1/2*m*der(x)^2 + 1/2*1 kg.m^2*der(q)^2;
         ("div(7, 2)", "Integer = 3"),
         ("floor(x/l)", "Integer = floor(x/l)"),
         ("if x > l then x else 0", "m = if x > l then x else 0"),
+        ("if x > l then x elseif x > 0 then 0 else 0", "m = if x > l then x else if x > 0 then 0 else 0"),
         ("if k > 2 then l else t", "m = l"),
         ("{i^2 for i in 1:k}", "Integer [3] = {1, 4, 9}"),
         ("{i*l for i in 1:2}", "m [2] = {1*l, 2*l}"),
