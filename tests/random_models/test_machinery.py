@@ -14,10 +14,10 @@ from oracle import Meaning
 from random_models.balance import unaccounted
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
-from random_models.definition import LOOKED, edged, undone
+from random_models.definition import LOOKED, along, edged, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
-from random_models.motions import doubts
+from random_models.motions import doubts, run
 from random_models.nesting import by_element, with_gravity
 from random_models.overruling import overruling
 from random_models.planted import ROOT, faults, texts
@@ -187,6 +187,26 @@ def test_what_is_always_tied_is_no_edge() -> None:
     always, now = compiled(TIED.format("der(x)")), compiled(TIED.format("1 m/s"))
     assert not edged(always, always.start() | {"time": 0.0})
     assert edged(now, now.start() | {"time": 0.0})
+
+
+RELEASED = """coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+initial der(x) = 1 m/s;
+initial der(y) = 1 m/s;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+force 1 N on x;
+constraint hold: der(x) = der(y);
+when time > 0.1 s then
+  release hold;
+end when;
+output holds = if closed(hold) then 1 else 0;
+output push = multiplier(hold);
+experiment(stop = 0.3 s);
+"""
+
+
+def test_rows_of_a_motion_know_what_was_released() -> None:
+    assert along(compiled(RELEASED), run(RELEASED)) == []
 
 
 def test_short_forms_are_spelled_out() -> None:

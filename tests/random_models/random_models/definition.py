@@ -155,6 +155,14 @@ def _beside(meaning: Any, rng: np.random.Generator, inputs: dict[str, Any] | Non
     return Meaning(meaning.flat, shaken(numbers, rng), experiment="", inputs=inputs or {})
 
 
+def _row(solution: Any, names: list[str], k: int) -> Values:
+    """Return the state in a row of a motion, with what events have released until then."""
+    time = float(solution.time[k])
+    state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": time}
+    switched = [e for e in solution.events if e.kind in ("release", "engage") and e.time <= time]
+    return state | {f"held({e.name})": float(e.kind == "engage") for e in switched}
+
+
 def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:
     """Return whether a law or an output changes exactly at the row of a time, so that rounding decides for its side."""
     names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
@@ -162,7 +170,7 @@ def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:
 
     def at(time: float) -> bool:
         k = int(np.argmin(np.abs(np.asarray(solution.time) - time)))
-        state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": float(solution.time[k])}
+        state = _row(solution, names, k)
         moving = {n: state[n] for n in base.states if n in state}
         return edged(base, state) or edged(base, state | shaken(moving, rng))
 
@@ -173,7 +181,7 @@ def ends_rightly(base: Compiled, solution: Any) -> bool:
     """Whether by the definition, too, a motion that failed cannot go on: it has no accelerations at the end, or they change
     by a tenth of their size within a millionth of the time, as next to a singularity or on the way to infinity."""
     names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
-    end = {n: float(np.ravel(solution[n])[-1]) for n in names} | {"time": float(solution.time[-1])}
+    end = _row(solution, names, -1)
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")
         there = _accelerations(meaning, end)
@@ -294,7 +302,7 @@ def along(
         for k, t in enumerate(solution.time):
             if k % 3 or any(abs(t - e) < 1e-6 for e in events) or t in twice:
                 continue
-            state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": float(t)}
+            state = _row(solution, names, k)
             there = meaning.outputs(state)
             here = {n: float(solution[n][k]) for n in there if n in solution and np.ndim(solution[n]) == 1}
             known = max(1e-6, base.relative)
