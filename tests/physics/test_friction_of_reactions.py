@@ -139,3 +139,21 @@ def test_a_dissipation_of_the_energy_acts_on_the_bodies_that_have_it(asked: str)
     spin = -3 / 2 * 9.81 * np.cos(a) - 0.5 * w
     across = 0.5 * spin * np.cos(a) - 0.5 * w**2 * np.sin(a) + 9.81 + 0.25 * w * np.cos(a)
     assert np.abs(found["r[2]"] - across).max() < 1e-9
+
+
+@pytest.mark.parametrize(("law", "force"), [("cos(r/(1 N))", 1.0), ("acos(0.9*sin(2 N^-1*r))", math.pi / 2)])
+def test_laws_of_a_reaction_that_is_always_zero(law: str, force: float) -> None:
+    """What slides along a rail presses it nowhere in that direction: the law is a number, and no other force enters it."""
+    text = f"""
+import mech.spatial.*;
+gravity {{0, 0, -9.81}} m/s^2;
+Sphere ball(m = 1 kg, r = 0.5 m);
+Prismatic fall(world -> ball.a, axis = {{0, 0, 1}});
+Sphere slide(m = 2 kg, r = 0.5 m);
+Prismatic rail(world -> slide.a, axis = {{0, 1, 0}});
+let r = reaction(fall)[3];
+force ({law})*1 N on rail.position;
+output a = der(rail.position, 2);
+"""
+    solution = mechc.loads(text).simulate(target="python", stop=0.0)
+    assert solution["a"][0] == pytest.approx(force / 2, rel=1e-12)

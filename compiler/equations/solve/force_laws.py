@@ -107,6 +107,13 @@ def _is_linear(graph: Graph, n: Node, dependent: set[Node]) -> bool:
 
 def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[Node, Node]:
     """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
+    known = {s: affine[s] for s in laws.forces if not laws.formulas.keys() & set(graph.support(affine[s]))}
+    if known:  # forces on which no law acts, such as those that are always zero
+        formulas = substitute(graph, list(laws.formulas.values()), known)
+        rest = tuple(s for s in laws.forces if s not in known)
+        laws = Laws(dict(zip(laws.formulas, formulas, strict=True)), rest)
+        if not rest:
+            return dict(laws.formulas)
     equations = _Equations(graph, laws, affine)
     point = equations.begin()
     share, fraction = graph.zero, graph.one
