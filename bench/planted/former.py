@@ -103,7 +103,7 @@ FAULTS = (
     ),
     Fault(
         "of contacts that hit at once the first one in the text hits first",
-        edit(f"{EVENTS}/impacts.c", "const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));",
+        edit(f"{EVENTS}/blows.c", "const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));",
              "const mech_real least = -*mech_row_rate(s, contact) * (1 + MECH_C(1e-9));"),
         models.BOX,
         point="5",

@@ -48,7 +48,7 @@ SHARE = 1e-6
 CONDITION = 1e5
 """Of the equations of a projection: what magnifies rounding in a state that was projected (kernel, ``projection.c``)."""
 TOUCH = 1e-9
-"""Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``impacts.c``), whatever
+"""Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``blows.c``), whatever
 the tolerance: as far it moves a state without a force."""
 
 

@@ -1,0 +1,20 @@
+/* One blow: the impulses of the contacts that hit at once. Internal to the kernel. */
+#ifndef MECH_BLOWS_H
+#define MECH_BLOWS_H
+
+#include "run.h"
+
+/* The contact that approaches fastest, with all that approach as fast. */
+int mech_blow_fastest(mech_solver *s, int contact);
+/* All that touch, as one problem of complementarity; `of_crowd`: of contacts without friction at hand; `with_friction`: where some
+   have it, in a crowd; there `contact` hits alone where the others have no common solution. */
+int mech_blow_together(mech_solver *s);
+int mech_blow_of_crowd(mech_solver *s);
+int mech_blow_with_friction(mech_solver *s, int contact);
+/* Whether row i is a constraint that is engaged. */
+int mech_blow_holds(const mech_solver *s, int i);
+void mech_blow_set(mech_solver *s, int n, const int *set, const mech_real *x);
+/* What the impulses take out of the energy, and the size of its terms. */
+mech_real mech_blow_loss(const mech_solver *s, mech_real *size);
+
+#endif
