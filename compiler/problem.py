@@ -21,7 +21,7 @@ HEADER = "model.h"
 TURNS = ("turns.h", "turn.h")
 """What code for this processor may include, too."""
 
-CROWD = ("crowd.h", "envelope.h", "real.h")
+CROWD = ("crowd.h", "crowd_response.h", "envelope.h", "real.h")
 """What code with a crowd of contacts includes, too."""
 
 SERIES = ("series.h",)
