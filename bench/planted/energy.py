@@ -145,7 +145,7 @@ BOOKS = (
     ),
     Fault(
         "books: the flow of mass brings no energy",
-        edit(ENERGIES, "supplied = graph.add(supplied, graph.mul(flow, graph.dot(velocity, velocity)))", "pass"),
+        edit(ENERGIES, "supplied = graph.add(supplied, graph.mul(rate, brought))", "pass"),
         models.TRAY,
     ),
     Fault(
