@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,12 @@ def check_around(given: Mapping[str, Any]) -> None:
             f"'inputs' are CSV files by the names of inputs, not {given['inputs']!r}",
             'as in inputs={"push": "push.csv"}',
         )
+    for name, file in (given.get("inputs") or {}).items():
+        if not isinstance(file, (str, os.PathLike)):
+            raise UsageMistake(
+                f"the input '{name}' comes from a CSV file, not from {file!r}",
+                f"a value that stays is set, as in set={{'{name}': 3}}; a function of time is stated in the model",
+            )
     progress = given.get("progress")
     if progress is not None and not callable(progress):
         raise UsageMistake(f"'progress' is called with the fraction done; {progress!r} cannot be called")

@@ -20,6 +20,7 @@ MODEL = mechc.loads(TEXT)
         ({"target": "pyton"}, "there is no target 'pyton'; did you mean 'python'?"),
         ({"target": 3}, "there is no target 3"),
         ({"inputs": "push.csv"}, "'inputs' are CSV files by the names of inputs, not 'push.csv'"),
+        ({"inputs": {"push": 3.0}}, "the input 'push' comes from a CSV file, not from 3.0"),
         ({"progress": "yes"}, "'progress' is called with the fraction done"),
         ({"experiment": 3}, "'experiment' is a name, not 3"),
         ({"set": "x"}, "'set' holds values by their names, not 'x'"),
