@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 from .once import once
 from .outcome import SimulationError
@@ -49,11 +50,13 @@ def check_state(problem: Problem, y0: Array) -> None:
         _check_range(quantity, value, "the initial value of")
     for index in problem.rotations:
         a, b, c, d = y0[index : index + 4].tolist()
-        norm = math.sqrt(a * a + b * b + c * c + d * d)
+        square = a * a + b * b + c * c + d * d
+        norm = math.sqrt(square)
         if not norm > 0:
             quantity = problem.states[index]
             raise SimulationError(f"the initial rotation '{quantity.name}' is zero", quantity.origin)
-        y0[index : index + 4] *= 1 / norm  # as the kernel does, bit by bit
+        if not abs(square - 1) <= 4 * sys.float_info.epsilon:  # as the kernel does, bit by bit (rotations.c)
+            y0[index : index + 4] *= 1 / norm
 
 
 def _check_range(quantity: Quantity, value: float, what: str) -> None:

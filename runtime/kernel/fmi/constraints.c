@@ -13,9 +13,8 @@ mech_real fmu_off_unit(const fmu *f)
     return largest;
 }
 
-/* Only a quaternion off by more than rounding is changed: the solver normalises, too, and once is enough. */
 int fmu_project(fmu *f)
 {
-    if (fmu_off_unit(f) > 16 * MECH_EPSILON) mech_normalise(f->m, f->y);
+    mech_normalise(f->m, f->y);
     return f->m->n_velocity ? mech_project(f->s, f->st->t, f->y) : MECH_RUNNING;
 }

@@ -19,7 +19,7 @@ static int assemble(fmu *f, int model_holds)
 /* Values that the importer has set go before those of the model. */
 int fmu_assemble(fmu *f)
 {
-    if (fmu_off_unit(f) > 16 * MECH_EPSILON) mech_normalise(f->m, f->y);
+    mech_normalise(f->m, f->y);
     if (!assemble(f, 1) || !assemble(f, 0)) return FMU_OK;
     return fmu_fail(f, FMU_ERROR, "the initial values that were set contradict the constraints");
 }
