@@ -128,13 +128,14 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
     """Return the model with what the question needs, and the question in SI, with the values of the model that were changed."""
     known, key = model.code.posed, (id(asked), method)
-    if key in known and known[key][0] is asked:
-        _, problem, question = known[key]
+    found = known.get(key)
+    if found is not None and found[0] is asked:
+        _, problem, question = found
     else:
         problem, question = _posed_anew(model, asked, method)
         if asked.lasts:
-            while len(known) >= MOST_POSED:
-                known.pop(next(iter(known)), None)
+            for oldest in [*known][: max(len(known) - MOST_POSED + 1, 0)]:  # others may ask at the same time
+                known.pop(oldest, None)
             known[key] = asked, problem, question
     return problem, replace(question, values=model.settings)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from random import Random
 
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
@@ -34,12 +33,9 @@ F = Fraction
 
 def bends(s: Scope, seed: int) -> None:
     """Write a body that rubs on a belt, a bead on a bent wire, or a bar that falls flat. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"bends of {seed}")
-    try:
+    with s.apart(f"bends of {seed}"):
         if s.chance(SHARE):
             s.weighted(((2, _belt), (2, _wire), (1, _flat)))(s)
-    finally:
-        s.file.random = outer
 
 
 def _belt(s: Scope) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from random import Random
-
 from random_models.expressions import Writer
 from random_models.operators import add, choose, divide, multiply, subtract
 from random_models.questions import question
@@ -29,13 +27,10 @@ _TRIES = 6
 
 def cases(s: Scope, seed: int) -> None:
     """Write one or two laws by cases. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"cases of {seed}")
-    try:
+    with s.apart(f"cases of {seed}"):
         if s.chance(SHARE):
             for _ in range(s.pick((1, 1, 2))):
                 s.weighted(((3, _force), (1, _state)))(s)
-    finally:
-        s.file.random = outer
 
 
 def _answer(s: Scope) -> E | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from random import Random
 
 from random_models.expressions import Writer
 from random_models.operators import add, der, multiply, relation
@@ -16,18 +15,15 @@ SHARE = 0.1
 
 def deeds(s: Scope, seed: int) -> None:
     """Write an event or two. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"deeds of {seed}")
-    try:
+    with s.apart(f"deeds of {seed}"):
         if s.chance(SHARE):
             for _ in range(s.pick((1, 1, 2))):
                 _event(s)
-    finally:
-        s.file.random = outer
 
 
 def _event(s: Scope) -> None:
     free = [q for q in s.coordinates if q not in s.driven and "held:" + q.ref not in s.notes]
-    numbers = [_number(s) for _ in range(s.pick((1, 1, 2)))]
+    numbers = [s.discrete_number() for _ in range(s.pick((1, 1, 2)))]
     todo: list[S] = [_assign(s, n, numbers) for n in numbers]
     if free and not s.locked:
         q = s.pick(free)
@@ -50,15 +46,6 @@ def _event(s: Scope) -> None:
             ")",
         ]
     s.add("when", "when ", *condition, " then", Seq(tuple(todo)), "end when;")
-
-
-def _number(s: Scope) -> E:
-    name = s.fresh("n")
-    first = s.literal(NUMBER, s.number(0.2, 1))
-    s.add("discrete", f"discrete Real {name} = ", Slot("discrete.value", first), ";", name=name)
-    n = reference(name, "discrete", NUMBER, level="z")
-    s.signals.append(n)
-    return n
 
 
 def _assign(s: Scope, n: E, numbers: list[E]) -> S:

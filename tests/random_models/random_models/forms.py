@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from fractions import Fraction
-from random import Random
 
 from random_models.expressions import Writer
 from random_models.operators import add, call, multiply
@@ -19,13 +18,10 @@ F = Fraction
 
 def forms(s: Scope, seed: int) -> None:
     """Write some. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"forms of {seed}")
-    try:
+    with s.apart(f"forms of {seed}"):
         if s.chance(SHARE):
             for _ in range(s.pick((1, 2, 2, 3))):
                 s.weighted(((2, _force), (2, _potential), (1, _output)))(s)
-    finally:
-        s.file.random = outer
 
 
 def _power(s: Scope, w: Writer) -> E:

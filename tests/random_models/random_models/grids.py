@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from random import Random
-
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
 from random_models.operators import call, der, multiply, vector
@@ -16,12 +14,9 @@ SHARE = 0.06
 
 def grids(s: Scope, seed: int) -> None:
     """Write one. Its random numbers are its own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"grids of {seed}")
-    try:
+    with s.apart(f"grids of {seed}"):
         if s.chance(SHARE):
             _grid(s)
-    finally:
-        s.file.random = outer
 
 
 def _grid(s: Scope) -> None:

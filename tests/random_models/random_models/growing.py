@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from random import Random
 
 from random_models.operators import add, call, divide, multiply
 from random_models.scope import Scope
@@ -17,13 +16,10 @@ def growing(s: Scope, seed: int) -> None:
     """Let something grow or shrink on a body. Its random numbers are its own: models keep all else."""
     if not s.space or not s.bodies:
         return
-    outer, s.file.random = s.file.random, Random(f"growing of {seed}")
-    try:
+    with s.apart(f"growing of {seed}"):
         if s.chance(SHARE):
             for _ in range(s.pick((1, 1, 2))):
                 _grow(s)
-    finally:
-        s.file.random = outer
 
 
 def _grow(s: Scope) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from random import Random
 
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
@@ -35,15 +34,12 @@ ASKED = 0.3
 
 def letting_go(s: Scope, seed: int) -> None:
     """Write a pair that is tied together for a while. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"letting go of {seed}")
-    try:
+    with s.apart(f"letting go of {seed}"):
         contacts = [name for name, _, pressed in s.constraints if pressed]
         if contacts and s.chance(ASKED):
             _ask(s, s.pick(contacts))
         if s.chance(SHARE):
             _ask(s, _pair(s))
-    finally:
-        s.file.random = outer
 
 
 def _ask(s: Scope, name: str) -> None:

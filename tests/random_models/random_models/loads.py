@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from random import Random
 
 from random_models.bodies import WORLD, given, mod
 from random_models.coordinates import half, square
@@ -211,15 +210,12 @@ def point_force(s: Scope) -> None:
 
 def _arm(s: Scope, offset: E) -> E:
     """Let a place follow what moves, now and then. Its random numbers are its own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"arm {offset}")
-    try:
+    with s.apart(f"arm {offset}"):
         if s.chance(0.4):
             return offset
         moved = multiply(s.value(LENGTH, s.number(0.1, 0.4)), call("tanh", writer(s).scalar(NUMBER, 2)))
         first, *rest = offset.operands
         return vector(add(first, moved), *rest)
-    finally:
-        s.file.random = outer
 
 
 def torque(s: Scope) -> None:

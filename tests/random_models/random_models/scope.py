@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from random import Random
@@ -81,6 +82,24 @@ class Scope:
     @property
     def random(self) -> Random:
         return self.file.random
+
+    @contextmanager
+    def apart(self, what: str) -> Iterator[None]:
+        """Write something by random numbers of its own: models keep all else."""
+        outer, self.file.random = self.file.random, Random(what)
+        try:
+            yield
+        finally:
+            self.file.random = outer
+
+    def discrete_number(self) -> E:
+        """Write a discrete variable that begins with a number, and return it."""
+        name = self.fresh("n")
+        first = self.literal(NUMBER, self.number(0.2, 1))
+        self.add("discrete", f"discrete Real {name} = ", Slot("discrete.value", first), ";", name=name)
+        n = reference(name, "discrete", NUMBER, level="z")
+        self.signals.append(n)
+        return n
 
     def fresh(self, prefix: str) -> str:
         return self.file.fresh(prefix)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from random import Random
 
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
@@ -30,12 +29,9 @@ F = Fraction
 
 def slider(s: Scope, seed: int) -> None:
     """Write a slider and its floor. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"slider of {seed}")
-    try:
+    with s.apart(f"slider of {seed}"):
         if s.chance(SHARE):
             _slider(s)
-    finally:
-        s.file.random = outer
 
 
 def _slider(s: Scope) -> None:

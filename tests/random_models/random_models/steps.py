@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from random import Random
-
 from random_models.bends import body
 from random_models.operators import choose, relation
 from random_models.scope import Scope
@@ -15,12 +13,9 @@ SHARE = 0.05
 
 def steps(s: Scope, seed: int) -> None:
     """Write one. Its random numbers are its own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"steps of {seed}")
-    try:
+    with s.apart(f"steps of {seed}"):
         if s.chance(SHARE):
             _step(s)
-    finally:
-        s.file.random = outer
 
 
 def _step(s: Scope) -> None:

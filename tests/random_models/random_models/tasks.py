@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from random import Random
 
 from random_models.operators import add, multiply
 from random_models.quantities import quantity
 from random_models.scope import Scope
-from random_models.tree import NUMBER, TIME, E, Seq, Slot, reference, statement
+from random_models.tree import NUMBER, TIME, Seq, Slot, statement
 
 SHARE = 0.1
 """Of the models."""
@@ -18,12 +17,9 @@ _BASES = (Fraction(1, 10), Fraction(1, 20), Fraction(7, 100), Fraction(3, 50), F
 
 def tasks(s: Scope, seed: int) -> None:
     """Write two or three clocks. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"tasks of {seed}")
-    try:
+    with s.apart(f"tasks of {seed}"):
         if s.chance(SHARE):
             _tasks(s)
-    finally:
-        s.file.random = outer
 
 
 def _tasks(s: Scope) -> None:
@@ -31,7 +27,7 @@ def _tasks(s: Scope) -> None:
     several = s.pick(((1, 3), (1, 3), (1, 2), (2, 3), (1, 2, 3), (1, 3, 1)))
     shares = s.random.sample(several, len(several))
     late = quantity(base * s.pick((1, 2)), TIME) if s.chance(0.15) else None
-    numbers = [_number(s) for _ in shares]
+    numbers = [s.discrete_number() for _ in shares]
     for k, share in enumerate(shares):
         own, others = numbers[k], numbers[:k] + numbers[k + 1 :]
         value = add(
@@ -42,12 +38,3 @@ def _tasks(s: Scope) -> None:
         parts += [", ", Slot("sample.start", late)] if late is not None else []
         action = statement("assign", f"{own.ref} := ", Slot("assign.value", value), ";", name=own.ref)
         s.add("when", *parts, ") then", Seq((action,)), "end when;")
-
-
-def _number(s: Scope) -> E:
-    name = s.fresh("n")
-    first = s.literal(NUMBER, s.number(0.2, 1))
-    s.add("discrete", f"discrete Real {name} = ", Slot("discrete.value", first), ";", name=name)
-    n = reference(name, "discrete", NUMBER, level="z")
-    s.signals.append(n)
-    return n

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from random import Random
 
 from random_models.operators import add, call, der, element, multiply, vector
 from random_models.quantities import quantity
@@ -34,12 +33,9 @@ def turns(s: Scope, seed: int) -> None:
     """Write what turns. Its random numbers are its own: models keep all else."""
     if s.space != 3:
         return
-    outer, s.file.random = s.file.random, Random(f"turns of {seed}")
-    try:
+    with s.apart(f"turns of {seed}"):
         if s.chance(SHARE):
             _turns(s)
-    finally:
-        s.file.random = outer
 
 
 def _turns(s: Scope) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from random import Random
 
 from random_models.expressions import Writer
 from random_models.operators import add, call, der, divide, multiply, negate
@@ -28,12 +27,9 @@ LEVELS = "tuzxqv"
 
 def unknowns(s: Scope, seed: int) -> None:
     """Let equations determine one or two outputs. Their random numbers are their own: models keep all else."""
-    outer, s.file.random = s.file.random, Random(f"unknowns of {seed}")
-    try:
+    with s.apart(f"unknowns of {seed}"):
         if s.chance(SHARE):
             s.weighted(((2, _one), (1, _two)))(s)
-    finally:
-        s.file.random = outer
 
 
 def _declared(s: Scope, guess: E | None = None) -> tuple[E, E]:
