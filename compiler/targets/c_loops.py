@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from ..program.loops.rolled import (
+    Carried,
     Compute,
     Index,
     Item,
@@ -177,12 +178,20 @@ class _Loops:
         i, trips = f"i{item.counter}", self.index(item.trips)
         for number, place in item.kept:
             yield f"mech_real s{number} = w[{self.index(place)}];"
+        for carry in item.carried:
+            yield f"mech_real before{carry.number} = w[{self.index(carry.first)}];"
         yield f"for (int {i} = 0; {i} < {trips}; {i}++) {{"
         for line in self.lines(item.body):
             yield f"    {line}"
+        for carry in item.carried:
+            source = Text(f"v{carry.source}", ATOM, carry.source in self.conditions)
+            yield f"    before{carry.number} = {fitting(source, 0, False, DIALECT)};"
         yield "}"
         for number, place in item.kept:
             yield f"w[{self.index(place)}] = s{number};"
+        for carry in item.carried:
+            if carry.last is not None:
+                yield f"w[{self.index(carry.last)}] = before{carry.number};"
         if item.numbered:
             yield f"n{item.counter} += {trips};"
 
@@ -305,6 +314,8 @@ class _Loops:
                 return Text(f"v{number}", ATOM, number in self.conditions)
             case Kept(number):
                 return Text(f"s{number}", ATOM)
+            case Carried(number):
+                return Text(f"before{number}", ATOM)
             case Number(value):
                 return Text(*DIALECT.literal(value))
 

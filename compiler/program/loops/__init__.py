@@ -1,7 +1,7 @@
 """Long functions as loops: periodic runs of statements found again, and where their values lie meanwhile.
 
 ``rolled.py`` says what the result is, ``roll.py`` makes it of a function: statements in the order in which their nodes
-were made (``stream.py``), runs of equal shape (``runs.py``), nests of loops (``nest.py``), iterations moved to where
-they are read (``sinking.py``), places in the workspace (``places.py``), indices (``indices.py``). ``replay.py`` follows
-the result and holds it against the function.
+were made (``stream.py``), runs of equal shape (``runs.py``), nests of loops (``nest.py``), what iterations read of the one
+before them (``carried.py``), iterations moved to where they are read (``sinking.py``), places in the workspace
+(``places.py``), indices (``indices.py``). ``replay.py`` follows the result and holds it against the function.
 """

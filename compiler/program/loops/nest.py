@@ -6,23 +6,27 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from .carried import Carried, carry
 from .runs import Entry, Run
 from .stream import NONE, Numbers, Stream
 
 
 class Site:
     """One statement of the text: ``statements`` of the stream, one for each iteration of the loops around it (``chain``,
-    outermost first). ``operands``: by position, a leaf, a value of the same iteration (``Site``), or what lies in w."""
+    outermost first). ``operands``: by position, a leaf, a value of the same iteration (``Site``) or of the one before
+    (``Carried``), or what lies in w."""
 
-    __slots__ = ("chain", "in_memory", "number", "operands", "statements", "updates")
+    __slots__ = ("chain", "in_memory", "last_in_memory", "number", "operands", "statements", "updates")
 
     def __init__(self, number: int, chain: tuple[Nest, ...], statements: Numbers) -> None:
         self.number = number
         self.chain = chain
         self.statements = statements
-        self.operands: list[Numbers | Site] = []
+        self.operands: list[Numbers | Site | Carried] = []
         """Positions in the stream (negative: leaves) over all iterations, or the site that each iteration reads."""
         self.in_memory = False
+        self.last_in_memory = False
+        """Whether only what the last iteration of each instance makes must lie in memory. It is carried as well."""
         self.updates: int | None = None
         """The operand whose place the result takes: it is read for the last time here."""
 
@@ -31,7 +35,7 @@ class Nest:
     """One loop of the text. Instance k of it, of those around it, has ``trips[k]`` iterations, which are numbered
     through all instances from ``starts[k]`` on."""
 
-    __slots__ = ("apart", "children", "depth", "kept", "number", "starts", "total", "trips")
+    __slots__ = ("apart", "carried", "children", "depth", "kept", "number", "starts", "total", "trips")
 
     def __init__(self, number: int, depth: int, trips: Numbers) -> None:
         self.number = number
@@ -44,10 +48,20 @@ class Nest:
         """Whether no iteration reads or writes what another one writes, but for what is kept."""
         self.kept: dict[int, Numbers] = {}
         """Sites whose place is the same through each instance, and that place by instance."""
+        self.carried: list[Carried] = []
 
     @property
     def independent(self) -> bool:
         return self.apart and not self.kept
+
+    @property
+    def innermost(self) -> bool:
+        return all(type(child) is Site for child in self.children)
+
+    @property
+    def ends(self) -> Numbers:
+        """Return the last iteration of each instance."""
+        return self.starts + self.trips - 1
 
     def instances(self) -> Numbers:
         """Return the instance of each iteration."""
@@ -106,7 +120,6 @@ class Nests:
     def _resolve(self) -> None:
         """Find out which operands are values of the same iteration, and what must lie in memory."""
         operands = [np.ascontiguousarray(column) for column in self.stream.operands.T]
-        needed = np.zeros(len(self.stream.done), bool)
         outer: dict[tuple[int, int], Numbers] = {}
         for site in self.sites:
             for operand in operands:
@@ -130,9 +143,20 @@ class Nests:
                     site.operands.append(source)
                 else:
                     site.operands.append(column)
-                    needed[column] = True
+        carry(self)
+        needed = np.zeros(len(self.stream.done), bool)
+        for site in self.sites:
+            for read in site.operands:
+                if isinstance(read, Carried):
+                    needed[read.first] = True
+                elif not isinstance(read, Site) and read[0] >= 0:
+                    needed[read] = True
         for site in self.sites:
             site.in_memory = bool(needed[site.statements].any())
+        for source in {c.source for nest in self.loops for c in nest.carried}:
+            before_last = np.delete(source.statements, source.chain[-1].ends)
+            if source.in_memory and not needed[before_last].any():
+                source.in_memory, source.last_in_memory = False, True
 
     def let_go(self) -> None:
         """Forget what lies in loops, which know each other in circles that nothing collects while a model is compiled."""

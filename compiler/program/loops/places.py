@@ -12,6 +12,7 @@ import numpy as np
 
 from ...graph.operations import ADD, SUB
 from ..model import Operate
+from .carried import Carried
 from .nest import Nest, Nests, Site
 from .stream import Numbers
 
@@ -40,10 +41,12 @@ class Places:
             ):
                 continue
             for k, column in enumerate(site.operands):
-                if isinstance(column, Site) or column[0] < 0 or not (last[column] == site.statements).all():
+                if isinstance(column, Site | Carried) or column[0] < 0:
+                    continue
+                if not (last[column] == site.statements).all():
                     continue
                 others = [o for j, o in enumerate(site.operands) if j != k]
-                if all(isinstance(o, Site) or (o != column).all() for o in others):
+                if all(isinstance(o, Site | Carried) or (o != column).all() for o in others):
                     site.updates = k
                     break
 
@@ -56,10 +59,10 @@ class Places:
         for site in sites:
             if site.updates is not None:
                 column = site.operands[site.updates]
-                assert not isinstance(column, Site)
+                assert not isinstance(column, Site | Carried)
                 pairs += zip(site.statements.tolist(), column.tolist(), strict=True)
-            elif site.in_memory:
-                shared[site.statements] = site.statements
+            elif site.in_memory or site.last_in_memory:
+                shared[_in_memory(site)] = _in_memory(site)
         for statement, value in sorted(pairs):
             shared[statement] = shared[value]
         at = np.full(n, -1, np.int64)
@@ -82,13 +85,14 @@ class Places:
                 if len(owners) > 1 and (at[owners] < 0).all() and len(np.unique(owners)) == len(owners):
                     give(owners)
         for site in sites:
-            if site.in_memory and site.updates is None:
-                owners = site.statements[at[site.statements] < 0]
-                if len(owners) and site.chain:
+            if (site.in_memory and site.updates is None) or site.last_in_memory:
+                owners = _in_memory(site)
+                owners = owners[at[owners] < 0]
+                if len(owners) and site.chain and site.in_memory:
                     give(owners)
                 elif len(owners):
-                    at[owners] = self.count
-                    self.count += 1
+                    at[owners] = self.count + np.arange(len(owners))
+                    self.count += len(owners)
         return np.where(shared >= 0, at[np.maximum(shared, 0)], -1)
 
     def _analyse(self, nest: Nest) -> None:
@@ -103,7 +107,7 @@ class Places:
             (s.number, k): self.at[o]
             for s in sites
             for k, o in enumerate(s.operands)
-            if not isinstance(o, Site) and o[0] >= 0
+            if not isinstance(o, Site | Carried) and o[0] >= 0
         }
         for site in sites:
             if site.updates is None or not (written[site.number] == written[site.number][first]).all():
@@ -114,7 +118,7 @@ class Places:
             if not any(np.isin(instance * self.count + places, own).any() for places in others):
                 nest.kept[site.number] = written[site.number][nest.starts]
         updated = {(s.number, s.updates) for s in sites if s.number in nest.kept}
-        nest.apart = self._apart(
+        nest.apart = not nest.carried and self._apart(
             nest,
             instance,
             [places for number, places in written.items() if number not in nest.kept],
@@ -139,3 +143,8 @@ class Places:
             if ((keys[found] == wanted) & (by[found] != iteration)).any():
                 return False
         return True
+
+
+def _in_memory(site: Site) -> Numbers:
+    """Return the statements of a site whose values lie in memory."""
+    return site.statements[site.chain[-1].ends] if site.last_in_memory else site.statements

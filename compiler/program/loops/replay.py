@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from ...malformed import Malformed
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store, operands_of
-from .rolled import Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
+from .rolled import Carried, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
 from .stream import COMMUTATIVE
 
 Value = int
@@ -75,6 +75,7 @@ class _Replay:
         self.memory: dict[int, Value] = {}
         self.local: dict[int, Value] = {}
         self.kept: dict[int, Value] = {}
+        self.carried: dict[int, Value] = {}
         self.counters: dict[int, int] = {}
         self.counted: dict[int, int] = {}
         self.stored: dict[tuple[str, int], Value] = {}
@@ -101,6 +102,8 @@ class _Replay:
                 return self.local[number]
             case Kept(number):
                 return self.kept[number]
+            case Carried(number):
+                return self.carried[number]
             case Number(value):
                 return _number(self.values, value)
 
@@ -117,13 +120,20 @@ class _Replay:
                 self.memory[self.at(index)] = self.value(operand)
             case Put(array, index, operand):
                 self.stored[array, self.at(index)] = self.value(operand)
-            case Loop(counter, trips, body, registers):
+            case Loop(counter, trips, body, registers, carried=carried):
                 for number, index in registers:
                     self.kept[number] = self.memory[self.at(index)]
+                for carry in carried:
+                    self.carried[carry.number] = self.memory[self.at(carry.first)]
                 n = self.at(trips)
                 for self.counters[counter] in range(n):
                     for inner in body:
                         self.do(inner)
+                    for carry in carried:
+                        self.carried[carry.number] = self.local[carry.source]
                 self.counted[counter] = self.counted.get(counter, 0) + n
                 for number, index in registers:
                     self.memory[self.at(index)] = self.kept[number]
+                for carry in carried:
+                    if carry.last is not None:
+                        self.memory[self.at(carry.last)] = self.carried[carry.number]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
+from . import rolled
+from .carried import Carried
 from .indices import Indices, is_affine
 from .nest import Nest, Nests, Site
 from .places import PAD, Places
-from .rolled import Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
+from .rolled import Carry, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
 from .runs import runs
 from .sinking import sunk
 from .stream import Numbers, Stream, stream, tokens
@@ -83,7 +85,19 @@ class _Writer:
         kept = tuple((n, self.indices.index(places, chain[:-1])) for n, places in nest.kept.items())
         numbered = nest.number in self.indices.numbered
         apart = nest.apart and nest.total >= MANY * len(nest.trips) and not _writes_parameters(body)
-        return [*before, Loop(nest.number, trips, tuple(body), kept, numbered, apart)]
+        carried = tuple(self._carries(nest, chain[:-1]))
+        return [*before, Loop(nest.number, trips, tuple(body), kept, numbered, apart, carried)]
+
+    def _carries(self, nest: Nest, around: Sequence[Nest]) -> Iterator[Carry]:
+        written: set[int] = set()
+        for carried in nest.carried:
+            source = carried.source
+            last = None
+            if source.last_in_memory and source.number not in written:
+                written.add(source.number)
+                last = self.indices.index(self.places.at[source.statements[nest.ends]], around)
+            first = self.indices.index(self.places.at[carried.first], around)
+            yield Carry(carried.number, source.number, first, last)
 
     def _statement(self, site: Site, nest: Nest | None, before: list[Item]) -> Item:
         statement = self.nests.stream.statement(site.statements[0])
@@ -103,6 +117,8 @@ class _Writer:
         column = site.operands[k]
         if isinstance(column, Site):
             return Local(column.number)
+        if isinstance(column, Carried):
+            return rolled.Carried(column.number)
         if column[0] < 0:
             return self._leaf(column, site)
         places = self.places.at[column]

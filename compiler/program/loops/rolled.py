@@ -44,11 +44,17 @@ class Kept(Struct, frozen=True):
     number: int
 
 
+class Carried(Struct, frozen=True):
+    """What an iteration made for the next one (``Loop.carried``)."""
+
+    number: int
+
+
 class Number(Struct, frozen=True):
     value: Fraction
 
 
-Operand = Read | Local | Kept | Number
+Operand = Read | Local | Kept | Carried | Number
 
 
 class Compute(Struct, frozen=True):
@@ -71,6 +77,16 @@ class Put(Struct, frozen=True):
     guarded: bool = False
 
 
+class Carry(Struct, frozen=True):
+    """The register ``number`` holds what the statement ``source`` made in the iteration before, and what lies in w at
+    ``first`` in the first one. What the last one made goes to ``last``, if it is read by what follows."""
+
+    number: int
+    source: int
+    first: Index
+    last: Index | None = None
+
+
 class Loop(Struct, frozen=True):
     """``body`` for each value of ``counter`` below ``trips``. ``kept``: numbers of registers, which are read from a place
     in w before the first iteration and written there after the last one. ``apart``: iterations are many, and but for these
@@ -83,6 +99,7 @@ class Loop(Struct, frozen=True):
     numbered: bool = False
     """Whether some index counts its iterations."""
     apart: bool = False
+    carried: tuple[Carry, ...] = ()
 
 
 Item = Compute | Put | Loop

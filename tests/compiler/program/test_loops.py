@@ -122,6 +122,7 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     text = emit_c(program)
     assert "for (int i" in text
     assert ("    APART\n" in text) == (name == "pairs")
+    assert ("before0" in text) == (name != "pairs")
     assert len(text) < 0.8 * len(emit_c(as_straight_lines(program)))
     (tmp_path / "straight").mkdir()
     as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
@@ -216,6 +217,41 @@ def test_random_loops(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         expected = bits(straight.call("rhs", *arguments))
         assert bits(as_loops.call("rhs", *arguments)) == expected
         assert bits(python["rhs"](*arguments)) == expected
+
+
+def recurrence(n: int) -> Equations:
+    """Return two numbers that follow from each other n times."""
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    k = [g.symbol(f"k{i}") for i in range(n)]
+    a, b = x, y
+    for factor in k:
+        a, b = g.mul(factor, g.sin(b)), g.add(g.mul(factor, a), g.cos(b))
+    return equations(
+        g,
+        [Function("rhs", "", (a, b))],
+        states=[(s, Entry(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
+        nx=2,
+        parameters=[(s, Entry(f"k{i}", "parameter", ""), g.constant(Fraction(1))) for i, s in enumerate(k)],
+    )
+
+
+def test_what_the_next_iteration_reads_stays_in_registers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lowering(), "LONG", 100)
+    rhs = lower(recurrence(200)).function("rhs")
+    assert rhs is not None
+    found = roll(rhs)
+    assert found is not None
+    replay.verify(rhs, found)
+    assert found.workspace < 10
+    (at,) = [k for k, item in enumerate(found.items) if isinstance(item, rolled.Loop)]
+    loop = found.items[at]
+    assert isinstance(loop, rolled.Loop)
+    one, *others = loop.carried
+    assert any(other.source != one.source for other in others)
+    crossed = replace(loop, carried=tuple(replace(carry, source=one.source) for carry in loop.carried))
+    with pytest.raises(Malformed, match="stores another value in out"):
+        replay.verify(rhs, replace(found, items=(*found.items[:at], crossed, *found.items[at + 1 :])))
 
 
 def test_replay_notices(monkeypatch: pytest.MonkeyPatch) -> None:
