@@ -33,6 +33,7 @@ from .c_loops import (
 )
 from .c_plans import CROWD_FUNCTIONS, CROWD_INCLUDED, hybrid_text, indices, start_text
 from .c_series import EXPAND, SERIES_INCLUDED, expansion
+from .c_turns import are_turned
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -160,7 +161,7 @@ class _File:
             long="".join(f"#define {name} {name}l\n" for name in self.library),
             pi=PI_DIGITS,
         )
-        if self.dialect is TURNING and any(turn_groups(b) for f in program.functions for b in f.bodies):
+        if self.dialect is TURNING and self.has_turns():
             yield TURNS_INCLUDED
         if any(map(needs_threads, self.loops.values())):
             yield THREADS
@@ -187,6 +188,13 @@ class _File:
         if self.crowd:
             yield CROWD_FUNCTIONS
         yield from self.model()
+
+    def has_turns(self) -> bool:
+        """Whether sines and cosines stand in groups somewhere."""
+        straight = (f for f in self.program.functions if f.name not in self.loops)
+        return any(turn_groups(b) for f in straight for b in f.bodies) or any(
+            map(are_turned, self.loops.values())
+        )
 
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function, and before it its bodies where it has several."""
@@ -224,7 +232,7 @@ class _File:
         if "g" in arrays:
             yield _GIVEN.format(inputs=self.program.size("u"))
         sizes = {array: self.program.size(array) for array in ("y", "u", "z")}
-        for line in loop_lines(name, rolled, sizes):
+        for line in loop_lines(name, rolled, sizes, self.dialect is TURNING):
             yield f"    {line}"
         yield "}\n"
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+from msgspec.structs import replace
 
 from ..program.loops.rolled import (
     Carried,
+    Carry,
     Compute,
     Index,
     Item,
@@ -22,6 +25,7 @@ from ..program.model import Lookup, Operate, Program
 from ..verification import is_asked
 from .c_blocks import Copy, Way, are_sums, copies_of, copying, in_blocks, way_of
 from .c_forms import DIALECT
+from .c_turns import TURN, Ahead, ahead, is_cosine, is_turn, operands_of
 from .expressions import ATOM, Text, applied, fitting
 
 ON_STACK = 16_384
@@ -77,14 +81,15 @@ def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
         yield "};"
 
 
-def loop_lines(name: str, rolled: Rolled, sizes: Mapping[str, int]) -> Iterator[str]:
-    """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads."""
+def loop_lines(name: str, rolled: Rolled, sizes: Mapping[str, int], turns: bool) -> Iterator[str]:
+    """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads. ``turns``: sines
+    and cosines are formed ahead by ``turns.h``."""
     storage = "" if rolled.workspace <= ON_STACK else "static THREAD_LOCAL "
     if rolled.workspace:
         yield f"{storage}mech_real w[{rolled.workspace}];"
     copies = copies_of(rolled, sizes, ON_STACK - rolled.workspace)
     yield from copying(copies)
-    text = _Loops(name, copies)
+    text = _Loops(name, copies, turns)
     for counter in sorted(_numbered(rolled.items)):
         yield f"int n{counter} = 0;"
     yield from text.lines(rolled.items)
@@ -94,17 +99,12 @@ def touched(items: Sequence[Item]) -> set[str]:
     """Return the arrays that are read or written."""
     found: set[str] = set()
     for item in items:
-        match item:
-            case Compute(_, _, operands):
-                found |= {o.array for o in operands if type(o) is Read}
-            case Put(array, _, operand, guarded):
-                found |= {
-                    array,
-                    *(["set"] if guarded else []),
-                    *([operand.array] if type(operand) is Read else []),
-                }
-            case Loop(_, _, body):
-                found |= touched(body)
+        if isinstance(item, Loop):
+            found |= touched(item.body)
+            continue
+        found |= {o.array for o in operands_of(item) if isinstance(o, Read)}
+        if isinstance(item, Put):
+            found |= {item.array, "set"} if item.guarded else {item.array}
     return found
 
 
@@ -126,8 +126,9 @@ def _table(name: str, number: int) -> str:
 
 
 class _Loops:
-    def __init__(self, name: str, copies: Mapping[Way, Copy]) -> None:
+    def __init__(self, name: str, copies: Mapping[Way, Copy], turns: bool) -> None:
         self.name = name
+        self.turns = turns
         self.copies = copies
         self.conditions: set[int] = set()
         """Numbers of values that are truth values."""
@@ -180,13 +181,13 @@ class _Loops:
             yield f"mech_real s{number} = w[{self.index(place)}];"
         for carry in item.carried:
             yield f"mech_real before{carry.number} = w[{self.index(carry.first)}];"
-        yield f"for (int {i} = 0; {i} < {trips}; {i}++) {{"
-        for line in self.lines(item.body):
-            yield f"    {line}"
-        for carry in item.carried:
-            source = Text(f"v{carry.source}", ATOM, carry.source in self.conditions)
-            yield f"    before{carry.number} = {fitting(source, 0, False, DIALECT)};"
-        yield "}"
+        first = ahead(item) if self.turns else None
+        if first is None:
+            yield f"for (int {i} = 0; {i} < {trips}; {i}++) {{"
+            yield from (f"    {line}" for line in (*self.lines(item.body), *self.carry(item.carried)))
+            yield "}"
+        else:
+            yield from self.turned(item, first)
         for number, place in item.kept:
             yield f"w[{self.index(place)}] = s{number};"
         for carry in item.carried:
@@ -194,6 +195,53 @@ class _Loops:
                 yield f"w[{self.index(carry.last)}] = before{carry.number};"
         if item.numbered:
             yield f"n{item.counter} += {trips};"
+
+    def carry(self, carried: Iterable[Carry]) -> Iterator[str]:
+        for carry in carried:
+            source = Text(f"v{carry.source}", ATOM, carry.source in self.conditions)
+            yield f"before{carry.number} = {fitting(source, 0, False, DIALECT)};"
+
+    def turned(self, item: Loop, first: Ahead) -> Iterator[str]:
+        """Yield a loop in blocks of iterations, whose angles are formed before their sines and cosines, and these before the
+        rest."""
+        c, trips = item.counter, self.index(item.trips)
+        at = f"[i{c} - b{c}]"
+        arrays = {angle: [f"{name}{c}_{k}" for name in TURN] for k, angle in enumerate(first.angles)}
+        formed = {number: f"a{number}" if number in first.needed else "" for number in first.statements}
+        head = f"    for (int i{c} = b{c}; i{c} < e{c}; i{c}++) {{"
+        yield f"for (int b{c} = 0; b{c} < {trips}; b{c} += {BLOCK}) {{"
+        yield f"    const int e{c} = b{c} + {BLOCK} < {trips} ? b{c} + {BLOCK} : {trips};"
+        for number in sorted(first.needed):
+            yield f"    mech_real a{number}[{BLOCK}];"
+        for names in arrays.values():
+            yield f"    mech_real {', '.join(f'{name}[{BLOCK}]' for name in names)};"
+        yield head
+        for one in item.body:
+            if isinstance(one, Compute) and one.number in first.statements:
+                yield from (f"        {line}" for line in self.compute(replace(one, place=None)))
+                if one.number in first.needed:
+                    yield f"        a{one.number}{at} = v{one.number};"
+        for angle, (name, *_) in arrays.items():
+            yield f"        {name}{at} = {fitting(self.text(angle), 0, False, DIALECT)};"
+        carried = [carry for carry in item.carried if carry.number in first.carried]
+        yield from (f"        {line}" for line in self.carry(carried))
+        yield "    }"
+        for names in arrays.values():
+            yield f"    mech_turn_row(e{c} - b{c}, {', '.join(names)});"
+        yield head
+        for one in item.body:
+            if isinstance(one, Compute) and (is_turn(one) or one.number in formed):
+                name = arrays[one.operands[0]][1 + is_cosine(one)] if is_turn(one) else formed[one.number]
+                if name:
+                    yield f"        const mech_real v{one.number} = {name}{at};"
+                if one.place is not None:
+                    yield f"        w[{self.index(one.place)}] = v{one.number};"
+            else:
+                yield from (f"        {line}" for line in self.lines([one]))
+        carried = [carry for carry in item.carried if carry.number not in first.carried]
+        yield from (f"        {line}" for line in self.carry(carried))
+        yield "    }"
+        yield "}"
 
     def blocks(self, item: Loop) -> Iterator[str]:
         """Yield a loop whose iterations compilers do side by side, some at a time: what lies scattered is gathered before, what
@@ -268,7 +316,7 @@ class _Loops:
         self.held = {}
         for one in item.body:
             assert not isinstance(one, Loop)
-            found = [o.index for o in _operands(one) if type(o) is Read]
+            found = [o.index for o in operands_of(one) if type(o) is Read]
             found += [place for place in (one.place if isinstance(one, Compute) else one.index,) if place]
             for index in found:
                 key = (index.table, index.numbered)
@@ -337,7 +385,3 @@ class _Loops:
     def entry(self, index: Index) -> str:
         """Return the entry of its table that an index reads."""
         return f"{_table(self.name, index.table)}[n{index.numbered} + i{index.numbered}]"
-
-
-def _operands(item: Compute | Put) -> tuple[Operand, ...]:
-    return item.operands if isinstance(item, Compute) else (item.operand,)

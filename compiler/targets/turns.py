@@ -33,7 +33,7 @@ WIDTH = 4
 FEWEST = 2
 """Angles that are worth it: one alone is as fast by the C library."""
 
-_EARLY = frozenset({ADD, SUB, NEG, MUL})
+EARLY = frozenset({ADD, SUB, NEG, MUL})
 """Operations that an angle may be made of to be known at the head."""
 
 
@@ -94,7 +94,7 @@ def _angles(body: Body) -> list[Value]:
             last = pending[-1]
             statement = body[last]
             operands = operands_of(statement)
-            if type(statement) is Operate and statement.code in _EARLY:
+            if type(statement) is Operate and statement.code in EARLY:
                 missing = [a for a in operands if a not in known]
                 if missing:
                     pending += missing

@@ -64,4 +64,18 @@ LANE void mech_turns(double *turns, double a, double b, double c, double d)
 }
 #endif
 
+/* Sines and cosines of n angles; the arrays have room for a multiple of four. */
+static inline void mech_turn_row(int n, double *restrict angles, double *restrict sines, double *restrict cosines)
+{
+    for (int k = n; k % 4; k++) angles[k] = 0.0;
+    for (int k = 0; k < n; k += 4) {
+        double turns[8];
+        mech_turns(turns, angles[k], angles[k + 1], angles[k + 2], angles[k + 3]);
+        for (int i = 0; i < 4; i++) {
+            sines[k + i] = turns[i];
+            cosines[k + i] = turns[4 + i];
+        }
+    }
+}
+
 #endif

@@ -110,6 +110,7 @@ def size(items: tuple[rolled.Item, ...]) -> int:
 )
 def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mechc.compiler.program.loops.roll.MANY", 2)
+    monkeypatch.setattr(c_loops, "BLOCK", 8)
     program = compiled(monkeypatch, name)
     verify(program)
     shrunk = 0
@@ -127,6 +128,10 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "straight").mkdir()
     as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
     straight = NativeModel(as_straight_lines(program), tmp_path / "straight")
+    ahead = NativeModel(
+        program, tmp_path, name="ahead", turns=True
+    )  # by the C library where nothing is fused
+    assert ("mech_turn_row(" in emit_c(program, turns=True)) == (name == "chain")
     rng = np.random.default_rng(1)
     p = np.full(program.size("p"), np.nan)
     given = np.zeros(len(program.arrays["p"]), np.uint8)
@@ -140,6 +145,7 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     for function in program.functions:
         expected = straight.call(function.name, 0.3, y, u, z, p)
         assert bits(as_loops.call(function.name, 0.3, y, u, z, p)) == bits(expected), function.name
+        assert bits(ahead.call(function.name, 0.3, y, u, z, p)) == bits(expected), function.name
         if function.name in python:
             assert bits(python[function.name](0.3, y, u, z, p)) == bits(expected), function.name
 
@@ -198,6 +204,7 @@ def test_random_loops(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(lowering(), "LONG", 300)
     monkeypatch.setattr(lowering(), "SHORT", 50)
     monkeypatch.setattr(c_loops, "ON_STACK", 16_384 if seed % 2 else 10)
+    monkeypatch.setattr(c_loops, "BLOCK", 8)
     program = lower(random_equations(seed, 24))
     verify(program)
     rhs = program.function("rhs")
@@ -207,6 +214,7 @@ def test_random_loops(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     replay.verify(rhs, found)
     (tmp_path / "straight").mkdir()
     as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
+    ahead = NativeModel(program, tmp_path, name="ahead", turns=True)
     straight = NativeModel(program, tmp_path / "straight", 0)
     p = straight.default_parameters()
     assert bits(as_loops.default_parameters()) == bits(p)
@@ -216,6 +224,7 @@ def test_random_loops(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         arguments = 0.0, rng.normal(size=24), np.empty(0), np.empty(0), p
         expected = bits(straight.call("rhs", *arguments))
         assert bits(as_loops.call("rhs", *arguments)) == expected
+        assert bits(ahead.call("rhs", *arguments)) == expected
         assert bits(python["rhs"](*arguments)) == expected
 
 
@@ -238,7 +247,8 @@ def recurrence(n: int) -> Equations:
 
 def test_what_the_next_iteration_reads_stays_in_registers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lowering(), "LONG", 100)
-    rhs = lower(recurrence(200)).function("rhs")
+    program = lower(recurrence(200))
+    rhs = program.function("rhs")
     assert rhs is not None
     found = roll(rhs)
     assert found is not None
@@ -252,6 +262,47 @@ def test_what_the_next_iteration_reads_stays_in_registers(monkeypatch: pytest.Mo
     crossed = replace(loop, carried=tuple(replace(carry, source=one.source) for carry in loop.carried))
     with pytest.raises(Malformed, match="stores another value in out"):
         replay.verify(rhs, replace(found, items=(*found.items[:at], crossed, *found.items[at + 1 :])))
+    assert "mech_turn_row(" not in emit_c(program, turns=True)  # each angle waits for the one before it
+
+
+def turning(n: int, kind: str) -> Equations:
+    """Return what is made of sines and cosines of n angles, which are products or go on as a sum: of the former angle, of the
+    angle, or of neither, but then angles are read again afterwards."""
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    k = [g.symbol(f"k{i}") for i in range(n)]
+    angle, made = x, y
+    angles = []
+    for factor in k:
+        before = angle
+        angle = g.mul(x, factor) if kind == "product" else g.add(angle, factor)
+        used = {"product": before, "sum": angle, "stored sum": x}[kind]
+        sine, cosine = g.sin(angle), g.cos(angle)
+        made = g.add(g.mul(made, cosine), g.mul(used, sine))
+        angles.append(angle)
+    stored = [g.mul(a, made) for a in reversed(angles)] if kind == "stored sum" else []
+    return equations(
+        g,
+        [Function("rhs", "", (made, *stored))],
+        states=[(s, Entry(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
+        nx=2,
+        parameters=[
+            (s, Entry(f"k{i}", "parameter", ""), g.constant(Fraction(i, 7))) for i, s in enumerate(k)
+        ],
+    )
+
+
+@pytest.mark.parametrize("kind", ["product", "sum", "stored sum"])
+def test_angles_are_formed_ahead(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lowering(), "LONG", 100)
+    monkeypatch.setattr(c_loops, "BLOCK", 8)
+    program = lower(turning(200, kind))
+    assert "mech_turn_row(" in emit_c(program, turns=True)
+    ahead = NativeModel(program, tmp_path, name="ahead", turns=True)
+    straight = NativeModel(program, tmp_path, 0, name="straight")
+    p, y, nothing = straight.default_parameters(), np.array([0.3, -0.7]), np.empty(0)
+    expected = straight.call("rhs", 0.0, y, nothing, nothing, p)
+    assert bits(ahead.call("rhs", 0.0, y, nothing, nothing, p)) == bits(expected)
 
 
 def test_replay_notices(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,6 +36,11 @@ void many(long n, const double *x, double *s, double *c)
         for (int i = 0; i < 4; i++) s[k + i] = turns[i], c[k + i] = turns[4 + i];
     }
 }
+__attribute__((visibility("default"))) void row(int n, double *x, double *s, double *c);
+void row(int n, double *x, double *s, double *c)
+{
+    mech_turn_row(n, x, s, c);
+}
 """
 
 
@@ -50,6 +55,16 @@ def turned(library: ctypes.CDLL, x: Floats) -> tuple[Floats, Floats]:
     s, c = np.empty_like(given), np.empty_like(given)
     library.many(ctypes.c_long(given.size), *(ctypes.c_void_p(a.ctypes.data) for a in (given, s, c)))
     return s[: x.size], c[: x.size]
+
+
+def test_a_row_has_the_bits_of_its_fours(library: ctypes.CDLL) -> None:
+    x = np.random.default_rng(4).uniform(-100, 100, 12)
+    x[2], x[5] = 3e9, math.nan
+    for n in range(1, 10):
+        given, s, c = x.copy(), np.empty(12), np.empty(12)
+        library.row(n, *(ctypes.c_void_p(a.ctypes.data) for a in (given, s, c)))
+        for found, expected in zip((s, c), turned(library, x), strict=True):
+            assert bits(found[:n]) == bits(expected[:n])
 
 
 def nearest_to_quarters() -> Iterator[float]:
