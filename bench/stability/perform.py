@@ -17,7 +17,8 @@ from mechc.api import Model
 from mechc.asking.asked import asked
 from mechc.asking.given_values import UsageMistake
 from mechc.lang.diagnostics import CompileError
-from mechc.measurement.truth import compile_for_reference, true_errors
+from mechc.measurement.references import compile_for_reference
+from mechc.measurement.truth import true_errors
 from mechc.runtime.native.build import BuildError
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError

@@ -19,6 +19,7 @@ from ..program.names import identifiers
 from ..program.series import NEXT, START
 from ..uncollected import uncollected
 from ..verification import verified
+from . import c_double_double
 from .c_blocks import are_apart
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
@@ -113,14 +114,17 @@ _PRELUDE: Final = """\
 """
 
 
-def emit_c(program: Program, chunk_size: int | None = None, *, turns: bool = False) -> str:
+def emit_c(
+    program: Program, chunk_size: int | None = None, *, turns: bool = False, double_double: bool = False
+) -> str:
     """Return the C text of a program.
 
     Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). ``turns``: sines and
     cosines stand in groups, which ``turns.h`` of the kernel forms at once; else the text needs ``model.h`` alone, and
-    ``series.h`` where it holds Taylor series of few slots. Compiled with ``-ffp-contract=off -frounding-math`` (no fused
-    products and sums, no function of a constant evaluated by the compiler) it gives the same bits as the scalar Python text
-    on the same C library.
+    ``series.h`` where it holds Taylor series of few slots. ``double_double``: those of a program that
+    ``c_double_double.with_series`` gives have 106 bits, and need ``double_double.h``. Compiled with ``-ffp-contract=off
+    -frounding-math`` (no fused products and sums, no function of a constant evaluated by the compiler) it gives the same bits as
+    the scalar Python text on the same C library.
     """
     with uncollected():
         loops: Mapping[str, Rolled] = {}
@@ -128,11 +132,11 @@ def emit_c(program: Program, chunk_size: int | None = None, *, turns: bool = Fal
             loops = loops_of(program)
         program = _with_turns(program, loops) if turns else program
         if chunk_size != 0:
-            whole = {*loops, NEXT} if program.few_slots else loops
+            whole = {*loops, NEXT} if program.few_slots or double_double else loops
             program = chunk(program, chunk_size or CHUNK, whole=whole)
             # pieces read their angles anew, in between
             program = verified(_with_turns(program, loops) if turns else program)
-        return "\n".join(_File(program, loops, turns).lines()) + "\n"
+        return "\n".join(_File(program, loops, turns, double_double).lines()) + "\n"
 
 
 def _with_turns(program: Program, loops: Collection[str]) -> Program:
@@ -141,8 +145,12 @@ def _with_turns(program: Program, loops: Collection[str]) -> Program:
 
 
 class _File:
-    def __init__(self, program: Program, loops: Mapping[str, Rolled], turns: bool) -> None:
+    def __init__(
+        self, program: Program, loops: Mapping[str, Rolled], turns: bool, double_double: bool = False
+    ) -> None:
         self.program = program
+        self.double_double = double_double
+        self.expanded = self.double_double or program.few_slots
         self.dialect = TURNING if turns else DIALECT
         self.loops = loops
         self.crowd = program.hybrid is not None and program.hybrid.crowd is not None
@@ -156,6 +164,8 @@ class _File:
     def lines(self) -> Iterator[str]:
         program = self.program
         yield from header(program)
+        if self.double_double:
+            yield c_double_double.included(program)  # before functions of the library get other names
         yield _PRELUDE.format(
             quad="".join(f"#define {name} {name}q\n" for name in self.library),
             long="".join(f"#define {name} {name}l\n" for name in self.library),
@@ -177,12 +187,16 @@ class _File:
             yield "};\n"
         if self.crowd:
             yield CROWD_INCLUDED
-        if program.few_slots:
+        if program.few_slots and not self.double_double:
             yield SERIES_INCLUDED
         yield from self.function(program.parameters)
         for function in program.functions:
-            if program.few_slots and function.name == NEXT:
-                yield from expansion(program, self.dialect)
+            if self.expanded and function.name == NEXT:
+                yield from (
+                    c_double_double.expansion(program)
+                    if self.double_double
+                    else expansion(program, self.dialect)
+                )
             elif _is_emitted(function):
                 yield from self.function(function)
         if self.crowd:
@@ -303,7 +317,7 @@ class _File:
             fields["hybrid"] = "&hybrid"
         series = program.series
         if series is not None and not series.refusal:
-            given = f"{START}, NULL, {EXPAND}" if program.few_slots else f"{START}, {NEXT}, NULL"
+            given = f"{START}, NULL, {EXPAND}" if self.expanded else f"{START}, {NEXT}, NULL"
             yield f"static const mech_series series = {{{series.n_slots}, {series.n_kept}, {given}}};\n"
             fields["series"] = "&series"
         facts = start_facts(make_problem(program))

@@ -7,7 +7,7 @@ wanted sooner than vectors are filled; what goes before is added up while proces
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Final
 
@@ -27,7 +27,7 @@ static void {EXPAND}(int order, const mech_real *kept, const mech_real *p, mech_
                           mech_real *restrict rows)
 {{"""
 
-_Side = tuple[str, int]
+Side = tuple[str, int]
 """A series that is a side of slots: x and which state it is, or r and which value of the function."""
 
 
@@ -38,23 +38,21 @@ def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
     (body,) = function.bodies
     ny, slots = len(program.arrays["y"]), padded(plan.n_slots)
     stored = {s.index: s.value for s in body if type(s) is Store}
-    a, b = (
-        [_side(body, stored[at + k]) for k in range(plan.n_slots)] for at in (padded(ny), padded(ny) + slots)
-    )
+    a, b = sides_of(body, stored, plan.n_slots, ny)
     yield _HEAD
     yield f"    enum {{ STATES = {padded(ny)}, SLOTS = {slots} }};"
     unused = {"kept": "z", "p": "p"}
-    unused = {name: array for name, array in unused.items() if not any(_loads(body, array))}
+    unused = {name: array for name, array in unused.items() if not any(loaded(body, array))}
     if unused or not slots:
         yield f"    {' '.join(f'(void){name};' for name in (*unused, *(() if slots else ('rows',))))}"
     yield f"    mech_real {', '.join(f'x{i} = x[STATES + {i}]' for i in range(ny))};"
     names = {("t", 0): "(mech_real)k", ("u", slots): "mech_series_over[k]", ("u", slots + 1): "(k == 1)"}
     names |= {("y", i): f"x{i}" for i in range(ny)}
-    names |= {("z", i): f"kept[{i}]" for i in _loads(body, "z")} | {
-        ("p", i): f"p[{i}]" for i in _loads(body, "p")
+    names |= {("z", i): f"kept[{i}]" for i in loaded(body, "z")} | {
+        ("p", i): f"p[{i}]" for i in loaded(body, "p")
     }
     names |= {("u", k): f"sum{k}" if slots == LANES else f"rows[{k}]" for k in range(plan.n_slots)}
-    sides = [_name(side) for side in dict.fromkeys((*a, *b))]
+    sides = [name_of(side) for side in dict.fromkeys((*a, *b))]
     ends = slots == LANES
     if ends:
         yield f"    mech_real {', '.join(f'{name}_1 = 0, {name}_k = 0' for name in sides)};"
@@ -63,11 +61,11 @@ def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
     inner = _with_ends(a, b) if ends else ["mech_series_sums(1, k, rows, SLOTS, rows);"] if slots else []
     yield from (f"        {line}" for line in inner)
     written = replace(dialect, store=_store)
-    for line in lines(_results(body, stored, ny, {*a, *b}), written, names):
+    for line in lines(results(body, stored, ny, {*a, *b}), written, names):
         yield f"        {line}"
     for offset, row in ((0, a), (slots, b)):
         for at in range(0, len(row), LANES):
-            values = [_name(side) for side in row[at : at + LANES]]
+            values = [name_of(side) for side in row[at : at + LANES]]
             values += ["0"] * (LANES - len(values))
             yield f"        MECH_SERIES_PUT(rows + 2 * SLOTS * k + {offset + at}, {', '.join(values)});"
     if ends:
@@ -81,31 +79,42 @@ def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
     yield "}\n"
 
 
-def _with_ends(a: Sequence[_Side], b: Sequence[_Side]) -> Iterator[str]:
+def _with_ends(a: Sequence[Side], b: Sequence[Side]) -> Iterator[str]:
     """Yield the lines that complete the sums of this order, and begin those of the next one."""
     yield "const mech_real *begun = rows + k % 2 * SLOTS;"
     yield "mech_series_sums(2, k + 1, rows, SLOTS, rows + (k + 1) % 2 * SLOTS);"
-    pairs = [(_name(first), _name(second)) for first, second in zip(a, b, strict=True)]
+    pairs = [(name_of(first), name_of(second)) for first, second in zip(a, b, strict=True)]
     sums = (f"sum{k} = begun[{k}] + {first}_1 * {second}_k" for k, (first, second) in enumerate(pairs))
     yield f"mech_real {', '.join(sums)};"
     sums = (f"sum{k} += {first}_k * {second}_1;" for k, (first, second) in enumerate(pairs))
     yield f"if (k > 2) {{ {' '.join(sums)} }}"
 
 
-def _loads(body: Body, array: str) -> list[int]:
+def loaded(body: Body, array: str) -> list[int]:
+    """Return the places of an array that a function reads."""
     return sorted({s.index for s in body if type(s) is Load and s.array == array})
 
 
-def _side(body: Body, value: Value) -> _Side:
+def sides_of(body: Body, stored: Mapping[int, Value], n_slots: int, ny: int) -> tuple[list[Side], list[Side]]:
+    """Return the series that are the first sides of the slots, and those that are the second ones."""
+    first, second = padded(ny), padded(ny) + padded(n_slots)
+    return (
+        [_side(body, stored[first + k]) for k in range(n_slots)],
+        [_side(body, stored[second + k]) for k in range(n_slots)],
+    )
+
+
+def _side(body: Body, value: Value) -> Side:
     source = body[value]
     return ("x", source.index) if type(source) is Load and source.array == "y" else ("r", value)
 
 
-def _name(side: _Side) -> str:
+def name_of(side: Side) -> str:
+    """Return the name that a series has in the loop."""
     return f"{side[0]}{side[1]}"
 
 
-def _results(body: Body, stored: Mapping[int, Value], ny: int, sides: set[_Side]) -> Body:
+def results(body: Body, stored: Mapping[int, Value], ny: int, sides: Collection[Side]) -> Body:
     """Return a body that gives the rates and, once each, those sides of slots that are no states."""
     nothing = Literal(Fraction(0))
     return (

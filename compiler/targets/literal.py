@@ -20,6 +20,8 @@ _DIGITS: Final = 40
 """Enough for 113 binary digits: 36 decimal ones, and some more."""
 _PI: Final = Fraction(pi)
 _LARGEST_FACTOR: Final = 10**6
+_POWERS: Final = (1, 2, -1, 3, -2, 4)
+"""Of pi, that arise where angles and rates are squared and divided by."""
 PI_DIGITS: Final = "3.1415926535897932384626433832795028841972"
 
 
@@ -52,12 +54,23 @@ def constant(number: Fraction) -> Constant:
     nearest = float(number)
     if nearest == number:
         return Constant(Form.DOUBLE, repr(nearest))
+    number = with_true_pi(number)
+    nearest = float(number)
     decimal = _finite_decimal(number)
     if decimal is not None:
         return Constant(Form.DECIMAL, decimal)
     if max(abs(number.numerator), number.denominator) < 1 << 53:
         return Constant(Form.RATIO, f"{number.numerator}.0", f"{number.denominator}.0")
     return Constant(Form.DECIMAL, _rounded_decimal(number, nearest))
+
+
+def with_true_pi(number: Fraction) -> Fraction:
+    """Return a constant with the digits of pi in the place of those of the double nearest to it, if it holds a power of that."""
+    for power in _POWERS:
+        factor = number / _PI**power
+        if max(abs(factor.numerator), factor.denominator) < _LARGEST_FACTOR:
+            return factor * Fraction(PI_DIGITS) ** power
+    return number
 
 
 def _finite_decimal(number: Fraction) -> str | None:

@@ -29,12 +29,11 @@ from ..runtime.reference.high_precision import (
     ReferenceTooLong,
     best_precision,
     has_precision,
-    reference,
 )
 from ..runtime.reference.reference_cache import kept_reference
 from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Peer, Point, Task, measure
 from ..runtime.results.evaluate import evaluate_rows
-from .truth import compile_for_reference
+from .references import ReferenceCode, compile_for_reference, solve
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
@@ -253,29 +252,27 @@ def _reference(
         from .slow_reference import slow_reference
 
         return slow_reference(model, case, nominal, seconds)
-    method = "radau5" if tuple(methods) == ("radau5",) else "dop853"
+    best = compile_for_reference(model, precision)
+    stiff = tuple(methods) == ("radau5",)
 
-    def make(precision: str) -> Reference:
-        library = compile_for_reference(model, precision)
-        return reference(
-            library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
-        )
+    def make(code: ReferenceCode) -> Reference:
+        return solve(code, case, nominal, case.grid, "radau5" if stiff else code.explicit, seconds)
 
     def make_best() -> Reference:
         try:
-            return make(precision)
+            return make(best)
         except ReferenceTooLong:
             if precision == FAST_PRECISION or not has_precision(FAST_PRECISION):
                 raise
-            return make(FAST_PRECISION)
+            return make(compile_for_reference(model, FAST_PRECISION))
 
     return kept_reference(
-        compile_for_reference(model, precision),
+        best.library,
         case,
         nominal,
         case.grid,
         precision=precision,
-        method=method,
+        method="radau5" if stiff else best.explicit,
         seconds=seconds,
         make=make_best,
     )
@@ -292,17 +289,8 @@ def reference_at(
     functions = load_functions(problem)
     options = SimulationOptions(experiment=experiment, values=model.settings, stop=max(times), points=2)
     case = prepare(problem, functions, options)
-    precision = best_precision()
-    return reference(
-        compile_for_reference(model, precision),
-        case,
-        nominal_of(case),
-        np.array(times),
-        precision=precision,
-        method="dop853",
-        seconds=seconds,
-        decimals=True,
-    )
+    code = compile_for_reference(model)
+    return solve(code, case, nominal_of(case), np.array(times), code.explicit, seconds, decimals=True)
 
 
 def _first(truth: Reference, count: int) -> Reference:

@@ -32,9 +32,10 @@ from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
 from .own_ranges import lost
+from .references import compile_for_reference
 from .shaken import shaken
 from .stress_table import TWIN, Row, Stress
-from .truth import ROUNDING, compile_for_reference, true_errors
+from .truth import ROUNDING, true_errors
 from .twins import Base, beside, compare, disturbed_twin, run_twin, twin_of
 
 UNDERSTATED = 100.0

@@ -8,23 +8,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..compiler.pipeline import program_for
-from ..compiler.problem import header
-from ..compiler.targets.c import emit_c
-from ..runtime.native.build import build_shared
-from ..runtime.reference.high_precision import (
-    Reference,
-    ReferenceFailed,
-    best_precision,
-    reference,
-    reference_flags,
-)
+from ..runtime.reference.high_precision import Reference, ReferenceFailed
 from ..runtime.studies.runs.simulate import Plan
+from .references import EXPLICIT, SERIES, ReferenceCode, solve
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from ..model import CompiledModel
     from ..runtime.problem import Array
     from ..runtime.results.solution import Solution
 
@@ -33,7 +21,11 @@ CLEAR = 1.0
 two best runs, which the other one is a hundred times nearer to the truth than."""
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 """Errors below are not told apart."""
-LADDERS = {"dop853": (1e-13, 1e-16, 1e-19, 1e-22), "radau5": (1e-9, 1e-12, 1e-15)}
+LADDERS = {
+    "taylor": (1e-22, 1e-27),
+    "dop853": (1e-13, 1e-16, 1e-19, 1e-22),
+    "radau5": (1e-9, 1e-12, 1e-15),
+}
 """Tolerances of the reference: looser to begin with than for a benchmark, as it has only to be clearer than the run."""
 POINTS = 9
 """Times at which a run is compared, the last one among them."""
@@ -50,17 +42,8 @@ class TrueErrors(Struct, frozen=True):
     precision: str
 
 
-def compile_for_reference(model: CompiledModel, precision: str | None = None) -> Path:
-    """Compile the functions of a model with the numbers of a reference, the best of this machine without ``precision``.
-
-    Raises ReferenceFailed, BuildError.
-    """
-    sources = {"model.c": emit_c(program_for(model.compilation, implicit=True)), "model.h": header()}
-    return build_shared(sources, reference_flags(precision or best_precision()), name="reference-model")
-
-
-def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -> TrueErrors:
-    """Compare a run with its reference at some of its output times.
+def true_errors(code: ReferenceCode, plan: Plan, solution: Solution, seconds: float) -> TrueErrors:
+    """Compare a run with its reference at some of its output times. What ran by Taylor's method is judged by another one.
 
     ``seconds``: how long the reference may take. Raises ReferenceFailed, also where it is not clear enough to judge
     the run at any time.
@@ -72,7 +55,8 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
     if not times.size:
         raise ReferenceFailed("the run has no length")
     done = solution.statistics
-    method = "radau5" if done.method == "radau5" or done.stiff_time is not None else "dop853"
+    stiff = done.method == "radau5" or done.stiff_time is not None
+    method = "radau5" if stiff else EXPLICIT if done.method == SERIES else code.explicit
     case, names = plan.case, [quantity.name for quantity in plan.case.problem.states]
     claimed = solution.accuracy.error  # a run may have been repeated with errors measured against other sizes
     nominal = plan.nominal if claimed is None else np.array([claimed.nominal[n] for n in names])
@@ -80,16 +64,7 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
         done.longest_step
     ):  # a run may have been repeated in shorter steps, to see what lies between longer ones
         case = replace(case, max_step=min(case.max_step, done.longest_step))
-    made = reference(
-        library,
-        case,
-        nominal,
-        times,
-        precision=best_precision(),
-        method=method,
-        seconds=seconds,
-        ladder=LADDERS[method],
-    )
+    made = solve(code, case, nominal, times, method, seconds, ladders=LADDERS)
     got = np.array([solution[name][rows] for name in names]).T
     scaled = np.abs((got - made.high) - made.low) / (made.nominal + np.abs(made.high))
     count = _clear(made, scaled)

@@ -27,13 +27,23 @@ typedef mech_real mech_lanes;
     (to)[0] = a, (to)[1] = b, (to)[2] = c, (to)[3] = d, (to)[4] = e, (to)[5] = f, (to)[6] = g, (to)[7] = h
 #endif
 
-enum { MECH_SERIES_WIDTH = sizeof(mech_lanes) / sizeof(mech_real), MECH_SERIES_MOST = 31 };
+#if defined(MECH_QUAD) || defined(MECH_LONG)
+#define MECH_SERIES_MOST 71
+#else
+#define MECH_SERIES_MOST 31
+#endif
+enum { MECH_SERIES_WIDTH = sizeof(mech_lanes) / sizeof(mech_real) };
 
 /* 1 / k */
 #define MECH_OVER_FOUR(k) (mech_real)1 / (k), (mech_real)1 / ((k) + 1), (mech_real)1 / ((k) + 2), (mech_real)1 / ((k) + 3)
 static const mech_real mech_series_over[MECH_SERIES_MOST + 2] = {
     0, MECH_OVER_FOUR(1), MECH_OVER_FOUR(5), MECH_OVER_FOUR(9), MECH_OVER_FOUR(13), MECH_OVER_FOUR(17), MECH_OVER_FOUR(21),
-    MECH_OVER_FOUR(25), MECH_OVER_FOUR(29)};
+    MECH_OVER_FOUR(25), MECH_OVER_FOUR(29),
+#if MECH_SERIES_MOST > 31
+    MECH_OVER_FOUR(33), MECH_OVER_FOUR(37), MECH_OVER_FOUR(41), MECH_OVER_FOUR(45), MECH_OVER_FOUR(49), MECH_OVER_FOUR(53),
+    MECH_OVER_FOUR(57), MECH_OVER_FOUR(61), MECH_OVER_FOUR(65), MECH_OVER_FOUR(69),
+#endif
+};
 
 /* Of all slots A_first B_(k-first) + ... + A_(k-first) B_first, where A_j stand at rows + 2 j slots, B_j behind them. What
  * was formed last is added last. */

@@ -31,12 +31,24 @@ PRECISIONS = {
 FAST_PRECISION = "long double"
 """Computed by the processor."""
 
-LADDERS = {"dop853": (1e-16, 1e-19, 1e-22, 1e-25), "radau5": (1e-11, 1e-14, 1e-17)}
+SERIES_PRECISION = "__float128"
+"""Beside which Taylor series of 106 bits are formed."""
+
+LADDERS = {
+    "taylor": (1e-28, 1e-30),
+    "dop853": (1e-16, 1e-19, 1e-22, 1e-25),
+    "radau5": (1e-11, 1e-14, 1e-17),
+}
 """Tolerances of the runs of each method, as far as time allows; at least two."""
 SHORT_LADDERS = {"dop853": (1e-16, 1e-17), "radau5": (1e-11, 1e-13)}
 """The same for numbers of 64 bits, whose rounding ends a longer ladder."""
 
+_ORDERS = {"taylor": 60, "dop853": 8, "radau5": 5}
+
 LARGEST_EPSILON = 1e-18
+OTHER_STEPS = 0.7
+"""Part of the longest step, or time between two outputs, that the second run by Taylor series may step over: where the same
+bounds ruled the steps of both, no difference would tell of rounding."""
 SLICE = 100
 """Steps between two looks at the clock."""
 JUDGED = 0.25
@@ -205,13 +217,15 @@ def reference(
     model = ctypes.CDLL(str(library))
     model.mech_model_get.restype = c_void_p
     task = _Task(_kernel(precision), model.mech_model_get(), case, nominal, times, method, decimals)
-    order = 8 if method == "dop853" else 5
     watch = _Watch(seconds)
     runs: list[tuple[float, Array, Array, int]] = []
     for tolerance in ladder or (LADDERS if precision == "__float128" else SHORT_LADDERS)[method]:
         watch.begin_run()
-        runs.append((tolerance, *_run(task, tolerance, watch)))
-        expected = watch.taken_by_run() * 1e3 ** (1 / order)
+        longest = case.max_step
+        if runs and method == "taylor":
+            longest = OTHER_STEPS * min(longest, float(np.diff(times, prepend=case.begin).max()))
+        runs.append((tolerance, *_run(task, tolerance, longest, watch)))
+        expected = watch.taken_by_run() * 1e3 ** (1 / _ORDERS[method])
         if len(runs) >= 2 and watch.taken() + expected > seconds:
             break
     (_, high, low, _), (tolerance, best, rest, evaluations) = runs[-2:]
@@ -221,10 +235,10 @@ def reference(
     )
 
 
-def _run(task: _Task, tolerance: float, watch: _Watch) -> tuple[Array, Array, int]:
-    """One run: states at the times as sums of two doubles, and the evaluations."""
+def _run(task: _Task, tolerance: float, longest: float, watch: _Watch) -> tuple[Array, Array, int]:
+    """One run in steps of at most ``longest``: states at the times as sums of two doubles, and the evaluations."""
     kernel, case, times = task.kernel, task.case, task.times
-    handle = _begin(task, tolerance)
+    handle = _begin(task, tolerance, longest)
     high, low = np.empty((times.size, case.y0.size)), np.empty((times.size, case.y0.size))
     at, evaluations = c_double(case.begin), 0
     try:
@@ -245,7 +259,7 @@ def _run(task: _Task, tolerance: float, watch: _Watch) -> tuple[Array, Array, in
     return high, low, evaluations
 
 
-def _begin(task: _Task, tolerance: float) -> int:
+def _begin(task: _Task, tolerance: float, longest: float) -> int:
     """Make a solver, which copies all that it is given; free it by mech_reference_free."""
     case = task.case
     tables, _alive = table_structs(case.tables)
@@ -264,7 +278,7 @@ def _begin(task: _Task, tolerance: float) -> int:
         n_stops=arrays["stops"].size,
         decimals=task.decimals,
         t0=case.begin,
-        dt_max=case.max_step,
+        dt_max=longest,
         rtol=tolerance,
         tables=ctypes.addressof(own),
         **{name: array.ctypes.data for name, array in arrays.items()},

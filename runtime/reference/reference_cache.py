@@ -41,7 +41,7 @@ def kept_reference(
         precision,
         method,
         repr(seconds),
-        repr((LADDERS[method], SHORT_LADDERS[method])),
+        repr((LADDERS[method], SHORT_LADDERS.get(method))),
     )
     numbers = (case.begin, case.stop, case.max_step)
     for text in (*names, *map(repr, numbers)):

@@ -236,11 +236,11 @@ static mech_real longest(mech_solver *s)
 
 /* The polynomial y = x_0 + h P(h) at the end of a step and its slope P + h P'; of P even and odd powers apart, which processors
  * form side by side. */
-static void reach(const series *v, int order, mech_real h)
+static void reach(const series *v, int order, int ny, mech_real h)
 {
-    const int row = v->n / WIDTH;
+    const int row = v->n / WIDTH, held = (ny + WIDTH - 1) / WIDTH;
     const mech_real square = h * h;
-    for (int i = 0; i < row; i++) {
+    for (int i = 0; i < held; i++) {
         const lanes *x = (const lanes *)v->x + i, none = {0};
         lanes even = none, odd = none, even_rate = none, odd_rate = none; /* with respect to the square */
         int k = order;
@@ -264,7 +264,7 @@ static mech_real attempt(mech_solver *s, mech_real h)
     const series *v = &m->parts;
     const int ny = s->ny;
     expand(s, v);
-    reach(v, m->order, h);
+    reach(v, m->order, ny, h);
     memcpy(s->y_new, v->end, (size_t)ny * sizeof(mech_real));
     start(s, v, s->run->report.t + h, s->y_new);
     mech_real most = 0;

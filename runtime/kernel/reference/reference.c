@@ -3,6 +3,8 @@
  */
 #include "reference.h"
 
+#include "projection.h"
+
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -95,6 +97,9 @@ mech_reference *mech_reference_new(const mech_model *model, const char *method, 
     r->y = next;
     r->solver = mech_create(model, &o);
     if (!r->solver) goto failed;
+    /* doubles fulfil constraints to their own digits: what the others are must not depend on the first step */
+    if (model->n_velocity && !model->hybrid) mech_project(r->solver, o.t0, r->solver->y);
+    mech_normalise(model, r->solver->y);
     free(set);
     return r;
 failed:

@@ -42,6 +42,15 @@ def test_text_in_c(number: Fraction, text: str) -> None:
     assert c_literal(number)[0] == text
 
 
+@pytest.mark.parametrize("power", [2, 3, 4, -1, -2])
+def test_powers_of_pi_have_all_digits(power: int) -> None:
+    """What holds the square of the double nearest to pi means that of pi: else references are off by 1e-17."""
+    text, _ = c_literal(Fraction(pi) ** power * Fraction(-4, 9))
+    told = Fraction(text.replace("real(", "").replace(")", ""))
+    assert abs(told / (Fraction(PI_DIGITS) ** power * Fraction(-4, 9)) - 1) < Fraction(1, 10**38)
+    assert float(told) == pytest.approx(-4 / 9 * pi**power, rel=1e-15)
+
+
 def values() -> list[Fraction]:
     rng = random.Random(3)
     found = [Fraction(rng.randint(-(10**9), 10**9), rng.randint(1, 10**9)) for _ in range(200)]
