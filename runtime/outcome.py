@@ -126,6 +126,15 @@ def step_too_small(problem: Problem, index: int, time: float, y: Array) -> Failu
     return Failure("step too small", time, quantity.name, message, quantity.origin, state_at(problem, y))
 
 
+def no_series(problem: Problem, index: int, time: float, y: Array) -> Failure:
+    quantity = problem.states[index]
+    message = (
+        f"{derivative_text(problem, index)} has no Taylor series at {time_text(problem, time)}, as where it holds the root or another "
+        "power of what is zero there, such as a speed at rest: 'dop853' and 'radau5' go on from there"
+    )
+    return Failure("no series", time, quantity.name, message, quantity.origin, state_at(problem, y))
+
+
 def assertion_failed(problem: Problem, index: int, time: float, y: Array) -> Failure:
     assertion = problem.assertions[index]
     message = f"assertion failed at {time_text(problem, time)}: {assertion.message}"

@@ -17,7 +17,7 @@ MOST = 100
 UNUSUAL = (1.0, math.nan, math.inf)
 """Values that texts tell apart."""
 
-OF_STATES = (Status.STEP_TOO_SMALL, Status.NOT_FINITE)
+OF_STATES = (Status.STEP_TOO_SMALL, Status.NOT_FINITE, Status.NO_SERIES)
 OF_BRANCHES = (Status.EVENT_LOOP, Status.ZENO, Status.BRANCH_ASSERTION)
 REFUSED = (Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA, Status.NEEDS_SERIES)
 """No run begins with these."""

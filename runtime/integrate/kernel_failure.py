@@ -13,6 +13,7 @@ from ..native.kernel import Status
 from ..outcome import (
     Failure,
     assertion_failed,
+    no_series,
     not_converged,
     not_finite,
     off_constraints,
@@ -71,6 +72,8 @@ def kernel_failure(problem: Problem, status: Status, report: native.ReportStruct
             return None
         case Status.NOT_FINITE:
             return not_finite(problem, report.failed_index, report.failed_value, report.t, y)
+        case Status.NO_SERIES:
+            return no_series(problem, report.failed_index, report.t, y)
         case Status.STEP_TOO_SMALL:
             return step_too_small(problem, report.failed_index, report.t, y)
         case Status.ASSERTION:

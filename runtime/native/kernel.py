@@ -60,6 +60,7 @@ class Status(IntEnum):
     NEEDS_SEPARABLE = -7
     NEEDS_MOMENTA = -8
     NEEDS_SERIES = -10
+    NO_SERIES = -11
     JUMPING = -9
     EVENT_LOOP = -20
     ZENO = -21

@@ -20,7 +20,7 @@ from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.kernel import load_kernel
-from mechc.runtime.outcome import SimulationError
+from mechc.runtime.outcome import Outcome, SimulationError
 
 X = mpmath.tanh
 """The solution of x' = 1 - x^2 from 0."""
@@ -191,6 +191,15 @@ MASS = "coordinate x = 1 m; coordinate v = 0 m; kinetic 1/2*1 kg*(der(x)^2 + der
 def test_what_has_no_series_is_refused_in_words(text: str, reason: str) -> None:
     with pytest.raises(SimulationError, match=f"^'taylor' cannot run this model: .*{reason}"):
         mechc.loads(text).simulate(stop=1, method="taylor")
+
+
+def test_where_a_series_begins_at_a_root_of_zero_is_told() -> None:
+    """The drag of what is at rest: its rate is finite, the second derivative of its size is not."""
+    text = MASS + "force 1 N on v; dissipation 1/3*1 kg/m*(der(x)^2 + der(v)^2)^(3/2);"
+    solution = mechc.loads(text).simulate(stop=1, method="taylor")
+    assert solution.outcome is Outcome.FAILED
+    assert "has no Taylor series at t = 0 s" in solution.message and "'dop853'" in solution.message
+    assert mechc.loads(text).simulate(stop=1, method="dop853").outcome is Outcome.COMPLETED
 
 
 def test_constraints_and_quaternions() -> None:

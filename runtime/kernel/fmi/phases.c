@@ -129,6 +129,7 @@ int fmu_failed(fmu *f, int outcome)
     switch (outcome) {
     case MECH_ASSERTION: return fmu_fail(f, FMU_ERROR, "at time %g: %s", at, f->d->assertions[r->failed_index]);
     case MECH_NOT_FINITE: return fmu_fail(f, status, "at time %g a derivative is not finite", at);
+    case MECH_NO_SERIES: return fmu_fail(f, status, "at time %g a derivative has no Taylor series", at);
     case MECH_OFF_CONSTRAINTS: return fmu_fail(f, status, "at time %g the constraints cannot be met", at);
     case MECH_JUMPING:
         return fmu_fail(f, FMU_ERROR, "at time %g constraints of velocities would have to change these at once", at);

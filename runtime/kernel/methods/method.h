@@ -28,6 +28,8 @@ typedef struct mech_method {
     int gives_derivative;  /* an attempt fills dy_new, too                                   */
     int keeps_constraints; /* the new state needs no projection                              */
 
+    /* Where steps have become too small: names what of the method is to blame, or MECH_RUNNING. NULL: nothing can be. */
+    int (*blame)(mech_solver *s);
     /* From (t, y, dy) over h: fills y_new and returns the error norm (0 without an estimate);
        not finite where a stage is undefined, or where run->trouble says what else is wrong. */
     mech_real (*attempt)(mech_solver *s, mech_real h);

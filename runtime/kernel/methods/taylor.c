@@ -279,6 +279,16 @@ static mech_real attempt(mech_solver *s, mech_real h)
     return error;
 }
 
+/* The series at the present state, whose rates are finite: of a root of zero, say, no further order is. */
+static int blame(mech_solver *s)
+{
+    const memory *m = memory_of(s);
+    for (int k = 2; k <= m->order; k++)
+        for (int i = 0; i < s->ny; i++)
+            if (!mech_finite(m->parts.x[k * m->parts.n + i])) return mech_fail(s, MECH_NO_SERIES, i);
+    return MECH_RUNNING;
+}
+
 /* The next state suggests its own step. */
 static mech_real control(mech_solver *s, mech_real h, mech_real error)
 {
@@ -318,6 +328,7 @@ const mech_method mech_taylor = {
     .attach = forget,
     .longest = longest,
     .gives_derivative = 1,
+    .blame = blame,
     .attempt = attempt,
     .control = control,
     .dense = dense,

@@ -136,6 +136,7 @@ int mech_step_accept(mech_solver *s, mech_real t_new, mech_real h)
 static int give_up(mech_solver *s, int undefined)
 {
     if (s->run->trouble) return mech_fail(s, s->run->trouble, -1);
+    if (s->method->blame && s->method->blame(s) != MECH_RUNNING) return s->run->report.status;
     if (undefined && (mech_fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
                       mech_fail_not_finite(s, s->dy_new, s->ny)))
         return s->run->report.status;
