@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Container, Iterable, Mapping, Sequence, Set
+from fractions import Fraction
 
 from .branches import Guard, guards
 from .node import Graph, Node
-from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SUB, SYMBOL
+from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SQRT, SUB, SYMBOL
 
 
 def jvp(graph: Graph, outputs: Sequence[Node], tangents: Mapping[Node, Node]) -> list[Node]:
@@ -49,6 +50,9 @@ def _forward(
             elif c == MUL:
                 if a == b:
                     r = mul(mul(graph.two, a), da or zero)
+                elif (code[a] == SQRT or code[b] == SQRT) and (half := half_power(graph, n, tangents)):
+                    factor, whole, root = half
+                    r = mul(mul(factor, get(whole, zero)), root)
                 else:
                     r = add(mul(da or zero, b), mul(a, db or zero))
             elif c == DIV:
@@ -76,6 +80,9 @@ def tangent(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
             (x, y), (dx, dy) = graph.args(n), tangents
             if x == y:
                 return graph.mul(graph.mul(graph.two, x), dx)
+            if half := half_power(graph, n, ()):
+                factor, whole, root = half
+                return graph.mul(graph.mul(factor, dx if whole == x else dy), root)
             return graph.add(graph.mul(dx, y), graph.mul(x, dy))
         case c if c == DIV:
             dx, dy = tangents
@@ -84,6 +91,29 @@ def tangent(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
             return graph.select(graph.args(n)[0], tangents[1], tangents[2])
         case _:
             return _chain(graph, n, tangents)
+
+
+def half_power(graph: Graph, n: Node, independent: Container[Node]) -> tuple[Node, Node, Node] | None:
+    """Return c, x^k and the root of x where a product is x^(k + 1/2), whose derivative is c times that of x^k times the root, which by
+    itself has none at zero. Neither may be ``independent`` of x."""
+    a, b = graph.args(n)
+    whole, root = (a, b) if graph.op(b) == SQRT else (b, a)
+    if graph.op(root) != SQRT or root in independent:
+        return None
+    k = _whole_power(graph, whole, graph.args(root)[0], independent)
+    return (graph.constant(1 + Fraction(1, 2 * k)), whole, root) if k else None
+
+
+def _whole_power(graph: Graph, n: Node, x: Node, independent: Container[Node]) -> int:
+    """Return k where a node is x^k, made of products, with k of at least 1, else 0."""
+    if n == x:
+        return 1
+    if graph.op(n) != MUL or n in independent:
+        return 0
+    a, b = graph.args(n)
+    first = _whole_power(graph, a, x, independent)
+    second = first and _whole_power(graph, b, x, independent)
+    return first + second if second else 0
 
 
 def _chain(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
@@ -157,6 +187,9 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
         elif c == MUL:
             if a == b:
                 add_to(a, graph.mul(graph.mul(graph.two, a), bar), n)
+            elif (code[a] == SQRT or code[b] == SQRT) and (half := half_power(graph, n, wrt)):
+                factor, whole, root = half
+                add_to(whole, graph.mul(graph.mul(factor, bar), root), n)
             else:
                 if depends[a]:
                     add_to(a, graph.mul(bar, b), n)

@@ -11,6 +11,7 @@ from numpy import cosh, exp, log, sqrt, tanh
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.runtime.outcome import Outcome
 
 g = 9.81
 
@@ -143,3 +144,19 @@ def test_drag_from_rest_by_every_method(method: str) -> None:
 
     exact = solve_ivp(rate, (0, 1), [math.radians(20), 0], rtol=1e-12, atol=1e-13).y[:, -1]
     assert abs(found["h.angle"][-1] - exact[0]) < 1e-8 and abs(found["der(h.angle)"][-1] - exact[1]) < 1e-8
+
+
+@pytest.mark.parametrize(
+    "dissipation", ["1/3*k*(der(x)^2 + der(y)^2)^(3/2)", "1/3*k*norm({der(x), der(y)})^3"]
+)
+def test_quadratic_drag_by_its_dissipation_begins_at_rest(dissipation: str) -> None:
+    """v = vT tanh(t g/vT), with vT^2 = m g/k: the dissipation is smooth where nothing moves, though the root in it is not."""
+    model = mechc.loads(
+        "parameter k = 2 kg/m; coordinate x = 0 m; coordinate y = 0 m;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1 kg*8 m/s^2*y;"
+        f"dissipation {dissipation};"
+    )
+    solution = model.simulate(stop=1, tolerance=1e-10)
+    assert solution.outcome is Outcome.COMPLETED
+    assert solution["der(y)"] == pytest.approx(-2 * tanh(4 * solution.time), abs=1e-8)
+    assert not solution["der(x)"].any()

@@ -27,6 +27,7 @@ UNARY: list[tuple[str, Callable[[Graph, Node], Node]]] = [
     ("sign", lambda g, x: g.mul(x, g.sign(x))),
     ("lookup", lambda g, x: g.lookup(g.add_table(TABLE), g.mul(g.constant(4), x))),
     ("cube root", lambda g, x: g.power(x, Fraction(1, 3))),
+    *((f"power {k} 1/2", lambda g, x, k=k: g.power(x, k + Fraction(1, 2))) for k in (1, 2, 3)),
     ("inverse square", lambda g, x: g.power(x, -2)),
     ("exponential power", lambda g, x: g.pow(g.constant(3), x)),
 ]
@@ -103,6 +104,27 @@ def test_tangents_of_inner_nodes() -> None:
     # s and x count as independent
     assert jvp(g, [n], {s: y})[0] == g.mul(g.two, g.mul(g.mul(s, x), y))
     assert vjp(g, [(n, y)], [s])[0] == g.mul(g.two, g.mul(g.mul(s, x), y))
+
+
+@pytest.mark.parametrize("k", [1, 2, 3, 5])
+def test_powers_by_halves_have_a_derivative_at_zero(k: int) -> None:
+    """They are made of products and a root, which by itself has none there."""
+    g = Graph()
+    x = g.symbol("x")
+    n = g.power(x, k + Fraction(1, 2))
+    slopes = [jvp(g, [n], {x: g.one})[0], vjp(g, [(n, g.one)], [x])[0]]
+    for at, expected in ((0.0, 0.0), (4.0, (k + 0.5) * 4.0 ** (k - 0.5))):
+        assert evaluate(g, slopes, {x: at}) == pytest.approx([expected] * 2, rel=1e-14)
+
+
+def test_root_beside_what_it_is_of_may_be_independent() -> None:
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    root, square = g.sqrt(x), g.mul(x, x)
+    assert jvp(g, [g.mul(x, root)], {root: y})[0] == g.mul(x, y)
+    assert vjp(g, [(g.mul(x, root), y)], [root])[0] == g.mul(x, y)
+    assert jvp(g, [g.mul(square, root)], {square: y})[0] == g.mul(y, root)
+    assert vjp(g, [(g.mul(square, root), y)], [square])[0] == g.mul(y, root)
 
 
 def test_seeds_may_depend_on_what_is_differentiated() -> None:
