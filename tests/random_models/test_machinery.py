@@ -79,7 +79,7 @@ def test_faults_are_read() -> None:
 
 
 def test_gravity_that_overrules_stays_the_nearest() -> None:
-    model = generate(560)
+    model = generate(514)
     base = compiled(model.text())
     for k in range(4):
         heavy = with_gravity(model, Random(k))

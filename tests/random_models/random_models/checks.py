@@ -26,11 +26,13 @@ from random_models.definition import (
     undone,
 )
 from random_models.exports import exported
+from random_models.from_outside import differs_from_text
 from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
 from random_models.motions import Edged, difference, doubts, ended, run
 from random_models.nesting import NESTED, by_element
 from random_models.said_otherwise import along_motions, at_states
+from random_models.settings import settings
 from random_models.spelled_out import said_plainly
 from random_models.structure import STRUCTURES
 from random_models.tabled import meant, tables
@@ -294,12 +296,16 @@ def structured(model: Model, random: Random) -> Twin | None:
 
 
 def structured_of(model: Model, seed: int) -> Twin | None:
-    """Return the twin of a seed, in which arrays have their initial values element by element now and then."""
+    """Return the twin of a seed, in which arrays have their initial values element by element, and experiments set parameters, now and then."""
     random, own = Random(seed), Random(f"elements of {seed}")
     twin = by_element(model, own) if own.random() < 0.5 else None
-    if random.random() < 0.4:
+    if random.random() >= 0.4:
+        twin = structured(model if twin is None else twin.model, random) or twin
+    own = Random(f"settings of {seed}")
+    if own.random() >= 0.4:
         return twin
-    return structured(model if twin is None else twin.model, random) or twin
+    last = settings(model if twin is None else twin.model, own)
+    return twin if last is None else last if twin is None else replace(twin, model=last.model)
 
 
 def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
@@ -407,6 +413,12 @@ def _units(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
     return [Disagreement("units", what, said) for what, said in exported(model.text(), units=True)]
 
 
+def _given(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with a text that says the parameters that a run is given."""
+    found = differs_from_text(model, base, seed)
+    return None if found is None else [Disagreement("given", key, said) for key, said in found]
+
+
 def _said_otherwise(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with a twin that mechc makes itself."""
     found = at_states(base, seed)
@@ -429,6 +441,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("spelled out", _twin(said_plainly)),
     ("composed", _composed),
     ("said otherwise", _said_otherwise),
+    ("given", _given),
     ("targets", _targets),
     ("motion", _motion),
     ("twins", _twins),

@@ -19,6 +19,7 @@ import numpy as np
 
 import mechc
 from mechc.fmu.export import FmuOptions, export_fmu
+from random_models.compiled import Refused, prepared
 from random_models.motions import Edged, asked, columns, errors, nowhere, run
 
 RELATIVE = 1e-4
@@ -37,8 +38,9 @@ def exported(
     ``edges`` tells of a run where outputs may jump.
     """
     model = mechc.loads(text)
-    given = _given(model) if units else {}
-    native = run(text, values=given)
+    given = _given(model, text) if units else {}
+    own = _parameter(model, text) if units and len(text) % 3 == 1 else {}
+    native = run(text, values=given | own)
     if str(native.outcome) != "Outcome.COMPLETED":
         return []
     found: list[tuple[str, str]] = []
@@ -46,11 +48,24 @@ def exported(
         warnings.simplefilter("ignore")
         here = Path(folder)
         if units:
-            return _units(text, native, here, given)
+            return _units(text, native, here, given, own)
         if native.events == () or not native.events:
-            found += _said("python", native, _python(model, here), edges(native))
+            found += _said("python", native, _python(model, here, {}), edges(native))
+            found += _with_parameters(model, text, here)
         found += _said("c", native, _program(model, here), edges(native))
     return found
+
+
+def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]:
+    """Compare a Python module that is given a parameter with the run that is given it, of every third model."""
+    given = _parameter(model, text) if len(text) % 3 == 0 else {}
+    try:
+        native = run(text, values=given)
+    except Refused:
+        return []
+    if not given or native.events or str(native.outcome) != "Outcome.COMPLETED":
+        return []
+    return _said("python", native, _python(model, here, given))
 
 
 def _said(
@@ -88,7 +103,7 @@ def _table(text: str) -> dict[str, Any]:
     return {n: numbers[:, k] for k, n in enumerate(names)}
 
 
-def _python(model: Any, here: Path) -> dict[str, Any] | str:
+def _python(model: Any, here: Path, given: dict[str, float]) -> dict[str, Any] | str:
     path = here / "m.py"
     try:
         model.compile("python", path)
@@ -108,6 +123,7 @@ def _python(model: Any, here: Path) -> dict[str, Any] | str:
             "1e-9",
             "-o",
             str(here / "o.csv"),
+            *(word for name, value in given.items() for word in ("--set", f"{name}={value!r}")),
         ],
         capture_output=True,
         text=True,
@@ -162,12 +178,21 @@ def _cc(*words: str) -> None:
     subprocess.run(["cc", *words], capture_output=True, text=True, check=True)
 
 
-def _given(model: Any) -> dict[str, float]:
-    """Set every other input that has a name of its own; the others keep their defaults."""
-    return {q.name: 0.35 for q in model.problem("python").inputs[::2] if "[" not in q.name}
+def _given(model: Any, text: str) -> dict[str, float]:
+    """Set every other input that has a name of its own, from the first or the second on; the others keep their defaults."""
+    return {q.name: 0.35 for q in model.problem("python").inputs[len(text) % 2 :: 2] if "[" not in q.name}
 
 
-def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[tuple[str, str]]:
+def _parameter(model: Any, text: str) -> dict[str, float]:
+    """Choose a parameter of the model itself, the last that is declared, and another value for it."""
+    values = prepared(lambda: model, "python", None, text).parameters()
+    own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
+    return {own[-1]: 1.1 * values[own[-1]]} if own else {}
+
+
+def _units(
+    text: str, native: Any, here: Path, given: dict[str, float], parameter: dict[str, float]
+) -> list[tuple[str, str]]:
     """Export both versions, which checks them, and simulate both kinds by fmpy, which sets some inputs as they go on."""
     found: list[tuple[str, str]] = []
     try:
@@ -187,6 +212,7 @@ def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[
                 relative_tolerance=1e-9,
                 solver="CVode",
                 input=_signals(given),
+                start_values=dict(parameter),
                 output=list(watched.values()),
                 step_size=0.1,
             )

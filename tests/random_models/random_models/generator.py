@@ -9,11 +9,13 @@ from random_models.bends import bends
 from random_models.cases import cases
 from random_models.deeds import deeds
 from random_models.forms import forms
+from random_models.formulas import formulas
 from random_models.grids import grids
 from random_models.growing import growing
 from random_models.letting_go import letting_go
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
+from random_models.signals import signals
 from random_models.slider import slider
 from random_models.steps import steps
 from random_models.tasks import tasks
@@ -45,7 +47,7 @@ def skeleton(seed: int) -> Scope:
     cases(s, seed)
     tasks(s, seed)
     slider(s, seed)
-    for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps):
+    for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, formulas, signals):
         further(s, seed)
     return s
 

@@ -30,6 +30,8 @@ _IN_TURN = ("spelled out", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
+    if name == "given":
+        return seed % 5 == 2
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
@@ -46,7 +48,16 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
     return _one(name, seed, base)
 
 
-AT_STATES = ("values", "oracle", "structured", "spelled out", "composed", "said otherwise", "targets")
+AT_STATES = (
+    "values",
+    "oracle",
+    "structured",
+    "spelled out",
+    "composed",
+    "said otherwise",
+    "given",
+    "targets",
+)
 MODES = {
     "mixed": Mode("c", (*AT_STATES, "motion", "twins", "events", "tabled", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),

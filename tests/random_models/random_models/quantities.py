@@ -6,7 +6,8 @@ from fractions import Fraction
 from math import pi
 from random import Random
 
-from random_models.tree import NUMBER, POWER_OF, SIGNED, Dim, E, dim, node
+from random_models.measures import put_together, sized
+from random_models.tree import NUMBER, POWER_OF, SIGNED, TIME, Dim, E, dim, node
 
 _F = Fraction
 _MASSES = (("kg", _F(1)), ("g", _F(1, 1000)), ("t", _F(1000)))
@@ -29,6 +30,10 @@ _NAMED: dict[Dim, tuple[tuple[str, Fraction], ...]] = {
 }
 # "N/m.s" and "Hz" would be other dimensions to a careless reader; they are left out here
 _NAMED = {d: tuple(u for u in units if u[1]) for d, units in _NAMED.items()}
+
+
+SHARE, IN_NUMBERS = 0.12, 0.01
+"""Of the quantities, and of the bare numbers, in one of all units."""
 
 
 def unit(d: Dim, random: Random) -> tuple[str, Fraction]:
@@ -64,13 +69,32 @@ def quantity(
     si = _F(value) if not isinstance(value, float) else _F(str(value))
     negative = si < 0
     si = abs(si)
-    if d == NUMBER:
-        if angle and random is not None and random.random() < 0.7:
-            text, size = random.choice((("deg", _F(pi / 180)), ("rad", _F(1))))
-            return _literal(si, text, size, d, negative)
-        return _sign(_bare(si, random), negative)
-    text, size = unit(d, random) if random is not None else _plain(d)
-    return _literal(si, text, size, d, negative)
+    if d == NUMBER and not (angle and random is not None and random.random() < 0.7):
+        other = _elsewhere(si, d, random, IN_NUMBERS)
+        return _sign(_bare(si, random), negative) if other is None else _literal(si, *other, d, negative)
+    if random is None:
+        return _literal(si, *_plain(d), d, negative)
+    usual = random.choice((("deg", _F(pi / 180)), ("rad", _F(1)))) if d == NUMBER else unit(d, random)
+    return _literal(si, *(_elsewhere(si, d, random, SHARE) or usual), d, negative)
+
+
+def _elsewhere(si: Fraction, d: Dim, random: Random | None, share: float) -> tuple[str, Fraction] | None:
+    """Choose now and then one of all units there are, by random numbers of its own: models keep all else.
+
+    A time stays as exact as it is, so that ticks belong together.
+    """
+    if random is None:
+        return None
+    own = Random(hash(random.getstate()[1]))
+    if own.random() >= share:
+        return None
+    if d == NUMBER and share != IN_NUMBERS:
+        return sized(own.choice(("rad", "deg", "rev", "rev")), own)
+    try:
+        text, size = put_together(d, own)
+    except ValueError:
+        return None
+    return (text, size) if d != TIME or _F(_digits(si / size)) * size == si else None
 
 
 def _plain(d: Dim) -> tuple[str, Fraction]:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from random import Random
 
+import numpy as np
+
+from random_models.measures import put_together, sized
 from random_models.operators import (
     call,
     der,
@@ -23,6 +26,7 @@ from random_models.tree import (
     FORCE,
     LENGTH,
     NUMBER,
+    TIME,
     E,
     Model,
     S,
@@ -86,6 +90,43 @@ def plain_units(model: Model, random: Random) -> Twin | None:
         return node("quantity", f"{digits} {plain}", dim=e.dim, binding=e.binding, value=e.value, data=e.data)
 
     return Twin("plain units", model.rebuilt(lambda e, _: map_expression(e, change)))
+
+
+def other_units(model: Model, random: Random) -> Twin | None:
+    """Write quantities in any units there are, and vectors of quantities in one unit behind the brace."""
+
+    def change(e: E) -> E:
+        if e.kind == "vector" and random.random() < 0.5:
+            return _in_one_unit(e, random) or e
+        if e.kind != "quantity" or e.data is None or random.random() < 0.5:
+            return e
+        text, size = put_together(e.dim, random) if e.dim != NUMBER else sized("rev", random)
+        digits = f"{float(e.data / size):.17g}"
+        if e.dim == TIME and Fraction(digits) * size != e.data:  # ticks belong together
+            return e
+        return node("quantity", f"{digits} {text}", dim=e.dim, binding=e.binding, value=e.value, data=e.data)
+
+    return Twin("other units", model.rebuilt(lambda e, _: map_expression(e, change)))
+
+
+def _in_one_unit(e: E, random: Random) -> E | None:
+    """Write a vector of quantities as numbers with one unit behind the brace."""
+    d = e.operands[0].dim if e.operands else NUMBER
+    exact = [_exact(o) for o in e.operands]
+    if None in exact or any(o.dim != d for o in e.operands):
+        return None
+    text, size = put_together(d, random) if d != NUMBER else sized("deg", random)
+    digits = ", ".join(f"{float(x / size):.17g}" for x in exact if x is not None)
+    values = [float(x) for x in exact if x is not None]
+    return node("vector", f"{{{digits}}} {text}", dim=d, shape=e.shape, value=lambda: np.array(values))
+
+
+def _exact(e: E) -> Fraction | None:
+    """Return the value of a quantity, perhaps behind a sign, None of anything else."""
+    if e.kind == "negate":
+        inner = _exact(e.operands[0])
+        return None if inner is None else -inner
+    return Fraction(e.data) if e.kind == "quantity" and e.data is not None else None
 
 
 def dampings_as_functions(model: Model, random: Random) -> Twin | None:
@@ -153,5 +194,5 @@ def forces_by_components(model: Model, random: Random) -> Twin | None:
 
 
 TWINS: tuple[Callable[[Model, Random], Twin | None], ...] = (
-    shuffled, plain_units, dampings_as_functions, forces_by_components,
+    shuffled, plain_units, dampings_as_functions, forces_by_components, other_units,
 )  # fmt: skip

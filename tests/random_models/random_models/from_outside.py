@@ -1,0 +1,80 @@
+"""Parameters that a run is given, by a number in the place of a number or a formula, against a text that says the same."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from random_models.compiled import Compiled, NoMotion, Refused, compiled, differences, shaken
+from random_models.meaning import Meaning
+from random_models.modes import Target
+from random_models.quantities import quantity
+from random_models.settings import is_number
+from random_models.structure import with_value
+from random_models.tree import Dim, E, Model, S, node
+
+
+def chosen(model: Model, random: Random) -> dict[str, float]:
+    """Choose parameters and other values for them, formulas first; nothing if there are none that have a positive value."""
+    known = Meaning(model)
+    there: list[tuple[bool, str, float]] = []
+    for s in model.top.seq().items:
+        if is_number(s):
+            try:
+                value = float(np.asarray(known.value(s.name)))
+            except (ValueError, KeyError):
+                continue
+            if value > 0:
+                there.append((not s.slots[0].expression.level, s.name, value))
+    random.shuffle(there)
+    there.sort(key=lambda row: row[0])
+    return {name: value * random.uniform(0.9, 1.15) for _, name, value in there[: random.choice((1, 1, 2))]}
+
+
+def said_by_text(model: Model, given: dict[str, float]) -> Model:
+    """Return the model that says these values itself."""
+
+    def change(s: S) -> S:
+        return with_value(s, written(given[s.name], s.slots[0].expression.dim)) if s.name in given else s
+
+    return model.with_top(tuple(change(s) if is_number(s) else s for s in model.top.seq().items))
+
+
+def written(value: float, d: Dim) -> E:
+    """Write a number of SI so that nothing of it is lost."""
+    unit = str(quantity(1, d)).partition(" ")[2]
+    return node("quantity" if unit else "number", f"{value:.17g} {unit}".strip(), dim=d, value=lambda: value)
+
+
+def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str, str]] | None:
+    """List how a model with given parameters differs from one whose text says them."""
+    given = chosen(model, Random(f"given to {seed}"))
+    if not given or not base.settles:
+        return None
+    target: Target = "python" if base.problem.library is None else "c"
+    one, other = _refused(base.text, target, given), _refused(said_by_text(model, given).text(), target, {})
+    if isinstance(one, Refused) or isinstance(other, Refused):
+        both = isinstance(one, Refused) and isinstance(other, Refused)
+        return [] if both else [("refused", f"{given}: {one}\n{other}")]
+    wrong = differences(one.parameters(), other.parameters(), relative=1e-12)
+    wrong += differences(one.start(), other.start())
+    rng = np.random.default_rng(seed)
+    for state in [] if wrong else one.random_states(rng, 2):
+        try:
+            one.settle(state)
+            other.settle(state)
+        except NoMotion:
+            continue
+        near = [one.everything(shaken(state, rng)) for _ in range(2)]
+        wrong += differences(one.everything(state), other.everything(state), near, relative=one.relative)
+    lines = "".join(f"{n}: {x:.12g}, by the text {y:.12g}\n" for n, x, y in wrong[:6])
+    return [("value", f"{given}\n{lines}")] if wrong else []
+
+
+def _refused(text: str, target: Target, values: dict[str, float]) -> Any:
+    try:
+        return compiled(text, target, values)
+    except Refused as refused:
+        return refused
