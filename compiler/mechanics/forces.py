@@ -208,7 +208,7 @@ def damping(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Node:
     graph: Graph = lowering.graph
     total = graph.constant(0)
     for item in model.dampings:
-        for c, rate in _coefficients(lowering, item, symbols):
+        for c, rate in resistances(lowering, item, symbols):
             half = graph.mul(graph.half, c)
             total = graph.add(total, graph.mul(half, graph.mul(rate, rate)))
     return total
@@ -221,7 +221,7 @@ def damping_power(lowering: Lowering, item: Damping, symbols: Symbols) -> Node:
     by these too.
     """
     graph = lowering.graph
-    pairs = _coefficients(lowering, item, symbols)
+    pairs = resistances(lowering, item, symbols)
     settled = lowering.questions.settle([c for c, _ in pairs])
     bent = jvp(graph, settled, {s.node: s.node for q in symbols.coordinates for s in q.v})
     factors = [graph.add(c, graph.mul(graph.half, more)) for (c, _), more in zip(pairs, bent, strict=True)]
@@ -229,7 +229,8 @@ def damping_power(lowering: Lowering, item: Damping, symbols: Symbols) -> Node:
     return graph.neg(graph.dot(factors, squares))
 
 
-def _coefficients(lowering: Lowering, item: Damping, symbols: Symbols) -> Pairs:
+def resistances(lowering: Lowering, item: Damping, symbols: Symbols) -> Pairs:
+    """Return the coefficients and the rates of a ``damping`` statement."""
     rates = rate_of(lowering, item.on, symbols, linear=False)
     coefficients = lowering.numbers(item.value)
     coefficients = coefficients * len(rates) if len(coefficients) == 1 else coefficients

@@ -32,3 +32,34 @@ def test_the_energy_loses_what_the_power_says(coefficient: str) -> None:
     by_hand = COEFFICIENTS[coefficient](run["der(x)"], run["der(y)"])
     if by_hand is not None:
         np.testing.assert_allclose(run["P"], by_hand, rtol=1e-10, atol=1e-12)
+
+
+BELT = (
+    "coordinate Length x = 0 m; initial der(x) = 0.25 m/s; kinetic 1/2*1 kg*der(x)^2; {what}"
+    "experiment(stop = 1 s, tolerance = 1e-11);"
+)
+DRIVEN = "coordinate Length y; drive y = 1 m/s*time; "
+
+
+@pytest.mark.parametrize(
+    ("by_time", "by_drive"),
+    [
+        ("damping 2 N.s/m on x - 1 m/s*time;", "damping 2 N.s/m on x - y;"),
+        ("force -2 N.s/m*(der(x) - 1 m/s) on x - 1 m/s*time;", "force -2 N.s/m*der(x - y) on x - y;"),
+        ("damping 1 kg/s*(2 + der(x)/1 m*1 s) on x - 1 m/s*time;", "damping 1 kg/s*(2 + der(x)/1 m*1 s) on x - y;"),
+        (
+            "import mech.planar.*; frame base = world * trans({1 m/s*time, 0 m}); frame end_ = world * trans({5 m + x, 0 m}); Damper d(from = base, to = end_, c = 2 N.s/m);",
+            "import mech.planar.*; frame base = world * trans({y, 0 m}); frame end_ = world * trans({5 m + x, 0 m}); Damper d(from = base, to = end_, c = 2 N.s/m);",
+        ),
+    ],
+)  # fmt: skip
+def test_what_time_carries_away_is_supplied(by_time: str, by_drive: str) -> None:
+    """A belt given by time takes and brings what one that is driven does: heat is the force times the speed that rubs."""
+    one, other = (mechc.loads(BELT.format(what=what)).simulate() for what in (by_time, DRIVEN + by_drive))
+    for name in ("energy.dissipated", "energy.supplied", "energy.total"):
+        np.testing.assert_allclose(one[name], other[name], atol=1e-10)
+    assert one["energy.dissipated"][-1] > 0.2
+    if "2 N.s/m" in by_time:  # u = v - 1 m/s falls as exp(-2 t)
+        np.testing.assert_allclose(
+            one["energy.dissipated"], 0.75**2 / 2 * (1 - np.exp(-4 * one.time)), atol=1e-10
+        )

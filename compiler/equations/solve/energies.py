@@ -18,6 +18,7 @@ from ...graph.operations import JUMPING
 from ...graph.rewrite import substitute
 from ...graph.vector import matvec
 from ...mechanics.energies import kinetic_energy, momenta_of, potential_energy, total_energy
+from ...mechanics.forces import resistances
 from ...mechanics.modes import SetAction
 from ...mechanics.system import MechanicalSystem
 from ..rows.residual import constraint_rates, projected
@@ -122,16 +123,42 @@ def _powers(
         resistance = substitute(graph, [system.dissipation], held)
         (work,) = substitute(graph, jvp(graph, resistance, along), driven)
         dissipated = graph.add(dissipated, work)
+        (carried,) = substitute(graph, substitute(graph, [_carried_by_time(system)], held), driven)
+        dissipated, supplied = graph.add(dissipated, carried), graph.add(supplied, carried)
     for effort in system.efforts:
         rates = substitute(graph, [rate for rate, _ in effort.pairs], held)
-        rates = substitute(graph, jvp(graph, rates, along), driven)
         values = substitute(graph, [value for _, value in effort.pairs], driven)
-        power = graph.dot(rates, values)
+        power = graph.dot(substitute(graph, jvp(graph, rates, along), driven), values)
         if effort.supplied:
             supplied = graph.add(supplied, power)
-        else:
-            dissipated = graph.sub(dissipated, power)
+            continue
+        carried = graph.neg(graph.dot(substitute(graph, _without_velocities(system, rates), driven), values))
+        dissipated = graph.sub(graph.add(dissipated, carried), power)
+        supplied = graph.add(supplied, carried)
     return graph.zero if reason else supplied, dissipated, reason
+
+
+def _carried_by_time(system: MechanicalSystem) -> Node:
+    """Return the power that dampings take from what moves by itself, as belts that are given by time: all that they take becomes heat,
+    and what the motion does not give is supplied."""
+    graph, lowering = system.graph, system.lowering
+    total = graph.zero
+    for item in system.model.dampings:
+        pairs = resistances(lowering, item, system.symbols)
+        rates = lowering.questions.settle([rate for _, rate in pairs])
+        coefficients = lowering.questions.settle([c for c, _ in pairs])
+        still_moving = _without_velocities(system, rates)
+        if not all(graph.is_zero(n) for n in still_moving):
+            total = graph.add(
+                total,
+                graph.dot(coefficients, [graph.mul(s, e) for s, e in zip(rates, still_moving, strict=True)]),
+            )
+    return total
+
+
+def _without_velocities(system: MechanicalSystem, rates: Sequence[Node]) -> list[Node]:
+    """Return the parts of rates that are there where no coordinate moves."""
+    return substitute(system.graph, rates, {s.node: system.graph.zero for s in system.v})
 
 
 def _joining(system: MechanicalSystem) -> list[tuple[Node, Node]]:
