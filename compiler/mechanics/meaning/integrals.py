@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
+from functools import partial, reduce
 
 from msgspec import Struct
 
@@ -46,10 +46,14 @@ Integrand = Callable[[Node], Node]
 
 
 class Integral(Struct, frozen=True):
-    """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|."""
+    """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|.
+
+    ``slope`` gives that of its derivative along some symbols, which is larger where the integrand bends: that jumps."""
 
     span: Span
+    value: Node
     error: Node
+    slope: Callable[[Sequence[Node]], Node]
 
 
 class Integrals:
@@ -84,7 +88,9 @@ class Integrals:
         rule = self._rules[name]
         value = _total(graph, integrand, pieces, rule.points)
         if self._depth == 1:
-            self.errors[name] = Integral(expression.span, error_of(graph, integrand, pieces, bent, rule))
+            error = error_of(graph, integrand, pieces, bent, rule)
+            slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
+            self.errors[name] = Integral(expression.span, value, error, slope)
         self._depth -= 1
         return value
 
@@ -115,6 +121,31 @@ def error_of(graph: Graph, integrand: Integrand, pieces: Sequence[Node], bent: b
     off = reduce(graph.maximum, (graph.abs(graph.sub(value, other)) for other in others))
     off = graph.mul(graph.constant(BENT), off) if bent else off
     return graph.select(graph.less(graph.zero, size), graph.div(off, size), graph.zero)
+
+
+def slope_error(
+    graph: Graph, integrand: Integrand, pieces: Sequence[Node], rule: Rule, along: Sequence[Node]
+) -> Node:
+    """Return the estimated error of the derivative of a rule along all of some symbols at once, over the integral of its size."""
+    tangents = {w: graph.constant(1 + Fraction(k, 10)) for k, w in enumerate(along)}
+
+    def slope(n: Node) -> Node:
+        return jvp(graph, [n], tangents)[0]
+
+    value, *others = (
+        slope(_total(graph, integrand, pieces, points)) for points in (rule.points, *rule.companions)
+    )
+    size = graph.zero
+    for a, b in itertools.pairwise(pieces):
+        size = graph.add(
+            size, graph.abs(_sum(graph, lambda s: graph.abs(slope(integrand(s))), a, b, rule.points))
+        )
+    if graph.is_zero(size):
+        return graph.zero
+    off = reduce(graph.maximum, (graph.abs(graph.sub(value, other)) for other in others))
+    return graph.select(
+        graph.less(graph.zero, size), graph.div(graph.mul(graph.constant(BENT), off), size), graph.zero
+    )
 
 
 def _total(graph: Graph, integrand: Integrand, pieces: Sequence[Node], points: Points) -> Node:

@@ -242,3 +242,21 @@ def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> N
         )
         found = mechc.loads(text).simulate(target="python", stop=0.01, set={"x": x})["I"][0]
         assert found == pytest.approx(exact, rel=1e-11, abs=1e-12)
+
+
+def test_energies_tell_the_error_of_what_the_motion_follows() -> None:
+    """The slope of an integral whose integrand bends is one whose integrand jumps: it is off by far more."""
+    what = "integral(abs(sin(7*(s - q/1 m))) for s in 0:1)"
+    text = (
+        "coordinate q = 0.1 m; initial der(q) = 1 m/s; kinetic 1/2*1 kg*der(q)^2; {} output a = der(der(q));"
+    )
+    run = mechc.loads(text.format(f"potential 1 J*{what};")).simulate(stop=0.5, every=0.01)
+    (known,) = [float(r.split("about ")[1].split()[0]) for r in run.remarks if "known to about" in r]
+    q = run["q"]
+    force = np.abs(np.sin(7 * (1 - q))) - np.abs(np.sin(7 * q))  # - d/dq of the integral, by its ends
+    size = [quad(lambda s, c=c: abs(7 * np.cos(7 * (s - c))), 0, 1, limit=200)[0] for c in q]
+    off = np.max(np.abs(run["a"] - force) / size)
+    assert 1e-3 < off < known < 50 * off
+    forced = mechc.loads(text.format(f"force 1 N*{what} on q;")).simulate(stop=0.5, every=0.01)
+    (less,) = [float(r.split("about ")[1].split()[0]) for r in forced.remarks if "known to about" in r]
+    assert less < known / 20
