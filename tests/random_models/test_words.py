@@ -11,11 +11,13 @@ from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.from_outside import chosen, differs_from_text
 from random_models.generator import generate
+from random_models.lists import element_by_element
 from random_models.measures import put_together
 from random_models.planted import texts
 from random_models.settings import settings
-from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, dim
+from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, dim, statement
 from random_models.twins import Twin, other_units, plain_units
+from random_models.wording import other_words
 
 from mechc.lang.units import UNIT_NAMES, parse_unit
 
@@ -77,3 +79,32 @@ def test_inputs_go_on_with_time() -> None:
     own = [t for t in written if re.search(r"input [^;]*\btime\b", t)]
     assert any(re.search(r"(force|damping|output|equation) [^;]*\bu\d", t) for t in own)
     assert len(own) > 8
+
+
+def test_lists_mean_what_they_mean_element_by_element() -> None:
+    """What the twin says has no loop, no case and no index that is not a number; with another number in it it is another model."""
+    seed = next(
+        s
+        for s in range(200)
+        if "for i" in generate(s).text() and "structural parameter Integer N" in generate(s).text()
+    )
+    base = compiled(generate(seed).text(), "c")
+    twin = element_by_element(generate(seed), Random(1))
+    assert twin is not None and compare_twin(base, twin, 1) == []
+    first = next(s for s in twin.model.top.seq().items if s.kind == "list" and "kinetic" in str(s.parts[0]))
+    wrong = statement("list", str(first.parts[0]).replace("1/2", "2", 1))
+    top = tuple(wrong if s is first else s for s in twin.model.top.seq().items)
+    assert compare_twin(base, Twin("wrong", twin.model.with_top(top)), 1)
+
+
+def test_other_words_are_the_same_model() -> None:
+    twins = [other_words(generate(SEED), Random(k)) for k in range(5)]
+    said = "\n".join(twin.model.text() for twin in twins if twin is not None)
+    assert all(word in said for word in ("independent ", "//", "experiment other("))
+    base = compiled(generate(SEED).text())
+    assert all(compare_twin(base, twin, 1) == [] for twin in twins if twin is not None)
+
+
+def test_every_list_can_be_written() -> None:
+    written = [generate(seed).text() for seed in range(600)]
+    assert sum("structural parameter Integer N" in text for text in written) > 25

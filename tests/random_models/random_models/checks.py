@@ -27,6 +27,7 @@ from random_models.definition import (
 )
 from random_models.exports import exported
 from random_models.from_outside import differs_from_text
+from random_models.lists import element_by_element
 from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
 from random_models.motions import Edged, difference, doubts, ended, run
@@ -38,6 +39,7 @@ from random_models.structure import STRUCTURES
 from random_models.tabled import meant, tables
 from random_models.tree import Model
 from random_models.twins import TWINS, Twin, renamed_name
+from random_models.wording import other_words
 
 
 @dataclass(frozen=True)
@@ -439,6 +441,8 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("oracle", _oracle),
     ("structured", _structured),
     ("spelled out", _twin(said_plainly)),
+    ("by element", _twin(element_by_element)),
+    ("other words", _twin(other_words)),
     ("composed", _composed),
     ("said otherwise", _said_otherwise),
     ("given", _given),

@@ -99,6 +99,11 @@ class Compiled:
         """Return the values of the parameters."""
         return {q.name: float(v) for q, v in zip(self.problem.parameters, self.case.p, strict=False)}
 
+    def discretes(self) -> Values:
+        """Return the discrete variables with which its functions are evaluated."""
+        pairs = zip(self.problem.discretes, () if self._z is None else self._z, strict=False)
+        return {q.name: float(v) for q, v in pairs if q.kind != "mode"}
+
     def rhs(self, state: Values) -> Values:
         """Return the derivative of each state."""
         y, u, t = self._arguments(state)

@@ -213,7 +213,7 @@ def _accelerations(meaning: Any, state: Values) -> Values:
 def edged(base: Compiled, state: Values) -> bool:
     """Whether a law of a model changes exactly at a state, so that twins may go on by either of its sides."""
     try:
-        found = _edges(Meaning(base.model.compilation.flat, experiment=""), state)
+        found = _edges(Meaning(base.model.compilation.flat, experiment=""), base.discretes() | state)
     except (NotCovered, Undetermined):
         return False
     SKIPPED["a twin on an edge"] += found

@@ -13,6 +13,7 @@ from random_models.formulas import formulas
 from random_models.grids import grids
 from random_models.growing import growing
 from random_models.letting_go import letting_go
+from random_models.lists import lists
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
 from random_models.signals import signals
@@ -47,7 +48,7 @@ def skeleton(seed: int) -> Scope:
     cases(s, seed)
     tasks(s, seed)
     slider(s, seed)
-    for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, formulas, signals):
+    for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
         further(s, seed)
     return s
 

@@ -26,12 +26,13 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
+_SELDOM = {"given": 2, "other words": 4}
 _IN_TURN = ("spelled out", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
-    if name == "given":
-        return seed % 5 == 2
+    if name in _SELDOM:
+        return seed % 5 == _SELDOM[name]
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
@@ -53,6 +54,8 @@ AT_STATES = (
     "oracle",
     "structured",
     "spelled out",
+    "by element",
+    "other words",
     "composed",
     "said otherwise",
     "given",

@@ -33,6 +33,10 @@ def settings(model: Model, random: Random) -> Twin | None:
         if s.kind in ("component", "extends"):
             items[k], more = _modified(s, stems, said, random)
             given += more
+        elif s.data and "wrong" in s.data and random.random() < SHARE:
+            name, true, wrong = s.data["wrong"]
+            given.append((name, node("quantity", true)))
+            items[k] = replace(s, parts=(wrong,))
         elif is_number(s) and s not in stems and s.name not in said and random.random() < SHARE:
             e = s.slots[0].expression
             if not any(x.kind == "function" for x in e.walk()):
