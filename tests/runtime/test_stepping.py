@@ -147,3 +147,15 @@ def test_many_solvers_at_once() -> None:
         while not all(done):
             done = [s.advance(STOP, n) == Status.REACHED for s, n in ((first, 3), (second, 2))]
         assert result(first) == result(second) == expected
+
+
+@pytest.mark.parametrize("terms", [4, 6, 8])
+def test_polynomials_have_the_bits_of_their_nested_form(terms: int) -> None:
+    kernel, random = load_kernel(reproducible=True), np.random.default_rng(terms)
+    for n in range(1, 12):
+        c, s = random.standard_normal((terms, n)), random.random()
+        nested, found = c[-1], np.empty(n)
+        for k in range(terms - 2, -1, -1):
+            nested = c[k] + (1 - s if k % 2 else s) * nested
+        kernel.mech_dense_at(c.ctypes.data, terms, n, s, found.ctypes.data)
+        assert found.tobytes() == nested.tobytes()

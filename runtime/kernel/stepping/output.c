@@ -7,6 +7,7 @@ void mech_output_grid(mech_solver *s, mech_real t_new, mech_real h)
     mech_report *r = &s->run->report;
     const size_t bytes = (size_t)s->ny * sizeof(mech_real);
     const size_t nz = (size_t)s->model->nz; /* a caller that keeps no history of z gives no room for it */
+    const int turns = s->model->n_rotations > 0;
     for (; r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new; r->n_grid++) {
         if (s->listener && r->n_grid >= s->told_next) {
             s->listener(r->n_grid);
@@ -19,7 +20,7 @@ void mech_output_grid(mech_solver *s, mech_real t_new, mech_real h)
             continue;
         }
         mech_dense_at(s->dense, s->n_dense, s->ny, (s->o.grid[r->n_grid] - r->t) / h, row);
-        mech_normalise(s->model, row);
+        if (turns) mech_normalise(s->model, row);
     }
 }
 
