@@ -229,8 +229,8 @@ int mech_blow_fastest(mech_solver *s, int contact)
 int mech_blow_together(mech_solver *s)
 {
     mech_event_state *e = s->events;
-    int row[MECH_MOST_ROWS], in[MECH_MOST_ROWS], set[MECH_MOST_ROWS] = {0}, m = 0;
-    mech_real aim[MECH_MOST_ROWS], target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    int row[MECH_MOST_ROWS], in[MECH_MOST_ROWS], set[MECH_MOST_ROWS], m = 0;
+    mech_real aim[MECH_MOST_ROWS], target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++)
         if (mech_blow_holds(s, i) || mech_row_touches(s, i)) {
             row[m] = i;

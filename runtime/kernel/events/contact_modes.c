@@ -34,10 +34,11 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 /* Whether row i is independent of the n rows already held, and moved by its own force: not so at a dead centre. */
 static int independent(mech_solver *s, mech_near_rows_basis *held, int n, int i)
 {
-    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     if (!mech_row_moves_itself(s, i)) return 0;
     if (s->model->hybrid->crowd) return mech_near_rows_add(s, held, i);
     held->row[n] = i;
+    memset(target, 0, (size_t)(n + 1) * sizeof(mech_real));
     return mech_rows_solve(s, n + 1, held->row, target, x) == n + 1;
 }
 

@@ -6,7 +6,7 @@ void mech_contact_projection_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
-    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     const int width = m->nv + e->n_rows;
     for (int k = 0; k < n; k++) target[k] = -mech_row_value(s, rows[k], MECH_GAP);
     mech_rows_solve(s, n, rows, target, x);
@@ -27,10 +27,10 @@ void mech_contact_projection_set_rates(mech_solver *s, int n, const int *rows, c
 {
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
-    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     const int width = m->nv + e->n_rows;
     for (int k = 0; k < n; k++) target[k] = aim[k] - mech_row_value(s, rows[k], MECH_RATE);
-    mech_rows_solve(s, n, rows, target, x);
+    if (n > 0) mech_rows_solve(s, n, rows, target, x);
     for (int k = 0; k < n; k++)
         for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
     mech_rhs(s, s->run->report.t, s->y, s->dy);
@@ -38,7 +38,8 @@ void mech_contact_projection_set_rates(mech_solver *s, int n, const int *rows, c
 
 void mech_contact_projection_stop_rates(mech_solver *s, int n, const int *rows)
 {
-    const mech_real aim[MECH_MOST_ROWS] = {0};
+    mech_real aim[MECH_MOST_ROWS];
+    memset(aim, 0, (size_t)n * sizeof(mech_real));
     mech_contact_projection_set_rates(s, n, rows, aim);
 }
 

@@ -7,6 +7,8 @@
  */
 #include "surface_friction.h"
 
+#include <string.h>
+
 #include "contact_projection.h"
 #include "method.h"
 
@@ -28,8 +30,8 @@ int mech_surface_friction_is_slow(const mech_solver *s, int i)
 
 static int independent(mech_solver *s, int n, const int *rows)
 {
-    const mech_real nothing[MECH_MOST_ROWS] = {0};
-    mech_real x[MECH_MOST_ROWS];
+    mech_real nothing[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
+    memset(nothing, 0, (size_t)n * sizeof(mech_real));
     return mech_rows_solve(s, n, rows, nothing, x) == n;
 }
 
