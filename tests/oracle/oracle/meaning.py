@@ -11,7 +11,7 @@ from mechc.compiler.flat import model as flat
 from oracle import questions, start
 from oracle.expressions import Evaluator, Value
 from oracle.motion import Motion, move
-from oracle.placement import base, sides, span
+from oracle.placement import sides, span
 from oracle.point import Point, Unknowns, now
 from oracle.poses import Pose
 from oracle.series import Series, real
@@ -279,7 +279,8 @@ class Meaning:
         masses = [
             i
             for i, m in enumerate(self.flat.masses)
-            if questions.rigidly_with(point, frame, self._carrier(point, m.at))
+            if questions.rigidly_with(point, frame, point.at(m.at))
+            and questions.rigidly_with(point, frame, self._carrier(point, m.at))
         ]
         inertias = [
             i
@@ -289,11 +290,14 @@ class Meaning:
         return masses, inertias
 
     def _carrier(self, point: Point, at: flat.Expression) -> Value:
-        """The frame that carries a point, which may turn where the point does not move; without one the point."""
-        try:
-            return point.at.name(base(at, self.definitions))
-        except (NotCovered, KeyError):
-            return point.at(at)
+        """The frame in which a point is stated, which may turn where the point does not move; without one the point."""
+        match at:
+            case flat.Name(name=name) if name in self.definitions:
+                value = self.definitions[name].value
+                return point.at(at) if value is None else self._carrier(point, value)
+            case flat.Apply(function="multiply", arguments=(first, _)) if at.type.kind is flat.Kind.POINT:
+                return point.at(first)
+        return point.at(at)
 
     # ------------------------------------------------------------ states
 

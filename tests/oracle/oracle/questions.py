@@ -89,8 +89,20 @@ def force_of(point: Point, name: str) -> Series:
 
 def answer(meaning: Meaning, point: Point, q: flat.Query, defining: bool = False) -> Value:
     """The answer at a point; where laws ask, it has been assumed."""
-    if key_of(q) in point.unknowns.answers and not defining:
-        return point.unknowns.answers[key_of(q)]
+    key = key_of(q)
+    if key in point.unknowns.answers and not defining:
+        return point.unknowns.answers[key]
+    if key in point.asked:
+        raise NotCovered("a question that its own answer seems to need")
+    point.asked.add(key)
+    try:
+        return formed(meaning, point, q)
+    finally:
+        point.asked.discard(key)
+
+
+def formed(meaning: Meaning, point: Point, q: flat.Query) -> Value:
+    """The answer, of which nothing is known."""
     match q.function:
         case "kinetic_energy":
             return point.kinetic()

@@ -177,7 +177,8 @@ def solve_in(
     ]
     z, r, J, loose, bends = root(z)
     if bends and not quick and "slip*" not in modes.values():
-        asking = np.r_[n : n + len(names), n + len(names) + len(states) : N]
+        answers = np.r_[n + len(names) + len(states) : N]
+        asking, told = np.r_[n : n + len(names), answers], np.r_[:n, answers]
         for away in AWAY:  # other forces and answers that agree with themselves
             elsewhere = z.copy()
             elsewhere[asking] += away * (1 + np.abs(z[asking]))
@@ -185,7 +186,7 @@ def solve_in(
                 other = root(elsewhere, 20)[0]
             except Undetermined:
                 continue
-            if np.abs(other - z)[:n].max(initial=0) > 1e-6 * (1 + np.abs(z[:n]).max(initial=0)):
+            if np.abs(other - z)[told].max(initial=0) > 1e-6 * (1 + np.abs(z[told]).max(initial=0)):
                 raise Several("several forces that agree with their laws")
     if N and not quick:
         size = np.abs(J) @ np.abs(z) + np.abs(J).max(axis=1) * (1e-5 * np.abs(z).max() + 1e-12)
