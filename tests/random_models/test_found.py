@@ -76,6 +76,44 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
         output o = der(q, 2);""",
         "c",
     ),
+    "a body that turns on a frame of its own is not part of one that is welded to the world": (
+        """import mech.spatial.*;
+        frame held;
+        mass 1 kg at held;
+        Weld weld(world -> held);
+        coordinate Rotation turn = rotx(0.4);
+        frame turning = world*turn;
+        mass 1 kg at turning*{1 m, 1 m, 1 m};
+        inertia diag({1, 1, 1} kg.m^2) on turning;
+        output centre = mass_centre(held);""",
+        "python",
+    ),
+    "a dissipation that bends at a rate that a joint keeps at zero gives no one force there": (
+        """import mech.spatial.*;
+        frame f;
+        inertia diag({1, 1, 0.2} kg.m^2) on f;
+        Spherical ball(world -> f);
+        dissipation 1 N*abs(der(pos(f)[2]));
+        output held = reaction(ball);""",
+        "python",
+    ),
+    "a torque that follows a moment which it changes alone, so that three moments agree with it": (
+        """import mech.spatial.*;
+        gravity {0.1, 0, 0} m/s^2;
+        Body b(m = 1 kg, com = {0, 0, 0.2} m);
+        Prismatic rail(world -> b.a, axis = {0, 0, 1});
+        torque atan(1.24*moment(rail)[2]/(1 N.m))*{0, -1.4, 0} N.m on b.a;
+        output held = moment(rail);""",
+        "python",
+    ),
+    "the power of a force, between two laws that are one": (
+        """coordinate Length q = 1 m;
+        initial der(q) = 1 m/s;
+        kinetic 1 kg*der(q)^2;
+        force F: if power(F) > 1 W then 1 N else 1 N on q;
+        output o = der(q, 2);""",
+        "c",
+    ),
 }
 STOP = "\nexperiment(stop = 1 s);"
 REFUSED = {

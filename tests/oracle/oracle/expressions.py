@@ -31,6 +31,9 @@ DUE = 1e-12
 """As a share of a time, how near to it is due what comes with the time alone, as of ticks."""
 EDGES: set[Any] = set()
 """Decisions that were taken exactly where they change, since somebody emptied this: both sides are right there."""
+BENDS: set[Any] = set()
+"""Those among them that count wherever they are tied: a bend of what is zero in all motions, but not for the displacements
+that ask for a force, has no derivative there; and rounding decides for the floor of what is whole but for rounding."""
 ROUNDING = 1e-11
 """How near to a whole number the floor of a number that moves is one of rounding."""
 
@@ -99,11 +102,19 @@ class Evaluator:
         self.seen[key] = (margin if choice else -margin, choice)
         return bool(choice)
 
+    def bend(self, key: Any, margin: Any, now: bool) -> bool:
+        """The side of a bend: a choice that is tied with a derivative has none there."""
+        if real(margin) == 0 and moves(margin):
+            BENDS.add(key)
+        return self.decide(key, margin, now)
+
     def whole_below(self, key: Any, x: Any) -> float:
         """The floor of a number, kept up to the next event."""
         off = abs(real(x) - round(real(x)))
         if off <= ROUNDING and (off or isinstance(x, Series)):
             EDGES.add(key)
+            if off or moves(x):
+                BENDS.add(key)
         if self.frozen is None or not isinstance(x, Series):
             return math.floor(real(x))
         n = self.frozen.setdefault(key, math.floor(x.real))
@@ -276,7 +287,7 @@ class Evaluator:
             case "atan2":
                 return angle_of(x[0], x[1])
             case "abs":
-                return x[0] if self.decide(key, x[0], real(x[0]) >= 0) else -x[0]
+                return x[0] if self.bend(key, x[0], real(x[0]) >= 0) else -x[0]
             case "sign":
                 if real(x[0]) == 0:
                     EDGES.add(key)
@@ -292,15 +303,15 @@ class Evaluator:
             case "div":
                 return float(math.trunc(real(x[0]) / real(x[1])))
             case "clamp":
-                if self.decide((key, "low"), x[1] - x[0], real(x[0]) < real(x[1])):
+                if self.bend((key, "low"), x[1] - x[0], real(x[0]) < real(x[1])):
                     return x[1]
-                return x[2] if self.decide((key, "high"), x[0] - x[2], real(x[0]) > real(x[2])) else x[0]
+                return x[2] if self.bend((key, "high"), x[0] - x[2], real(x[0]) > real(x[2])) else x[0]
             case "deadzone":
-                if self.decide((key, "high"), x[0] - x[1], real(x[0]) > real(x[1])):
+                if self.bend((key, "high"), x[0] - x[1], real(x[0]) > real(x[1])):
                     return x[0] - x[1]
                 return (
                     x[0] + x[1]
-                    if self.decide((key, "low"), -x[0] - x[1], real(x[0]) < -real(x[1]))
+                    if self.bend((key, "low"), -x[0] - x[1], real(x[0]) < -real(x[1]))
                     else 0.0 * x[0]
                 )
             case "min" | "max":
@@ -375,9 +386,14 @@ class Evaluator:
         best = items[0]
         for i, item in enumerate(items[1:]):
             gain = (item - best) * sign
-            if self.decide((key, i), gain, real(gain) > 0):
+            if self.bend((key, i), gain, real(gain) > 0):
                 best = item
         return best
+
+
+def moves(x: Any) -> bool:
+    """Whether displacements change a number at first order, those too that only ask for forces."""
+    return isinstance(x, Series) and x.e is not None and bool(np.any(x.e[0]))
 
 
 class Fresh(dict[Any, Any]):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from oracle import Meaning, NotCovered, Undetermined
-from oracle.expressions import EDGES
+from oracle.expressions import BENDS, EDGES
 
 from random_models.balance import unaccounted
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
@@ -133,8 +133,11 @@ def _on_an_edge(
 
 
 def _edges(meaning: Any, state: Values) -> bool:
-    """Whether something is decided exactly where it changes; what is tied beside the state, too, as x < x is, never changes."""
+    """Whether something is decided exactly where it changes; what is tied beside the state, too, as x < x is, never changes,
+    unless it bends there for what asks for a force, or is whole but for rounding."""
     tied = _ties(meaning, state)
+    if BENDS:
+        return True
     rng = np.random.default_rng(len(state))
     always = set(tied)
     for _ in range(2 if tied else 0):
@@ -144,6 +147,7 @@ def _edges(meaning: Any, state: Values) -> bool:
 
 def _ties(meaning: Any, state: Values) -> set[Any]:
     EDGES.clear()
+    BENDS.clear()
     meaning.solved = None
     by_definition(meaning, state)
     return set(EDGES)
