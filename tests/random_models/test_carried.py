@@ -60,3 +60,22 @@ def test_another_guess_is_no_other_weight() -> None:
     base, other = _rod(FREE, RACK), _rod(FREE.replace("0.2 m", "0.3 m"), RACK)
     assert differences(base.start(), other.start())
     assert begins_alike(TWIN, base, other)  # so that the starts are compared, and found to differ
+
+
+def test_integrals_over_time_are_told_by_what_they_add_up() -> None:
+    """Their numbers are those of the text: in a twin in another order each has the state of another."""
+    text = """let {first};
+    let {second};
+    coordinate Length x = 1 m;
+    kinetic 1 kg*der(x)^2;
+    output o = slow + 3*fast;
+    experiment(stop = 1 s);
+    """
+    slow, fast = "slow = integral(1 m/s)", "fast = integral(2 m/s)"
+    lets = ({"first": slow, "second": fast}, {"first": fast, "second": slow})
+    base, other = (compiled(text.format(**both)) for both in lets)
+    state = base.start() | {"integral[1]": 0.5, "integral[2]": -0.7}
+    there = carried(TWIN, base, other, state)
+    assert there is not None
+    assert not differences(base.outputs(state), other.outputs(there))
+    assert differences(base.outputs(state), other.outputs(state))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import subprocess
+from copy import copy
 from random import Random
 from types import SimpleNamespace
 
@@ -23,7 +24,7 @@ from random_models.overruling import overruling
 from random_models.planted import ROOT, faults, texts
 from random_models.spelled_out import spelled_out
 from random_models.states import looks
-from random_models.structure import inherited
+from random_models.structure import as_functions, inherited
 
 BOX = """coordinate Length y = 0.5 m;
 coordinate Length x = 0 m;
@@ -187,6 +188,50 @@ def test_what_is_always_tied_is_no_edge() -> None:
     always, now = compiled(TIED.format("der(x)")), compiled(TIED.format("1 m/s"))
     assert not edged(always, always.start() | {"time": 0.0})
     assert edged(now, now.start() | {"time": 0.0})
+
+
+BALL = """import mech.spatial.*;
+gravity {0.4, 0, -6} m/s^2;
+Disk disk(m = 1.3 kg, r = 0.44 m);
+Spherical ball(world -> disk.a, orientation = axis_angle({0.9, -0.51, -0.59}, 0.5));
+Bar bar;
+Prismatic rail(disk.a -> bar.a, position = -0.56 m);
+output o = mod(moment(ball)[1], 2.4 N.m);
+experiment(stop = 1 s);
+"""
+
+
+def test_the_floor_of_what_is_zero_but_for_rounding_is_an_edge_everywhere() -> None:
+    base = compiled(BALL)
+    assert edged(base, base.start())
+
+
+def test_an_edge_is_looked_for_with_the_values_of_discrete_variables() -> None:
+    """States of a run of no length hold what moves alone."""
+    text = TIED.format("n*(1 m/s)").replace("experiment", "discrete Real n = 1;\nexperiment")
+    base = compiled(text)
+    assert "n" not in base.start() and edged(base, base.start())
+
+
+def _named(seed: int, k: int) -> str:
+    twin = as_functions(generate(seed), Random(k))
+    return "" if twin is None else twin.model.text()
+
+
+def test_functions_take_no_elements_out_of_the_sum_that_counts_them() -> None:
+    seed = next(s for s in range(200) if re.search(r"kinetic sum\(sum\(", generate(s).text()))
+    written = [_named(seed, k) for k in range(30)]
+    assert not any(re.search(r"(kinetic|potential) g\d+\(.*\[i\d+, i\d+\]\)+;", text) for text in written)
+
+
+def test_of_two_statements_that_read_alike_one_may_move() -> None:
+    model = generate(14)
+    energy = next(s for s in model.top.seq().items if s.kind == "energy")
+    twice = model.with_top((copy(energy), *model.top.seq().items))
+    line = energy.text()
+    assert twice.text().count(line) == 2
+    twins = [inherited(twice, Random(k)) for k in range(12)]
+    assert all(twin.model.text().count(line) == 2 for twin in twins if twin is not None)
 
 
 RELEASED = """coordinate Length x = 0 m;

@@ -51,7 +51,21 @@ def carried(twin: Twin, base: Compiled, other: Compiled, state: Values) -> Value
         if told is None:
             return None
         there |= told
-    return {n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or _account(n)}
+    there = {n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or _account(n)}
+    return there | _integrals(base, other, state, there)
+
+
+def _integrals(base: Compiled, other: Compiled, state: Values, there: Values) -> Values:
+    """Return the integrals over time of a twin, whose numbers are those of the text: they are told by what they add up."""
+    names = [n for n in base.states if n.startswith("integral[")]
+    if len(names) < 2:
+        return {}
+    level = dict.fromkeys(names, state[names[0]])
+    adds = base.rhs(state | level)
+    mine = sorted((adds[f"d {n}"], state[n]) for n in names)
+    adds = other.rhs(there | level)
+    theirs = sorted((adds[f"d {n}"], n) for n in names)
+    return {n: x for (_, x), (_, n) in zip(mine, theirs, strict=True)}
 
 
 def _told(base: Compiled, names: list[str], state: Values) -> Values | None:

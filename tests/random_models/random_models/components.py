@@ -11,7 +11,7 @@ from random_models.operators import vector
 from random_models.quantities import quantity
 from random_models.scope import TYPES
 from random_models.structure import decoy, mod, model_statement, sign_of, with_value
-from random_models.tree import E, Model, S, Seq, Slot, map_expression, reference, statement
+from random_models.tree import E, Model, S, Seq, Slot, map_expression, reference, statement, without
 from random_models.twins import Twin
 
 _INDEXED = re.compile(r"\[[A-Za-z_]")
@@ -177,7 +177,7 @@ def grouped(model: Model, random: Random) -> Twin | None:
     if not group or not all(_fits(s, inside) for s in group):
         return None
     # parameters that only these use may move with them
-    outer = [s for s in items if s not in group]
+    outer = without(items, group)
     used = {_head(x.ref) for s in group for x in _leaves(s)}
     for s in list(outer):
         if (

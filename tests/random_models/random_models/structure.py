@@ -27,6 +27,7 @@ from random_models.tree import (
     reference,
     statement,
     whole_of,
+    without,
 )
 from random_models.twins import Twin
 
@@ -99,9 +100,10 @@ def _overruled(s: S, random: Random) -> tuple[S, list[S]]:
 
 def _in_turn(moved: list[S], rest: list[S]) -> list[S]:
     """Leave out each `when` before which another stays: bases come first, and what is due together acts in that order."""
-    staying = [k for k, s in enumerate(rest) if s.kind == "when" and s not in moved]
-    late = rest[min(staying, default=len(rest)) :]
-    return [s for s in moved if s.kind != "when" or s not in late]
+    whens = [s for s in rest if s.kind == "when"]
+    first = next(iter(without(whens, moved)), None)
+    late = [] if first is None else whens[next(k for k, s in enumerate(whens) if s is first) :]
+    return without(moved, late)
 
 
 def inherited(model: Model, random: Random) -> Twin | None:
@@ -126,7 +128,7 @@ def inherited(model: Model, random: Random) -> Twin | None:
         if any(s.kind == "extends" for s in rest):  # what is nearer would overrule it
             moved = [s for s in moved if s.kind != "gravity"]
         moved = _in_turn(moved, rest)
-        rest = [s for s in rest if s not in moved]
+        rest = without(rest, moved)
         for s in moved:
             other, new = _overruled(s, random)
             if s.kind == "initial" and any(
@@ -271,6 +273,7 @@ def as_functions(model: Model, random: Random) -> Twin | None:
                 x.kind in ("ref:bound", "ref:index", "ref:load", "ref:joint", "ref:constraint")
                 or x.type != "real"
                 or x.shape
+                or any("[i" in y.ref for y in x.walk())  # an element by the index of a sum
             ):
                 raise LookupError
             if x.ref in ("world",):

@@ -5,7 +5,7 @@ They print as ``.mech`` text, and say which construct stands where. Nothing here
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -272,9 +272,15 @@ def whole_of(s: S) -> str:
     return s.name.partition("[")[0].removesuffix(")")
 
 
+def without(items: Sequence[S], left_out: Sequence[S]) -> list[S]:
+    """Leave out statements, but not others that read as they do."""
+    gone = {id(s) for s in left_out}
+    return [s for s in items if id(s) not in gone]
+
+
 def entire(moved: list[S], rest: list[S]) -> list[S]:
     """Leave out initial values of elements of which others, or that of the whole, stay: what is nearer overrules."""
-    staying = {whole_of(s) for s in rest if s.kind == "initial" and s not in moved}
+    staying = {whole_of(s) for s in without(rest, moved) if s.kind == "initial"}
     return [s for s in moved if s.kind != "initial" or whole_of(s) not in staying]
 
 
