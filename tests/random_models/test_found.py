@@ -106,6 +106,13 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
         output held = moment(rail);""",
         "python",
     ),
+    "the slope of an integral with bends that are not split is known as well as is told": (
+        """coordinate Angle q = 0.28;
+        kinetic 1.16 kg.m^2*der(q)^2/2;
+        potential 1.16 J*integral(abs(sin(7.34*(s - 0.41*tanh(q)))) for s in 0:1.04);
+        output o = der(q, 2);""",
+        "python",
+    ),
     "the power of a force, between two laws that are one": (
         """coordinate Length q = 1 m;
         initial der(q) = 1 m/s;

@@ -72,11 +72,14 @@ class Compiled:
 
     @property
     def relative(self) -> float:
-        """How well values are known, relative to their size: three times what the model says of its integrals."""
+        """How well values are known, relative to their size: three times what the model says of its integrals when it is compiled
+        and, of their slopes, too, at its start."""
         said = [
             re.search(r"known to (\S+) of its size", d.message) for d in self.model.compilation.diagnostics
         ]
-        return max([1e-8, *(3 * float(found[1]) for found in said if found)])
+        at_start = self.outputs(self.start())
+        told = [at_start[q.name] for q in self.problem.outputs if q.kind == "quadrature"]
+        return max([1e-8, *(3 * float(found[1]) for found in said if found), *(3 * x for x in told if x < 1)])
 
     @property
     def states(self) -> list[str]:
