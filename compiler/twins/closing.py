@@ -100,7 +100,7 @@ def _fits(model: FlatModel, edge: TreeEdge, seen: Seen, held: set[str]) -> bool:
         and not edge.backwards
         and not joint.cut
         and joint.name not in switched
-        and not asked & {joint.name, *joint.coordinates}
+        and not asked & set(joint.coordinates)
         and not Facts(model).within(*expressions(model.equations)) & set(joint.coordinates)
         and not held & set(joint.coordinates)
         and all(seen.largest[n] < HALF_TURN for n in angles)

@@ -182,7 +182,10 @@ class _Turned:
         if e.function == "mass_centre":
             moved = total(made, self.shift, "subtract")
             return self.components(moved)
-        return self.components(made) if e.function in ("reaction", "moment") and e.type.shape else made
+        of_joint = e.function in ("reaction", "moment") and any(j.name == e.target for j in self.old.joints)
+        return (
+            self.components(made) if of_joint and e.type.shape else made
+        )  # those of drives are along coordinates
 
     def applied(self, e: Apply) -> Expression:
         given = e.arguments

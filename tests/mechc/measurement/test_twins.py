@@ -342,6 +342,26 @@ def test_the_account_that_a_force_counts_on_is_no_motion() -> None:
     assert found is not None and not found.same
 
 
+@pytest.mark.parametrize(
+    "library, coordinates",
+    [
+        ("planar", "coordinate Length q[3]; drive q = {1, 2, 3} m/s*time; kinetic 1 kg*dot(der(q), der(q));"),
+        (
+            "spatial",
+            "coordinate Rotation q; drive q = rotx(1 rad/s^2*time^2); inertia diag({1, 2, 3} kg.m^2) on world * q;",
+        ),
+    ],
+)
+def test_forces_of_drives_are_along_their_coordinates(library: str, coordinates: str) -> None:
+    """Those of joints are in components of the world, which another twin turns."""
+    bar = f"import mech.{library}.*; Bar bar(m = 1 kg, l = 1 m); Prismatic rail(world -> bar.a);"
+    base = base_of(f"{bar} {coordinates} output push = reaction(q); experiment(stop = 0.1 s);")
+    twin = twin_of("turned world", base)
+    found = compare(base, twin, run_twin(twin, base))
+    assert found is not None
+    assert found.same, found
+
+
 def test_what_is_too_unstable_backwards_is_no_other_motion(tmp_path: Path) -> None:
     file = tmp_path / "cycle.mech"
     file.write_text(
