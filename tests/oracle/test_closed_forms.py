@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 from oracle import Meaning, Undetermined
+from oracle.accounts import dissipated
+from oracle.impacts import impacts
 
 import mechc
 
@@ -474,3 +476,49 @@ def test_what_flies_lands_behind_the_bend_of_its_floor() -> None:
     first = 0.03 / 1.2
     hits = [e.time for e in m.motion(0.2).events if e.kind == "impact"]
     assert hits[0] == pytest.approx(first + math.sqrt(2 * 0.048 / 9.81), abs=1e-8)
+
+
+def test_a_bead_in_a_driven_tube() -> None:
+    """A tube that is tilted by 0.5 and turned at w about the vertical: s'' = (w^2 cos^2 0.5 - k/m) s, and its drive tells its rate."""
+    m = meaning(
+        "coordinate Rotation R; drive R = rotz(2 rad/s*time)*rotx(0.5 rad); coordinate Length s = 0.5 m;"
+        "frame tube = world * R; mass 1 kg at tube * {0 m, s, 0 m}; potential 1/2*9 N/m*s^2;"
+        "output w = der(R); output M = reaction(R);"
+    )
+    state = m.start()
+    assert m.accelerations(state)["der(s, 2)"] == pytest.approx(0.5 * (4 * math.cos(0.5) ** 2 - 9), rel=1e-13)
+    out = m.outputs(state)
+    assert [out[f"w[{k}]"] for k in (1, 2, 3)] == pytest.approx([0, 2 * math.sin(0.5), 2 * math.cos(0.5)])
+    # y = s cos 0.5 and z = s sin 0.5 turn at w: the moment about x keeps the tube from swinging up, s'' acts along it
+    assert out["M[1]"] == pytest.approx(0.5**2 * 4 * math.sin(0.5) * math.cos(0.5), rel=1e-12)
+    assert m.driven == ["R[1]", "R[2]", "R[3]", "R[4]"]
+    assert "der(R)[1]" not in m.rates
+
+
+@pytest.mark.parametrize(
+    ("force", "taken"),
+    [
+        ("-2 N.s/m*der(x)", [0.5]),
+        ("2 N.s/m*der(x)", [0.0]),
+        ("-2 N.s/m^3*(x^2 - 1 m^2)*der(x)", [0.0]),
+        ("-2 N.s/m^3*(x^2 + 1 m^2)*der(x)", [0.0, 2.5]),
+    ],
+)
+def test_what_brakes_whatever_the_motion_dissipates(force: str, taken: list[float]) -> None:
+    """At x = 2 m, x' = 0.5 m/s; whether x^2 + 1 m^2 has one sign is told by looking, which leaves it open."""
+    m = meaning(f"coordinate Length x = 2 m; kinetic 1/2*1 kg*der(x)^2; force {force} on x;")
+    assert dissipated(m, {"x": 2.0, "der(x)": 0.5, "time": 0.0}) == pytest.approx(taken)
+
+
+def test_ends_that_are_equally_fast_hit_together() -> None:
+    """A bar that falls flat with a rebound rises flat, although its ends differ by rounding."""
+    m = meaning(
+        "coordinate Length y = 0.2 m; coordinate Angle a = 0 rad; potential 1 kg*9.81 m/s^2*y;"
+        "kinetic 1/2*1 kg*der(y)^2 + 1/2*0.2 kg.m^2*der(a)^2;"
+        "contact left: y - 0.3 m*a restitution 0.5; contact right: y + 0.3 m*a restitution 0.5;"
+    )
+    fallen = {"y": 0.0, "a": 0.0, "der(y)": -2.0, "der(a)": 1e-11, "time": 0.0}
+    contacts = list(m.flat.contacts)
+    after, hit = impacts(m, fallen, contacts, [], dict.fromkeys(("left", "right"), 1e-9))
+    assert hit == ["left", "right"]
+    assert (after["der(y)"], after["der(a)"]) == pytest.approx((1.0, 0.0), abs=1e-10)

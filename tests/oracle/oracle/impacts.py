@@ -39,6 +39,10 @@ def holding(meaning: Meaning, point: Point) -> Array:
     return np.array(rows).reshape(len(rows), meaning.size)
 
 
+ALIKE = 1e-7
+"""Approaches that differ by less, as a share, are equally fast: a motion of tolerance 1e-9 has them from one flight only."""
+
+
 class Blow:
     """Impulses on a mechanism at one instant: M dv = sum of impulses along rows, each row with a wanted change.
 
@@ -213,7 +217,8 @@ def impacts(
             c for c in closing if meaning.option(c.options, "impacts", "sequential") == "simultaneous"
         ]
         fastest = min(closing, key=lambda c: approach(point, c))
-        hit = together if fastest in together else [fastest]
+        alike = [c for c in closing if approach(point, c) < (1 - ALIKE) * approach(point, fastest)]
+        hit = together if fastest in together else [c for c in alike if c not in together]
         others = [
             c for c in touching if c not in hit and meaning.option(c.options, "impacts", "") == "simultaneous"
         ]

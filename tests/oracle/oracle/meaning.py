@@ -9,12 +9,12 @@ import numpy as np
 
 from mechc.compiler.flat import model as flat
 from oracle import questions, start
-from oracle.expressions import Evaluator, Value
+from oracle.expressions import Evaluator, Value, der
 from oracle.motion import Motion, move
 from oracle.placement import sides, span
 from oracle.point import Point, Unknowns, now
-from oracle.poses import Pose
-from oracle.series import Series, real
+from oracle.poses import Pose, quaternion_of, vector
+from oracle.series import real
 from oracle.solving import Solution, solve
 from oracle.values import NotCovered
 
@@ -310,15 +310,16 @@ class Meaning:
             if full.get(f"held({name})", 1) == 0:
                 continue
             value = self._driving(full, d, name)
-            value = value if isinstance(value, np.ndarray) else np.array([value], object)
-            whole = next((c for c in self.coordinate_layout if c[0] == name), None)
-            elements = whole[2] if whole else [name]
-            for x, f in zip(elements, value, strict=True):
-                if rated:
-                    full.setdefault(f"der({x})", real(f))
-                else:
-                    full.setdefault(x, real(f))
-                    full.setdefault(f"der({x})", float(f.v[1, 0].real) if isinstance(f, Series) else 0.0)
+            elements, rates = self.driven_by(name)
+            if isinstance(value, Pose):
+                turning, value = value.own_spin(), quaternion_of(value)
+            else:
+                value = np.ravel(value if isinstance(value, np.ndarray) else np.array([value], object))
+                turning = value if rated else vector(*(der(x) for x in value))
+            for x, f in zip(rates, turning, strict=True):
+                full.setdefault(x, real(f))
+            for x, f in zip(elements, () if rated else value, strict=not rated):
+                full.setdefault(x, real(f))
         return full
 
     def _driving(self, state: State, d: flat.Drive, name: str) -> Value:
@@ -326,10 +327,15 @@ class Meaning:
         try:
             return self.point(state, bare=True).at(d.value)
         except KeyError:
-            whole = next((c for c in self.coordinate_layout if c[0] == name), None)
-            elements = whole[2] if whole else [name]
-            around = {x: 0.0 for e in elements for x in (e, f"der({e})")}
+            elements, rates = self.driven_by(name)
+            around = dict.fromkeys((*elements, *rates), 0.0)
+            around |= {elements[0]: 1.0} if len(elements) > len(rates) else {}  # no turn, as a quaternion
             return self.point(around | state).at(d.value)
+
+    def driven_by(self, name: str) -> tuple[list[str], list[str]]:
+        """The elements of a coordinate, or the one of this name, and their rates."""
+        whole = next((c for c in self.coordinate_layout if c[0] == name), None)
+        return (whole[2], whole[3]) if whole else ([name], [f"der({name})"])
 
     def point(self, state: Mapping[str, float], bare: bool = False, **others: Any) -> Point:
         """A point without known accelerations (``bare``: without coordinates)."""
@@ -349,8 +355,7 @@ class Meaning:
     def driven(self) -> list[str]:
         out = []
         for d, name in zip(self.flat.drives, self.drive_names, strict=True):
-            whole = next((c for c in self.coordinate_layout if c[0] == name), None)
-            out += [] if self.drive_name(d)[1] else whole[2] if whole else [name]
+            out += [] if self.drive_name(d)[1] else self.driven_by(name)[0]
         return out
 
     @property
@@ -359,7 +364,7 @@ class Meaning:
 
     @property
     def rates(self) -> list[str]:
-        rated = {f"der({x})" for x in self.driven} | {f"der({n})" for n in self.drive_names}
+        rated = {x for name in self.drive_names for x in self.driven_by(name)[1]}
         return [x for x in self.all_rates if x not in rated]
 
     @property

@@ -419,7 +419,8 @@ class Point:
         for d in m.flat.drives:
             name, rated = m.drive_name(d)
             if self.held(name):
-                off = items_of(self.at(d.target) - self.at(d.value))
+                target, value = self.at(d.target), self.at(d.value)
+                off = items_of(value.way_to(target)) if isinstance(target, Pose) else items_of(target - value)
                 out += [
                     (f"drive {name}[{k + 1}]", "rate" if rated else "position", x) for k, x in enumerate(off)
                 ]

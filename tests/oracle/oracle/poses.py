@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from oracle.series import apply, real
+from oracle.series import Series, apply, real
 from oracle.values import NotCovered
 
 Vector = Any
@@ -28,6 +28,16 @@ class Pose:
 
     def inverse(self) -> Pose:
         return Pose(self.R.T, -(self.R.T @ self.p), None if self.angle is None else -self.angle)
+
+    def own_spin(self) -> Vector:
+        """The angular velocity in the axes of the pose itself."""
+        rate = [[x.der() if isinstance(x, Series) else 0.0 for x in row] for row in self.R]
+        return self.R.T @ spin(self.R, matrix(rate))
+
+    def way_to(self, other: Pose) -> Vector:
+        """The small turn from here to another rotation, in the axes of both, which are alike to its third power."""
+        R = self.R.T @ other.R
+        return vector(*((R[i, j] - R[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))))
 
 
 def vector(*items: Any) -> Vector:

@@ -120,7 +120,9 @@ def formed(meaning: Meaning, point: Point, q: flat.Query) -> Value:
                 return point.modes.get(q.target, "open") != "open"
             return point.state.get(f"held({q.target})", 1) != 0
         case "reaction" if q.target in meaning.drive_names:
-            return force_of(point, f"drive {q.target}[1]")
+            shape = q.type.shape
+            count = int(np.prod(shape))
+            return shaped([force_of(point, f"drive {q.target}[{k + 1}]") for k in range(count)], shape)
         case "reaction" | "moment":
             load = cut_load(meaning, point, q.target)
             d = point.space

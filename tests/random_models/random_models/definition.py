@@ -10,6 +10,7 @@ import numpy as np
 from oracle import Meaning, NotCovered, Undetermined
 from oracle.expressions import BENDS, EDGES
 
+from random_models.accounts import misbooked
 from random_models.balance import unaccounted
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
 from random_models.limits import TooLong, limited
@@ -86,6 +87,8 @@ def undone(
                 return [("start", said)]
             if not ignored and (said := unaccounted(base, here)) and not _edges(meaning, state):
                 return [("balance", f"{said}{where}, at {state}")]
+            if said := misbooked(base, meaning, here, state):
+                return [("account", f"{said}{where}, at {state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
     except Exception as error:
