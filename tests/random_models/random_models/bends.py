@@ -96,7 +96,7 @@ def _wire(s: Scope) -> None:
 
 def _flat(s: Scope) -> None:
     """A bar that falls flat: both of its ends hit at one instant."""
-    y, turned = _coordinate(s, s.number(0.01, 0.05, 3), F(0), LENGTH), _coordinate(s, F(0), F(0), NUMBER)
+    y, turned = coordinate(s, s.number(0.01, 0.05, 3), F(0), LENGTH), coordinate(s, F(0), F(0), NUMBER)
     mass, inertia = s.value(MASS, s.number(0.5, 2)), s.value(INERTIA, s.number(0.05, 0.4))
     for energy in (half(s, mass, square(der(y))), half(s, inertia, square(der(turned)))):
         s.add("energy", "kinetic ", Slot("kinetic", energy), ";", data={"what": "kinetic"})
@@ -110,7 +110,8 @@ def _flat(s: Scope) -> None:
         s.add("contact", *parts, ";")
 
 
-def _coordinate(s: Scope, place: Fraction, rate: Fraction, d: Dim = LENGTH) -> E:
+def coordinate(s: Scope, place: Fraction, rate: Fraction, d: Dim = LENGTH) -> E:
+    """Write a coordinate with what is known of its start, and return it."""
     name = s.fresh("q")
     kind = "Length" if d == LENGTH else "Angle"
     value = Slot("coordinate.value", s.literal(d, place, angle=d == NUMBER))
@@ -122,7 +123,7 @@ def _coordinate(s: Scope, place: Fraction, rate: Fraction, d: Dim = LENGTH) -> E
 
 def body(s: Scope, place: Fraction, rate: Fraction) -> E:
     """Write a body with a mass, a push, and what is known of its start."""
-    q = _coordinate(s, place, rate)
+    q = coordinate(s, place, rate)
     mass = s.value(MASS, s.number(0.5, 2))
     s.add("energy", "kinetic ", Slot("kinetic", half(s, mass, square(der(q)))), ";", data={"what": "kinetic"})
     push = Writer(s, "tqxv", kinks=False).scalar(FORCE, 1)

@@ -73,6 +73,11 @@ _JOINTS: dict[int, tuple[tuple[float, str, tuple[tuple[str, str], ...]], ...]] =
 }
 
 
+def joint_kinds(n: int) -> list[tuple[str, tuple[tuple[str, str], ...]]]:
+    """List the joints with their coordinates, and what these are."""
+    return [(kind, coordinates) for _, kind, coordinates in _JOINTS[n]]
+
+
 def mod(target: str, sign: str, place: str, e: E) -> S:
     """Return one modification."""
     return statement("mod", f"{target} {sign} ", Slot(place, e), name=target, data={"sign": sign})

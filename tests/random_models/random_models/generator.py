@@ -7,7 +7,10 @@ from random import Random
 from random_models import bodies, coordinates, decorations
 from random_models.bends import bends
 from random_models.cases import cases
+from random_models.closing import closing
 from random_models.deeds import deeds
+from random_models.drags import drags
+from random_models.driven import driven
 from random_models.forms import forms
 from random_models.formulas import formulas
 from random_models.grids import grids
@@ -20,6 +23,7 @@ from random_models.signals import signals
 from random_models.slider import slider
 from random_models.steps import steps
 from random_models.tasks import tasks
+from random_models.together import together
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
 from random_models.unknown import unknowns
@@ -49,6 +53,8 @@ def skeleton(seed: int) -> Scope:
     tasks(s, seed)
     slider(s, seed)
     for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
+        further(s, seed)
+    for further in (driven, drags, closing, together):
         further(s, seed)
     return s
 

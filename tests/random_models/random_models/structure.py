@@ -390,6 +390,7 @@ def with_lets(model: Model, random: Random) -> Twin | None:
                 "coordinate",
                 "state",
                 "modification",
+                "drive.target",
             )
         ):
             return e
