@@ -46,12 +46,18 @@ def dissipated(meaning: Meaning, state: State) -> list[float]:
 
 
 def resisted(meaning: Meaning, point: Point) -> float:
-    """What Rayleigh's functions take: the sum of v dR/dv over all velocities."""
+    """What Rayleigh's functions take: the sum of v dR/dv over all velocities, of dampings also what time carries away."""
     total: Any = 0.0
     for e in [point.at(e.value) for e in meaning.flat.energies if e.kind == "dissipation"]:
         total = total + _along(point, e)
+    still = meaning.point({**point.state, **dict.fromkeys(meaning.all_rates, 0.0)})
     for damping in meaning.flat.dampings:
         total = total + _along(point, point.damped(damping))
+        carried = zip(point.rates(damping.on), still.rates(damping.on), strict=True)
+        sizes = np.broadcast_to(
+            np.ravel(np.asarray(point.at(damping.value), object)), (len(point.rates(damping.on)),)
+        )
+        total = total + sum(now(c) * now(s) * now(s0) for c, (s, s0) in zip(sizes, carried, strict=True))
     return float(np.real(np.ravel(total)[0]))
 
 

@@ -44,6 +44,9 @@ def _drags(s: Scope) -> None:
     s.add("energy", "potential ", Slot("potential", spring), ";", data={"what": "potential"})
     for _ in range(s.pick((1, 1, 2, 3))):
         on = x if s.chance(0.6) else subtract(x, multiply(s.literal(NUMBER, s.number(0.2, 1)), y))
+        if s.chance(0.25):  # a belt that is given by time
+            belt = multiply(s.literal(SPEED, s.number(-1, 1)), reference("time", "time", TIME, level="t"))
+            on = subtract(on, belt)
         kind = s.weighted(((5, _force), (1.5, _damper), (1.5, _dissipation)))
         kind(s, on, x, y)
 
