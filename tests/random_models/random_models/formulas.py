@@ -34,10 +34,10 @@ def formulas(s: Scope, seed: int) -> None:
     """Write a few. Their random numbers are their own: models keep all else."""
     with s.apart(f"formulas of {seed}"):
         if s.chance(SHARE):
-            _chain(s)
+            chain(s)
 
 
-def _chain(s: Scope) -> None:
+def chain(s: Scope) -> None:
     """Let each parameter be a formula of those before it, in any order of the text, and look at some of them."""
     there = [s.parameter(s.pick(_DIMENSIONS), s.size()) for _ in range(s.pick((1, 2)))]
     first = len(s.statements)

@@ -18,6 +18,7 @@ from random_models.growing import growing
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.quantities import quantity
+from random_models.quiet import is_quiet, quiet
 from random_models.scope import File, Scope
 from random_models.signals import signals
 from random_models.slider import slider
@@ -80,4 +81,4 @@ def finished(s: Scope) -> Model:
 
 def generate(seed: int) -> Model:
     """Return the random model of a seed."""
-    return finished(skeleton(seed))
+    return finished(quiet(seed) if is_quiet(seed) else skeleton(seed))

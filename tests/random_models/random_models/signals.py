@@ -3,30 +3,41 @@
 from __future__ import annotations
 
 import math
+import re
 
 from random_models.expressions import Writer
 from random_models.operators import add, call, choose, divide, multiply, relation, subtract, vector
 from random_models.scope import Scope
 from random_models.tree import ENERGY, FORCE, LENGTH, NUMBER, RATE, TIME, Dim, E, Slot, over, reference, times
 
-SHARE = 0.1
-"""Of the models."""
+SHARE, QUIET = 0.1, 0.5
+"""Of the models, and of those that do not switch so far, which stay so: only these become Python modules."""
+_SWITCHES = re.compile(
+    r"\b(if|abs|sign|contact|when|friction|max|min|clamp|deadzone|floor|ceil|mod|div|table|discrete)\b"
+)
 _TYPES = {FORCE: "Force", LENGTH: "Length", NUMBER: "Real", ENERGY: "Energy"}
 
 
 def signals(s: Scope, seed: int) -> None:
     """Write some. Their random numbers are their own: models keep all else."""
     with s.apart(f"signals of {seed}"):
-        if s.chance(SHARE):
+        quiet = not any(_SWITCHES.search(one.text()) for one in s.statements)
+        if s.chance(QUIET if quiet else SHARE):
             for _ in range(s.pick((1, 2, 2))):
-                _signal(s)
+                signal(s, quiet=quiet)
 
 
-def _signal(s: Scope) -> None:
+def signal(s: Scope, *, quiet: bool) -> None:
     """Declare an input and use it, by itself or through another input's place, once or twice."""
     d, name = s.pick((FORCE, NUMBER, NUMBER, LENGTH, ENERGY)), s.fresh("u")
     option = s.pick(("", "", '(interpolation = "step")', '(interpolation = "spline")'))
-    s.add("input", f"input {_TYPES[d]} {name}{option} = ", Slot("input.value", wave(s, d)), ";", name=name)
+    s.add(
+        "input",
+        f"input {_TYPES[d]} {name}{option} = ",
+        Slot("input.value", wave(s, d, quiet)),
+        ";",
+        name=name,
+    )
     u = reference(name, "input", d, level="u")
     number = u if d == NUMBER else divide(u, s.value(d))
     for use in s.random.sample((_force, _damping, _output, _state), s.pick((1, 2, 2))):
@@ -35,11 +46,11 @@ def _signal(s: Scope) -> None:
         _output(s, number)
 
 
-def wave(s: Scope, d: Dim) -> E:
-    """Return a function of time that goes on changing."""
+def wave(s: Scope, d: Dim, quiet: bool) -> E:
+    """Return a function of time that goes on changing; ``quiet``: smoothly."""
     t = reference("time", "time", TIME, level="t")
     size = s.value(d, s.number(0.2, 1.5))
-    kind = s.pick(("wave", "wave", "ramp", "pulse", "table", "swing"))
+    kind = s.pick(("wave", "wave", "ramp", "pulse", "swing", "wave" if quiet else "table"))
     if kind == "wave":
         return multiply(size, call("sin", multiply(s.value(RATE, s.number(1, 6)), t), value=math.sin))
     if kind == "swing":
@@ -54,7 +65,7 @@ def wave(s: Scope, d: Dim) -> E:
         )
         heights = vector(*(s.literal(d, s.number(-1, 1)) for _ in range(3)))
         return call("table", t, points, heights, dim=d)
-    if s.chance(0.4):
+    if s.chance(0.4) and not quiet:
         bend = s.literal(TIME, s.number(0.2, 0.8))
         later = multiply(size, divide(subtract(t, bend), s.literal(TIME, s.size())))
         return choose(relation("<", t, bend), multiply(s.literal(NUMBER, s.number(-1, 1)), later), later)

@@ -1,0 +1,63 @@
+"""Small models in which nothing switches, with inputs that go on with time: what Python modules and step by step exports are made of."""
+
+from __future__ import annotations
+
+from random import Random
+
+from random_models.coordinates import coordinate, half, mass_for, square
+from random_models.expressions import Writer
+from random_models.formulas import chain
+from random_models.operators import der
+from random_models.scope import File, Scope
+from random_models.signals import signal
+from random_models.tree import ENERGY, FORCE, LENGTH, NUMBER, SPEED, TIME, E, Slot, over, to_power
+
+SHARE = 0.04
+"""Of the models."""
+
+
+def is_quiet(seed: int) -> bool:
+    """Whether the model of a seed is one of these: of none by which a planted fault is known."""
+    return Random(f"smoothly {seed}").random() < SHARE
+
+
+def quiet(seed: int) -> Scope:
+    """Write the statements of one."""
+    s = Scope(File(Random(f"a quiet model {seed}")))
+    places = [coordinate(s, s.pick((LENGTH, LENGTH, NUMBER))) for _ in range(s.pick((1, 2, 2, 3)))]
+    for q in places:
+        _energies(s, q)
+    for _ in range(s.pick((1, 1, 2))):
+        signal(s, quiet=True)
+    if s.chance(0.5):
+        chain(s)
+    w = Writer(s, "tqvxu", kinks=False)
+    for d in s.random.sample((LENGTH, FORCE, ENERGY, NUMBER, SPEED), 2):
+        _output(s, w.scalar(d, 2))
+    _output(s, der(places[0], 2))
+    return s
+
+
+def _energies(s: Scope, q: E) -> None:
+    w = Writer(s, "q", kinks=False)
+    kinetic, stiffness = mass_for(s, q.dim), s.value(over(ENERGY, to_power(q.dim, 2)), s.number(0.5, 3))
+    s.add(
+        "energy", "kinetic ", Slot("kinetic", half(s, kinetic, square(der(q)))), ";", data={"what": "kinetic"}
+    )
+    s.add(
+        "energy",
+        "potential ",
+        Slot("potential", half(s, stiffness, square(q))),
+        ";",
+        data={"what": "potential"},
+    )
+    if s.chance(0.5):
+        s.add("energy", "potential ", Slot("potential", w.scalar(ENERGY, 1)), ";", data={"what": "potential"})
+    if s.chance(0.6):
+        c = s.value(over(over(ENERGY, to_power(q.dim, 2)), to_power(TIME, -1)), s.number(0.05, 0.4))
+        s.add("damping", "damping ", Slot("damping.value", c), " on ", Slot("damping.on", q), ";")
+
+
+def _output(s: Scope, e: E) -> None:
+    name = s.fresh("o")
+    s.add("output", f"output {name} = ", Slot("output.value", e), ";", name=name)
