@@ -11,7 +11,7 @@ import numpy as np
 from random_models.meaning import Meaning
 from random_models.operators import add, call, choose, divide, multiply, relation
 from random_models.quantities import quantity
-from random_models.structure import decoy, with_value
+from random_models.structure import decoy, sign_of, with_value
 from random_models.tree import LENGTH, NUMBER, E, Model, S, Seq, Slot, node, reference
 from random_models.twins import Twin
 
@@ -37,6 +37,9 @@ def settings(model: Model, random: Random) -> Twin | None:
             name, true, wrong = s.data["wrong"]
             given.append((name, node("quantity", true)))
             items[k] = replace(s, parts=(wrong,))
+        elif _is_value(s) and s.name not in said and random.random() < SHARE:
+            given.append((s.name, s.slots[0].expression))
+            items[k] = with_value(s, decoy(s.slots[0].expression, random))
         elif is_number(s) and s not in stems and s.name not in said and random.random() < SHARE:
             e = s.slots[0].expression
             if not any(x.kind == "function" for x in e.walk()):
@@ -61,6 +64,14 @@ def is_number(s: S) -> bool:
         and "[" not in str(s.parts[0])
         and not s.slots[0].expression.shape
     )
+
+
+def _is_value(s: S) -> bool:
+    """Whether a statement gives a known rate that is a number, no element of one."""
+    if s.kind != "initial" or len(s.slots) != 1 or "[" in s.name or sign_of(s) != "=":
+        return False
+    e = s.slots[0].expression
+    return s.name.startswith("der(") and e.type == "real" and not e.shape and e.level <= frozenset("p")
 
 
 def _modified(s: S, stems: list[S], said: set[str], random: Random) -> tuple[S, list[tuple[str, E]]]:
