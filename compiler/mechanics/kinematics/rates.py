@@ -33,6 +33,10 @@ class TotalDerivative:
         if self._graph.op(node) > SYMBOL and node not in self._known:
             self._later.setdefault(node, rate)
 
+    def formed(self, node: Node) -> bool:
+        """Return whether something has asked for the derivative of a formula, or of what contains it."""
+        return node in self._known
+
     def __call__(self, node: Node) -> Node:
         known, graph, later = self._known, self._graph, self._later
         if node in known:
