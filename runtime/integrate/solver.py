@@ -64,7 +64,10 @@ class Solver:
         self._grid_y = grid_y = storage.empty(n_grid + 1, ny)  # and the point where a run stops
         self._grid_z = grid_z = storage.empty(n_grid + 1, nz) if struct.hybrid else None
         self._listener: object = None
-        self._record = record = np.empty((records, 2 + n_dense * ny))
+        width = 2 + n_dense * ny
+        if records:
+            _freed_once(records * width)
+        self._record = record = np.empty((records, width))
         self._report = native.ReportStruct()
         self._report_at = ctypes.byref(self._report)
         longest = case.max_step
@@ -263,6 +266,13 @@ class Solver:
         """Give the ``count`` steps that were recorded last, in memory of just their size; the run records no more."""
         self._record.resize((count, self._record.shape[1]), refcheck=False)
         return self._record
+
+
+@functools.cache
+def _freed_once(numbers: int) -> None:
+    """Free room for so many numbers that nobody has touched: the C library keeps as much from then on. What it takes from the
+    system for each run anew costs a page fault, some 2 us, for each 4 kB that the kernel writes."""
+    np.empty(numbers)
 
 
 @functools.cache
