@@ -244,6 +244,7 @@ def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> N
         assert found == pytest.approx(exact, rel=1e-11, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_energies_tell_the_error_of_what_the_motion_follows() -> None:
     """The slope of an integral whose integrand bends is one whose integrand jumps: it is off by far more."""
     what = "integral(abs(sin(7*(s - q/1 m))) for s in 0:1)"
