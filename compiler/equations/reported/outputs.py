@@ -115,22 +115,22 @@ def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]
 
 
 def _quadratures(system: MechanicalSystem) -> list[tuple[Entry, Node]]:
-    """Return the estimated relative errors of the definite integrals; where slopes are followed, of energies and
-    of what is differentiated by time, those too."""
+    """Return the estimated relative errors of the definite integrals.
+
+    Of those in energies and constraints, and of all whose rates are formed, that of their slopes counts, too.
+    """
     graph = system.graph
     found: dict[str, tuple[Entry, Node]] = {}
-    energies = set(graph.reach([system.kinetic, system.potential, system.lagrangian, system.dissipation]))
-    moving = [s.node for s in (*system.q, *system.v)]
-    changing = [system.symbols.time, *moving, *system.xdot]
+    energies = (system.kinetic, system.potential, system.lagrangian, system.dissipation)
+    sloping = set(graph.reach([*energies, *(n for rows in system.constraints for n in rows.residuals)]))
+    changing = {system.symbols.time, *(s.node for s in (*system.q, *system.v)), *system.xdot}
     for integral in system.lowering.integrals.errors.values():
         text = " ".join(integral.span.text.split())
         name = text if text not in found else f"{text}, {len(found) + 1}"
         error = integral.error
-        if integral.value in energies:
-            error = graph.maximum(error, integral.slope([n for n in moving if n in energies]))
-        elif system.rate.formed(integral.value):
-            entering = set(graph.support(integral.value))
-            error = graph.maximum(error, integral.slope([n for n in changing if n in entering]))
+        if integral.inside in sloping or system.rate.formed(integral.inside):
+            along = [n for n in graph.support(integral.inside) if n in changing]
+            error = graph.maximum(error, integral.slope(along))
         found[name] = (Entry(f"error({name})", "quadrature", "", span=integral.span), error)
     return list(found.values())
 

@@ -46,12 +46,13 @@ Integrand = Callable[[Node], Node]
 
 
 class Integral(Struct, frozen=True):
-    """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|.
+    """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|, ``inside`` a
+    part of the integrand at some place, which is found wherever the integral stands, also where kinks have become switches.
 
     ``slope`` gives that of its derivative along some symbols, which is larger where the integrand bends: that jumps."""
 
     span: Span
-    value: Node
+    inside: Node
     error: Node
     slope: Callable[[Sequence[Node]], Node]
 
@@ -88,9 +89,10 @@ class Integrals:
         rule = self._rules[name]
         value = _total(graph, integrand, pieces, rule.points)
         if self._depth == 1:
+            inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)
             error = error_of(graph, integrand, pieces, bent, rule)
             slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
-            self.errors[name] = Integral(expression.span, value, error, slope)
+            self.errors[name] = Integral(expression.span, inside, error, slope)
         self._depth -= 1
         return value
 
@@ -156,12 +158,25 @@ def _total(graph: Graph, integrand: Integrand, pieces: Sequence[Node], points: P
 def _sum(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
     width, result = graph.sub(b, a), graph.zero
     for place, weight in points:
-        if 1 - place < AT_THE_END:
-            at = graph.sub(b, graph.mul(graph.constant(1 - place), width))
-        else:
-            at = graph.add(a, graph.mul(graph.constant(place), width))
+        at = _place(graph, a, b, place)
         result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), integrand(at)))
     return result
+
+
+def _inside(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
+    """Return the first formula of the integrand that depends on the place and on what moves; else the integrand itself."""
+    here, there = (integrand(_place(graph, a, b, points[k][0])) for k in (len(points) // 2, 0))
+    elsewhere = set(graph.reach([there]))
+    parts = (n for n in graph.reach([here]) if n not in elsewhere and not graph.is_constant(n))
+    return next(parts, here)
+
+
+def _place(graph: Graph, a: Node, b: Node, place: Fraction) -> Node:
+    """Return a place between a, at 0, and b, at 1."""
+    width = graph.sub(b, a)
+    if 1 - place < AT_THE_END:
+        return graph.sub(b, graph.mul(graph.constant(1 - place), width))
+    return graph.add(a, graph.mul(graph.constant(place), width))
 
 
 def _pieces(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Node) -> tuple[list[Node], bool]:
