@@ -10,7 +10,7 @@ from mechc.compiler.targets.c import emit_c
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 from mechc.runtime.studies.runs.simulate import plan_run
 
 from .machine import table, write

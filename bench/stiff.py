@@ -17,7 +17,7 @@ from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.reference.work_precision import Point, time_to_reach
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from msgspec import Struct
 
 from mechc.runtime.integrate.kernel_failure import kernel_failure
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array, Problem
 
 MOST = 100

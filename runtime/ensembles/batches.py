@@ -14,7 +14,7 @@ from ..case import SimulationOptions, prepare
 from ..functions import load_functions
 from ..integrate.kernel_failure import kernel_failure
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..outcome import SimulationError, time_text, too_many_steps
 from ..problem import Array, Problem
 from .found import Piece

@@ -11,7 +11,7 @@ from mechc.suggest import suggest
 from ..case import Case
 from ..functions import Functions
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..once import once
 from ..outcome import SimulationError
 from ..problem import Problem

@@ -9,7 +9,7 @@ from typing import Literal, TypeVar, assert_never
 from msgspec import Struct
 
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..outcome import (
     Failure,
     assertion_failed,

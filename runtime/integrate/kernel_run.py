@@ -13,7 +13,7 @@ from ..arrays.choice import np
 from ..case import Case
 from ..functions import Functions
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices

@@ -12,7 +12,7 @@ from ..arrays.choice import address_of, np
 from ..case import Case
 from ..inputs import Table
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
 from .events import EVENT_NUMBERS, number_on

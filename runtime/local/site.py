@@ -13,7 +13,7 @@ from ..case import Case, SimulationOptions, inputs_at, prepare
 from ..functions import load_functions
 from ..integrate.solver import Solver
 from ..native import kernel as native
-from ..native.kernel import Status
+from ..native.status import Status
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 from ..settings import Place

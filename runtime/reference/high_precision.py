@@ -20,7 +20,7 @@ from ..case import Case
 from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..native.build import BuildError, build_shared
-from ..native.kernel import Status
+from ..native.status import Status
 from ..problem import Array
 
 PRECISIONS = {

@@ -16,7 +16,7 @@ from ..integrate.kernel_failure import kernel_failure
 from ..integrate.solver import Solver
 from ..native import kernel as native
 from ..native.build import build_shared, kernel_flags
-from ..native.kernel import Status
+from ..native.status import Status
 from ..outcome import Failure, SimulationError
 from ..problem import Array
 

@@ -13,7 +13,8 @@ from kernel_driver import run
 from kernel_models import CARTESIAN_PENDULUM, KEPLER
 from scipy.integrate import RK45
 
-from mechc.runtime.native.kernel import Status, kernel_sources
+from mechc.runtime.native.kernel import kernel_sources
+from mechc.runtime.native.status import Status
 
 CIRCLE = (1.0, 0.0, 0.0, 1.0)
 TABLES = {"rk4": "rk4.c", "dop853": "dop853_tableau.h", "dopri5": "dopri5.c"}

@@ -11,7 +11,8 @@ from kernel_models import COUPLED_PENDULUM, PENDULUM, TWO_SPRINGS
 from mechc.cli.run import command as run_command
 from mechc.runtime.methods import KERNEL_METHODS, methods_for, parts_for, with_components
 from mechc.runtime.native import kernel as native
-from mechc.runtime.native.kernel import Status, kernel_sources
+from mechc.runtime.native.kernel import kernel_sources
+from mechc.runtime.native.status import Status
 
 PLACE = "runtime/methods.py"
 LISTED = re.findall(

@@ -25,7 +25,8 @@ from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.scipy_methods import _System
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.integrate.trajectory import DenseOutput
-from mechc.runtime.native.kernel import Status, load_kernel
+from mechc.runtime.native.kernel import load_kernel
+from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.kinds.motion import simulate
 

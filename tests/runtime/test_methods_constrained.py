@@ -11,7 +11,7 @@ from kernel_driver import Numbers, run
 from kernel_models import CARTESIAN_PENDULUM, PENDULUM, SPHERICAL_PENDULUM, TILTED_BODY
 from msgspec.structs import replace
 
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 
 START = {2: (0.6, -0.8, 0.0, 0.0), 3: (0.6, 0.0, -0.8, 0.0, 0.7, 0.0)}
 

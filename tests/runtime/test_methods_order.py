@@ -20,7 +20,8 @@ from kernel_models import (
 )
 
 from mechc.runtime.methods import KERNEL_METHODS
-from mechc.runtime.native.kernel import Status, kernel_methods, kernel_sources, load_kernel
+from mechc.runtime.native.kernel import kernel_methods, kernel_sources, load_kernel
+from mechc.runtime.native.status import Status
 
 CART_START = (0.1, 0.5, 0.0, 0.3)
 ROD_ENDS = (Fraction(6, 10), Fraction(-8, 10))

@@ -10,7 +10,7 @@ import pytest
 from kernel_driver import Model, run
 from kernel_models import BODY_WITH_SPRING, KEPLER, PENDULUM, TWO_SPRINGS, VAN_DER_POL
 
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 
 RELAXATION = {  # x'' = 10 (1 - x^2) x' - x from (2, 0), by a Taylor method in 256 bits
     1.0: (1.93385290891147127779, -0.0704235175943980156151),

@@ -8,7 +8,7 @@ from kernel_driver import Model, Numbers, Run, run
 from kernel_models import COUPLED_PENDULUM, KEPLER, PENDULUM, TWO_SPRINGS
 
 import mechc
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 
 PERIOD = 6.69998665
 """Of the pendulum released at 1 rad: 4 K(sin 1/2), to the digits that counting periods needs."""

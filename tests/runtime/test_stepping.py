@@ -14,7 +14,8 @@ from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import make_table
 from mechc.runtime.integrate.solver import Solver
-from mechc.runtime.native.kernel import Status, load_kernel
+from mechc.runtime.native.kernel import load_kernel
+from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array, Problem
 
 STOP = 20.0

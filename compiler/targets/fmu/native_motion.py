@@ -10,7 +10,7 @@ from mechc.runtime.case import Case, inputs_at
 from mechc.runtime.integrate.event_log import MOST_AT_ONCE
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
 
 from .agreement import Motion

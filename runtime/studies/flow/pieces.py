@@ -15,7 +15,7 @@ from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
 from ...integrate.trajectory import DenseOutput
 from ...native import kernel as native
-from ...native.kernel import Status
+from ...native.status import Status
 from ...outcome import Failure, SimulationError
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows

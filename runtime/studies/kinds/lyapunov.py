@@ -20,7 +20,7 @@ from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
 from ...native import kernel as native
-from ...native.kernel import Status
+from ...native.status import Status
 from ...outcome import Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...settings import settable

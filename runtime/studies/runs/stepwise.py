@@ -16,7 +16,7 @@ from ...inputs import constant
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import FIRST_EVENTS, Solver
 from ...native import kernel as native
-from ...native.kernel import Status
+from ...native.status import Status
 from ...outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
 from ...problem import Problem
 from ...results.diagnosis import with_cause

@@ -21,7 +21,7 @@ from mechc.runtime.inputs import constant
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.build import find_compiler
-from mechc.runtime.native.kernel import Status
+from mechc.runtime.native.status import Status
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 

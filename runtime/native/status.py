@@ -1,0 +1,39 @@
+"""How a call of the kernel may end."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """How a call of ``mech_advance`` ended: enum mech_status of ``solver.h``, which says what each one means."""
+
+    RUNNING = 0
+    REACHED = 1
+    RECORD_FULL = 2
+    TERMINATED = 3
+    EVENTS_FULL = 4
+    AT_EVENT = 5
+    STEP_TOO_SMALL = -1
+    NOT_FINITE = -2
+    ASSERTION = -3
+    NOT_CONVERGED = -4
+    OFF_CONSTRAINTS = -5
+    NEEDS_JACOBIAN = -6
+    NEEDS_SEPARABLE = -7
+    NEEDS_MOMENTA = -8
+    NEEDS_SERIES = -10
+    NO_SERIES = -11
+    JUMPING = -9
+    EVENT_LOOP = -20
+    ZENO = -21
+    PENETRATION = -22
+    ENERGY_RAISED = -23
+    CHATTER = -24
+    BRANCH_ASSERTION = -25
+    APART = -26
+    NO_MODE = -27
+    NO_IMPACT = -28
+    OUT_OF_RANGE = -29
+    UNDEFINED_JUMP = -30
+    NO_PERIOD = -31
