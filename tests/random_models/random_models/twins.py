@@ -87,6 +87,8 @@ def plain_units(model: Model, random: Random) -> Twin | None:
             return e
         digits = f"{float(e.data):.17g}"
         plain = str(quantity(1, e.dim)).partition(" ")[2] if e.dim != NUMBER else "rad"
+        if _cancels(e):
+            return node("quantity", digits, dim=e.dim, binding=e.binding, value=e.value, data=e.data)
         return node("quantity", f"{digits} {plain}", dim=e.dim, binding=e.binding, value=e.value, data=e.data)
 
     return Twin("plain units", model.rebuilt(lambda e, _: map_expression(e, change)))
@@ -98,7 +100,7 @@ def other_units(model: Model, random: Random) -> Twin | None:
     def change(e: E) -> E:
         if e.kind == "vector" and random.random() < 0.5:
             return _in_one_unit(e, random) or e
-        if e.kind != "quantity" or e.data is None or random.random() < 0.5:
+        if e.kind != "quantity" or e.data is None or _cancels(e) or random.random() < 0.5:
             return e
         text, size = put_together(e.dim, random) if e.dim != NUMBER else sized("rev", random)
         digits = f"{float(e.data / size):.17g}"
@@ -107,6 +109,11 @@ def other_units(model: Model, random: Random) -> Twin | None:
         return node("quantity", f"{digits} {text}", dim=e.dim, binding=e.binding, value=e.value, data=e.data)
 
     return Twin("other units", model.rebuilt(lambda e, _: map_expression(e, change)))
+
+
+def _cancels(e: E) -> bool:
+    """Tell whether a number is written in units that cancel: unlike an angle it may stand in braces that have a unit."""
+    return e.dim == NUMBER and any(sign in str(e).partition(" ")[2] for sign in "/^.")
 
 
 def _in_one_unit(e: E, random: Random) -> E | None:
