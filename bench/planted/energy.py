@@ -130,7 +130,8 @@ BOOKS = (
     ),
     Fault(
         "books: what forces take that brake whatever the motion has the wrong sign",
-        edit(ENERGIES, "dissipated = graph.sub(dissipated, power)", "dissipated = graph.add(dissipated, power)"),
+        edit(ENERGIES, "dissipated = graph.sub(graph.add(dissipated, carried), power)",
+             "dissipated = graph.add(graph.add(dissipated, carried), power)"),
         models.BRAKED,
     ),
     Fault(

@@ -126,7 +126,10 @@ FAULTS = (
                      "        pieces, bent = _pieces(graph, integrand, s, lower, upper)\n",
                      "        pieces = [lower, upper]\n"),
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "            self.errors[name] = Integral(expression.span, error_of(graph, integrand, pieces, bent, rule))\n",
+                     "            inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)\n"
+                     "            error = error_of(graph, integrand, pieces, bent, rule)\n"
+                     "            slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero\n"
+                     "            self.errors[name] = Integral(expression.span, inside, error, slope)\n",
                      "            pass\n"),
             ),
             model,

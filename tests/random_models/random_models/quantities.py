@@ -94,6 +94,8 @@ def _elsewhere(si: Fraction, d: Dim, random: Random | None, share: float) -> tup
         text, size = put_together(d, own)
     except ValueError:
         return None
+    if d == NUMBER and any(angle in text for angle in ("rad", "deg", "rev")):
+        return None  # no number: braces with a unit behind them have none inside
     return (text, size) if d != TIME or _F(_digits(si / size)) * size == si else None
 
 
