@@ -136,6 +136,12 @@ def _instead(system: MechanicalSystem, query: Query) -> str:
             f"'drive {query.target} = ..;' gives its coordinate a reaction"
         )
     driven = [name for row in system.drives for name in row.names]
+    ours = [name for name in driven if name.startswith(f"{query.target}[")]
+    if ours:
+        return (
+            f"of '{query.target}' only {', '.join(ours)} {'is' if len(ours) == 1 else 'are'} driven, and an answer is that of the whole array: "
+            "give what is driven a coordinate of its own"
+        )
     known = [*dict.fromkeys([*(joint.name for joint in system.model.joints), *driven])][:6]
     return f"there are {', '.join(f'{query.function}({name})' for name in known)}" if known else ""
 

@@ -146,3 +146,11 @@ def test_moment_of_a_hinge_that_a_torque_turns(cut: str, sides: str, sign: int) 
     )
     assert isinstance(solution, mechc.Solution)
     assert solution["N"] == pytest.approx(np.full(len(solution["N"]), sign * 3.0), abs=1e-7)
+
+
+def test_an_array_of_which_some_elements_are_driven_is_told_apart() -> None:
+    with pytest.raises(mechc.CompileError, match=r"of 'x' only x\[2\] is driven, .* a coordinate of its own"):
+        mechc.loads(
+            "coordinate Length x[2]; drive x[2] = 1 m*sin(1 rad/s*time); kinetic 1/2*1 kg*(der(x[1])^2 + der(x[2])^2);"
+            "output r = reaction(x[2]);"
+        ).simulate(stop=1)
