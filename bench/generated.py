@@ -82,7 +82,12 @@ def writer(python: str) -> Path:
     flags = ["-std=c++17", "-O1", "-DNDEBUG", "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]
     flags += [f"-DBOOST_MPL_LIMIT_{limit}=30" for limit in ("LIST_SIZE", "VECTOR_SIZE")]
     flags += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
-    paths = [f"-I{prefix}/include", "-I/usr/include/eigen3", f"-I{casadi}/include"]
+    paths = [
+        f"-I{prefix}/include",
+        f"-I{prefix}/include/eigen3",
+        "-I/usr/include/eigen3",
+        f"-I{casadi}/include",
+    ]
     link = [f"-L{prefix}/lib", f"-Wl,-rpath,{prefix}/lib", "-lpinocchio_default"]
     link += [f"-L{casadi}", f"-Wl,-rpath,{casadi}", "-lcasadi"]
     subprocess.run(["g++", *flags, *paths, str(SOURCE), "-o", str(built), *link], check=True)
