@@ -167,3 +167,20 @@ def test_axes_of_a_joint_that_closes_a_loop_point_the_same_way(joint: str, angle
     s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
     assert s["axis[2]"][0] == pytest.approx(-math.sin(math.radians(angle)), abs=1e-9)
     assert s["axis[3]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [60, -100, 160, 200])
+def test_a_screw_that_closes_a_loop_is_not_half_a_turn_off_its_thread(angle: int) -> None:
+    """From a guess that is turned and not advanced, the nut goes to the nearer thread: it is turned as far as it says."""
+    text = f"""
+    import mech.spatial.*;
+    Body nut(m = 2 kg, J = identity(3)*1 kg.m^2);
+    Free free(world -> nut.a, orientation ~ rotz({angle} deg));
+    cut Screw thread(world -> nut.a, pitch = 1 m);
+    output axis = direction(nut.a, {{1, 0, 0}});
+    output turned = thread.angle;
+    """
+    s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+    assert s["axis[1]"][0] == pytest.approx(math.cos(s["turned"][0]), abs=1e-9)
+    assert s["axis[2]"][0] == pytest.approx(math.sin(s["turned"][0]), abs=1e-9)
+    assert abs(math.remainder(s["turned"][0] - math.radians(angle), 2 * math.pi)) < math.pi / 2
