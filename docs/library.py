@@ -110,7 +110,8 @@ def _row(item: ast.Parameter | ast.Coordinate | ast.Input | ast.Frame) -> str:
     name = f"{item.name}[{sizes}]" if sizes else item.name
     structural = isinstance(item, ast.Parameter) and item.structural
     kind = "structural parameter" if structural else KINDS[type(item)]
-    shown = f"`{print_expression(default)}`" if default is not None else ""
+    sign = "~ " if isinstance(item, ast.Coordinate) and item.start and item.start.guess else ""
+    shown = f"`{sign}{print_expression(default)}`" if default is not None else ""
     return f"| {kind} | `{name}` | {shown} | {item.doc} |\n"
 
 
