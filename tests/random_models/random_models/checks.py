@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from random_models.another_library import another_library
 from random_models.carried import assembled_alike, begins_alike, carried, closes_elsewhere
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
@@ -88,7 +89,7 @@ def examined(
         return Report(disagreements=(crash(error),))
     done: list[str] = []
     wrong: list[Disagreement] = []
-    for name, check in (*CHECKS, *UNITS) if not only else (*CHECKS, *UNITS, *SINGLE):
+    for name, check in (*CHECKS, *UNITS) if not only else (*CHECKS, *UNITS, *SINGLE, *ALONE):
         if name in without or (name != only if only else not chosen.wants(name, seed, base)):
             continue
         base.z = None
@@ -298,16 +299,18 @@ def structured(model: Model, random: Random) -> Twin | None:
 
 
 def structured_of(model: Model, seed: int) -> Twin | None:
-    """Return the twin of a seed, in which arrays have their initial values element by element, and experiments set parameters, now and then."""
+    """Return the twin of a seed: arrays by element, structured texts, settings and another library, each now and then."""
     random, own = Random(seed), Random(f"elements of {seed}")
     twin = by_element(model, own) if own.random() < 0.5 else None
     if random.random() >= 0.4:
         twin = structured(model if twin is None else twin.model, random) or twin
-    own = Random(f"settings of {seed}")
-    if own.random() >= 0.4:
-        return twin
-    last = settings(model if twin is None else twin.model, own)
-    return twin if last is None else last if twin is None else replace(twin, model=last.model)
+    for what, share, make in (("settings", 0.4, settings), ("library", 0.35, another_library)):
+        own = Random(f"{what} of {seed}")
+        if own.random() >= share:
+            continue
+        last = make(model if twin is None else twin.model, own)
+        twin = twin if last is None else last if twin is None else replace(twin, model=last.model)
+    return twin
 
 
 def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
@@ -436,6 +439,7 @@ def _twins(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
 SINGLE: tuple[tuple[str, Check], ...] = tuple(
     (make.__name__.replace("_", " "), _twin(make)) for make in TWINS
 )
+ALONE: tuple[tuple[str, Check], ...] = (("another library", _twin(another_library)),)
 CHECKS: tuple[tuple[str, Check], ...] = (
     ("values", _values),
     ("oracle", _oracle),

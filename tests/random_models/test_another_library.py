@@ -1,0 +1,400 @@
+"""The library against a second text of it: every part alone, with its defaults and with other values."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import cache
+from random import Random
+
+import pytest
+from msgspec.structs import replace
+from random_models.another_library import FOLDER, another_library, definitions
+from random_models.checks import compare_twin
+from random_models.compiled import compiled
+from random_models.planted import ROOT
+from random_models.tree import Model, statement
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.printing.printer import print_expression
+from mechc.lang.read import read_source
+from mechc.lang.units import parse_unit
+
+LIBRARY = ROOT / "stdlib"
+PACKAGES = sorted(path.stem for path in LIBRARY.glob("*.mech"))
+OF_FILES = {"Solid"}
+"""Parts whose shape stands in another file: they are what the functions of meshes say of it."""
+
+VALUES = {
+    "planar": {
+        "Particle": "m = 1.3 kg",
+        "Body": "m = 1.3 kg, J = 0.4 kg.m^2, com = {0.3, -0.2} m",
+        "Bar": "m = 1.3 kg, l = 0.7 m",
+        "Rod": "m = 1.3 kg, l = 0.7 m, direction = {3, -2}",
+        "Disk": "r = 30 cm, inner = 10 cm, thickness = 2 cm, density = 700 kg/m^3",
+        "Box": "size = {30, 20} cm, depth = 2 cm, density = 700 kg/m^3",
+        "Sphere": "r = 30 cm, inner = 20 cm, density = 70 kg/m^3",
+        "Prismatic": "axis = {3, -2}",
+        "PinSlot": "axis = {-3, 2}",
+        "Rolling": "r = -0.4 m",
+        "RollingOnCircle": "track = 1.2 m, r = -0.3 m",
+        "Spring": "k = 30 N/m, rest = 0.2 m",
+        "Damper": "c = 3 N.s/m",
+        "TorsionSpring": "k = 3 N.m/rad, rest = 20 deg",
+        "TorsionDamper": "c = 3 N.m.s",
+        "Motor": "drive_torque = 3 N.m",
+        "SpeedMotor": "gain = 3 N.m.s, speed = 2 rad/s",
+        "UniformMagneticField": "q = -2 C, B = 3 T",
+    },
+    "spatial": {
+        "Particle": "m = 1.3 kg",
+        "Body": "m = 1.3 kg, J = {{4, 1, 2}, {1, 5, 0.5}, {2, 0.5, 6}} kg.m^2, com = {0.3, -0.2, 0.1} m",
+        "Bar": "m = 1.3 kg, l = 0.7 m",
+        "Rod": "m = 1.3 kg, l = 0.7 m, direction = {3, -2, 1.5}",
+        "Disk": "m = 1.3 kg, r = 30 cm, inner = 10 cm, axis = {3, -2, 1.5}",
+        "Box": "size = {30, 20, 50} cm, density = 70 kg/m^3",
+        "Cylinder": "r = 30 cm, inner = 10 cm, l = 50 cm, axis = {3, -2, 1.5}, density = 70 kg/m^3",
+        "Sphere": "r = 30 cm, inner = 20 cm, density = 70 kg/m^3",
+        "Hemisphere": "r = 30 cm, density = 70 kg/m^3",
+        "Frustum": "r = 30 cm, top = 20 cm, h = 50 cm, density = 70 kg/m^3",
+        "Cone": "r = 30 cm, h = 50 cm, density = 70 kg/m^3",
+        "Ellipsoid": "radii = {30, 20, 50} cm, density = 70 kg/m^3",
+        "Torus": "r = 30 cm, section = 10 cm, density = 70 kg/m^3",
+        "Polyhedron": "n = 5, k = 6, corners = {{-2, 0, 1}, {3, 0, 1}, {3, 4, 1}, {-2, 4, 1}, {2, 2, 6}} dm,"
+        " faces = {{1, 3, 2}, {1, 4, 3}, {1, 2, 5}, {2, 3, 5}, {3, 4, 5}, {4, 1, 5}}, density = 70 kg/m^3",
+        "Revolute": "axis = {3, -2, 1.5}",
+        "Prismatic": "axis = {3, -2, 1.5}",
+        "Cylindrical": "axis = {3, -2, 1.5}",
+        "Screw": "axis = {3, -2, 1.5}, pitch = 30 cm",
+        "Universal": "first = {3, -2, 1.5}, second = {1, 5, 1}",
+        "PointOnQuadric": "A = {{2, 0.5, 0}, {0.5, 1, 0.2}, {0, 0.2, 3}} m^-2, b = {0.3, -0.2, 0.1} m^-1, c = 2",
+        "RollingSphere": "r = 0.4 m",
+        "RollingDisk": "r = 0.4 m, axis = {0.3, -0.1, 2}",
+        "Spring": "k = 30 N/m, rest = 0.2 m",
+        "Damper": "c = 3 N.s/m",
+        "TorsionSpring": "k = 3 N.m/rad, rest = 20 deg",
+        "TorsionDamper": "c = 3 N.m.s",
+        "Motor": "axis = {3, -2, 1.5}, drive_torque = 3 N.m",
+        "SpeedMotor": "axis = {3, -2, 1.5}, gain = 3 N.m.s, speed = 2 rad/s",
+        "UniformMagneticField": "q = -2 C, B = {1, -2, 3} T",
+    },
+    "couplings": {
+        "Distance": "l = 0.6 m",
+        "Gear": "r1 = 0.3 m, r2 = 0.7 m, offset = 0.1 m",
+        "Planetary": "r_sun = 0.3 m, r_ring = 0.7 m",
+        "Belt": "r1 = 0.3 m, r2 = 0.7 m, offset = 0.1 m",
+        "Rack": "r = 0.3 m, offset = 0.1 m",
+    },
+    "fields": {
+        "CentralField": "V0 = 3 J, r0 = 0.7 m, n = 1.4",
+        "InverseSquare": "k = -3 J.m",
+        "Gravitation": "m1 = 2 kg, m2 = 3 kg, G = 0.5 m^3/kg/s^2",
+        "Coulomb": "q1 = 2 uC, q2 = -3 uC, epsilon0 = 9e-12 F/m",
+        "LinearDrag": "c = 3 N.s/m",
+        "QuadraticDrag": "k = 3 kg/m",
+    },
+}
+"""Values of all parameters and inputs other than the defaults; a mass follows from a density."""
+
+ASKED = {
+    "unit_vector": "unit_vector({3, -1, 2})",
+    "across": "across(unit_vector({3, -1, 2}), unit_vector({2, 1, 1}), unit_vector({1, -1, -1}))",
+    "turned_by": "turned_by({0.36, 0.48, -0.8}, {-0.8, 0.6, 0}, {0.48, 0.64, 0.6})",
+    "first_normal": "{first_normal({3, -1, 2}), first_normal({3, -1, -2}), first_normal({0, 0, 2})}",
+    "second_normal": "{second_normal({3, -1, 2}), second_normal({3, -1, -2}), second_normal({0, 0, 2})}",
+}
+LYING = {"RollingDisk": " * rotx(70 deg)"}
+"""How a part does not stand that must not."""
+
+
+@cache
+def parts(path: str) -> dict[str, ast.Model]:
+    """Return the parts that a file of a library holds, each with what it inherits."""
+    file = parse(read_source(path), Reporter())
+    found: dict[str, ast.Model] = {}
+    for model in (item for item in file.items if isinstance(item, ast.Model)):
+        bases = [s for s in model.body if isinstance(s, ast.Extends)]
+        inherited = [s for base in bases for s in found[base.base].body]
+        found[model.name] = replace(model, body=(*inherited, *model.body))
+    return found
+
+
+def first(package: str) -> dict[str, ast.Model]:
+    """Return the parts of a package of the library."""
+    return {n: p for n, p in parts(str(LIBRARY / f"{package}.mech")).items() if n not in OF_FILES}
+
+
+def second(package: str) -> dict[str, ast.Model]:
+    """Return the parts of a package as the second text has them."""
+    return parts(str(FOLDER / f"{package}.mech"))
+
+
+def functions(package: str) -> list[str]:
+    """Return the functions of a package of the library."""
+    file = parse(read_source(LIBRARY / f"{package}.mech"), Reporter())
+    return [item.name for item in file.items if isinstance(item, ast.Function)]
+
+
+EVERY = [(package, name) for package in PACKAGES for name in first(package)]
+JOINTS = [(p, name) for p, name in EVERY if any(isinstance(s, ast.Place) for s in first(p)[name].body)]
+
+
+def declared(part: ast.Model) -> list[tuple[object, ...]]:
+    """Return what a part lets others know: free frames in their order, parameters, coordinates, inputs, labels."""
+    told: list[tuple[object, ...]] = [("partial", part.partial)]
+    told += [("free frame", s.name) for s in part.body if isinstance(s, ast.Frame) and s.value is None]
+    rest: list[tuple[object, ...]] = []
+    for s in part.body:
+        match s:
+            case ast.Parameter():
+                rest.append(("parameter", s.name, s.structural, s.value is None, len(s.dimensions)))
+            case ast.Coordinate():
+                rest.append(("coordinate", s.name, s.start is None or s.start.guess, len(s.dimensions)))
+            case ast.Input():
+                rest.append(("input", s.name, s.value and print_expression(s.value)))
+            case ast.Constraint(label=ast.LabelName(name=name)):
+                rest.append(("constraint", name))
+            case _:
+                pass
+    return told + sorted(rest, key=str)
+
+
+def quantities(part: ast.Model) -> dict[str, Fraction]:
+    """Return the defaults that are numbers with a unit, in SI: small ones are lost in a comparison of motions."""
+    given = ((s.name, s.value) for s in part.body if isinstance(s, (ast.Parameter, ast.Input)))
+    return {n: q.value * parse_unit(q.unit).factor for n, q in given if isinstance(q, ast.Quantity)}
+
+
+def values(package: str, name: str, k: int) -> str:
+    """Return modifications: those of inputs alone for the first of a kind, all for the second."""
+    given = VALUES[package].get(name, "")
+    inputs = {s.name for s in first(package)[name].body if isinstance(s, ast.Input)}
+    return given if k else ", ".join(m for m in given.split(", ") if m.partition(" = ")[0] in inputs)
+
+
+def moving(name: str, n: int, place: str, k: int) -> str:
+    """Write a frame that moves freely beside a place, for ``k`` = 0 from there, with a body whose mass centre is elsewhere."""
+    if n == 2:
+        return f"""
+  coordinate Length {name}_r[2] ~ {{0.{2 * k}, -0.{k}}} m;
+  initial der({name}_r) ~ {{0.3, -0.{k + 4}}} m/s;
+  coordinate Angle {name}_q ~ {k} rad;
+  initial der({name}_q) ~ 0.7 rad/s;
+  frame {name} = world{place} * trans({name}_r) * rot({name}_q);
+  mass 1.{k} kg at {name} * {{0.2 m, -0.1 m}};
+  inertia 0.{k + 3} kg.m^2 on {name};"""
+    return f"""
+  coordinate Length {name}_r[3] ~ {{0.{2 * k}, -0.{k}, 0.{k}}} m;
+  initial der({name}_r) ~ {{0.3, -0.{k + 4}, 0.5}} m/s;
+  coordinate Rotation {name}_q ~ axis_angle({{1, -2, 0.5}}, {k} rad);
+  initial der({name}_q) ~ {{0.7, -0.3, 0.4}} rad/s;
+  frame {name} = world{place} * trans({name}_r) * {name}_q;
+  mass 1.{k} kg at {name} * {{0.2 m, -0.1 m, 0.3 m}};
+  inertia {{{{3, 0.2, 0.1}}, {{0.2, 4, 0.3}}, {{0.1, 0.3, 5}}}} kg.m^2 on {name};"""
+
+
+ARM = {2: "{0.3, -0.4}", 3: "{0.3, -0.4, 0.5}"}
+"""From the line about which something sways to where it is."""
+
+
+def swaying(name: str, n: int, k: int) -> str:
+    """Write a frame that turns about a line, which time carries away from it, with a body whose mass centre is elsewhere."""
+    turn = f"rot({name}_q)" if n == 2 else f"axis_angle({{1, -2, 0.5}}, {name}_q)"
+    centre, inertia = (
+        ("{0.2, -0.1}", "2 kg.m^2") if n == 2 else ("{0.2, -0.1, 0.3}", "diag({2, 3, 4} kg.m^2)")
+    )
+    return f"""
+  coordinate Angle {name}_q ~ 0.{k} rad;
+  initial der({name}_q) ~ 0.7 rad/s;
+  frame {name} = world * {turn} * trans({ARM[n]} m + time*{ARM[n]} m/s);
+  mass 1.{k} kg at {name} * {centre} m;
+  inertia {inertia} on {name};"""
+
+
+def looked_at(frame: str, n: int) -> str:
+    """Write where a frame is, and how it stands."""
+    axes = ["{1, 0}"] if n == 2 else ["{1, 0, 0}", "{0, 1, 0}"]
+    name = frame.replace(".", "_")
+    return f"\n  output {name}_at = pos({frame});" + "".join(
+        f"\n  output {name}_axis{i} = direction({frame}, {axis});" for i, axis in enumerate(axes)
+    )
+
+
+def of_body(package: str, name: str, n: int, k: int) -> str:
+    """Write a body in a frame that moves freely."""
+    part = first(package)[name]
+    frames = [s.name for s in part.body if isinstance(s, ast.Frame)]
+    outputs = "".join(looked_at(f"part{k}.{frame}", n) for frame in frames)
+    given = ", ".join(filter(None, (f"a = base{k}", values(package, name, k))))
+    return f"""{moving(f"base{k}", n, "", k)}
+  {name} part{k}({given});
+  output centre{k} = mass_centre(part{k}.a);
+  output inertia{k} = inertia_tensor(part{k}.a);{outputs}"""
+
+
+def of_joint(package: str, name: str, n: int, k: int, *, closes: bool) -> str:
+    """Write a joint between a body that moves freely and another, which it carries, or to which it closes a loop."""
+    place = (" * trans({0.3, 0.2} m) * rot(25 deg)", " * trans({0.3, 0.2, -0.1} m) * rotx(20 deg) * rotz(30 deg)")[n == 3]  # fmt: skip
+    part = first(package)[name]
+    told = [
+        f"\n  output {s.name}{k} = part{k}.{s.name};\n  output {s.name}_rate{k} = der(part{k}.{s.name});"
+        for s in part.body
+        if isinstance(s, ast.Coordinate) and s.type != "Rotation"
+    ]
+    push = ("{1, 2} N", "{1, 2, 3} N")[n == 3]
+    twist = ("2 N.m", "{3, -1, 2} N.m")[n == 3]
+    carried = (
+        f"\n  frame tip{k};\n  mass 1.7 kg at tip{k} * {{{('0.2, -0.1', '0.2, -0.1, 0.3')[n == 3]}}} m;\n  inertia "
+        + ("0.4 kg.m^2", "diag({2, 3, 4} kg.m^2)")[n == 3]
+        + f" on tip{k};"
+    )
+    given = ", ".join(filter(None, (f"stand{k} -> tip{k}", values(package, name, k))))
+    return f"""{swaying(f"base{k}", n, k)}
+  frame stand{k} = base{k}{place};{moving(f"tip{k}", n, f" * trans({ARM[n]} m){place}", k) if closes else carried}
+  {"cut " if closes and k else ""}{name} part{k}({given});
+  force {push} on tip{k};
+  torque {twist} on tip{k};
+  output reaction{k} = reaction(part{k});
+  output moment{k} = moment(part{k});{looked_at(f"tip{k}", n)}{"".join(told)}"""
+
+
+def of_other(package: str, name: str, n: int, k: int) -> str:
+    """Write a constraint or a force between bodies that move freely, or between coordinates."""
+    part = first(package)[name]
+    lines, binds = [], []
+    if any(isinstance(s, ast.Frame) and s.name == "from" for s in part.body):
+        lines.append(swaying(f"base{k}", n, k))
+        binds.append(f"from = base{k}")
+    if any(isinstance(s, ast.Frame) and s.name == "to" for s in part.body):
+        away = ("{0.6, 0.7}", "{0.6, 0.7, 0.5}")[n == 3]
+        lines.append(moving(f"tip{k}", n, f" * trans({away} m - time*{away} m/s)" + LYING.get(name, ""), k))
+        binds.append(f"to = tip{k}")
+    for i, s in enumerate(s for s in part.body if isinstance(s, ast.Input) and s.value is None):
+        kind, unit = ("Length", "m") if s.name == "position" else ("Angle", "rad")
+        lines.append(
+            f"\n  coordinate {kind} {s.name}{k} ~ 0.{i + 3 + k} {unit};\n  initial der({s.name}{k}) ~ 0.{i + 5 + k} {unit}/s;"
+            f"\n  kinetic 1/2*1.{i} kg{'.m^2' if unit == 'rad' else ''}*der({s.name}{k})^2;\n  force {i + 1} N{'.m' if unit == 'rad' else ''} on {s.name}{k};"
+        )
+        binds.append(f"{s.name} = {s.name}{k}")
+    given = ", ".join(filter(None, (*binds, values(package, name, k))))
+    points = [s.name for s in part.body if isinstance(s, ast.Point)]
+    asked = "".join(
+        f"\n  output {p}{k} = pos(part{k}.{p});\n  output {p}_rate{k} = vel(part{k}.{p});" for p in points
+    )
+    labels = [s.label.name for s in part.body if isinstance(s, ast.Constraint) and s.label is not None]
+    asked += "".join(f"\n  output {label}{k} = multiplier(part{k}.{label});" for label in labels)
+    kind = f"Heir{name}" if part.partial else name
+    return f"{''.join(lines)}\n  {kind} part{k}({given});{asked}"
+
+
+def heirs(name: str, n: int) -> str:
+    """Write what states the curve or the surface of a part that leaves it to its heir."""
+    if name == "PointOnSurface":
+        off = "p[3] - 0.1 m - p[1]*p[2]/2 m"
+    else:
+        off = "p[2] - p[1]^2/2 m" if n == 2 else "{p[2] - p[1]^2/2 m, p[3] - p[1]^3/3 m^2}"
+    return f"model Heir{name}\n  extends {name};\n  let off = {off};\nend Heir{name};\n"
+
+
+def in_a_model(package: str, name: str, n: int, text: str) -> Model:
+    """Return a file that imports a package, with a model of some statements."""
+    g = ("{1, -9.81} m/s^2", "{1, 2, -9.81} m/s^2")[n == 3]
+    head = heirs(name, n) if name and first(package)[name].partial else ""
+    whole = f"{head}model M\n  gravity {g};{text}\n  experiment(stop = 1 s);\nend M;"
+    return Model((statement("import", f"import mech.{package}.*;"), statement("text", whole)))
+
+
+def agree(model: Model) -> None:
+    """Assert that a model is the same with the second text of the library."""
+    twin = another_library(model, Random(1))
+    assert twin is not None
+    assert "import" not in twin.model.text()
+    found = compare_twin(compiled(model.text()), twin, 1)
+    assert found == [], "\n".join(d.text for d in found or ())
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_part_has_a_counterpart(package: str) -> None:
+    """Same names, kinds and order of what others may give, bind or ask for."""
+    assert first(package).keys() == second(package).keys()
+    for name, part in first(package).items():
+        assert declared(part) == declared(second(package)[name]), name
+        there = quantities(second(package)[name])
+        alike = {n: size for n, size in quantities(part).items() if n in there}
+        assert alike == {n: there[n] for n in alike}, name
+    assert set(functions(package)) | first(package).keys() <= definitions(package).keys()
+
+
+@pytest.mark.parametrize(("package", "name"), EVERY)
+def test_every_value_is_given(package: str, name: str) -> None:
+    """Masses follow from densities; all else has another value than its default."""
+    given = {m.partition(" = ")[0] for m in values(package, name, 1).split(", ") if " = " in m}
+    names = [s.name for s in first(package)[name].body if isinstance(s, ast.Parameter)]
+    names += [s.name for s in first(package)[name].body if isinstance(s, ast.Input) and s.value is not None]
+    assert given == set(names) - ({"m"} if "density" in names else set())
+
+
+def in_every_space(package: str) -> tuple[int, ...]:
+    """Return the spaces in which the parts of a package may stand."""
+    return {"planar": (2,), "spatial": (3,)}.get(package, (2, 3))
+
+
+UNBOUND = [
+    (p, name) for p, name in EVERY if not any(isinstance(s, ast.Constraint) for s in first(p)[name].body)
+]
+HOLDING = [(p, name, n) for p, name in EVERY if (p, name) not in UNBOUND for n in in_every_space(p)]
+
+
+@pytest.mark.parametrize(("package", "name"), UNBOUND)
+def test_every_part_agrees(package: str, name: str) -> None:
+    """With defaults and with other values, on bodies that move freely, at random states."""
+    kinds = {type(s) for s in first(package)[name].body}
+    for n in in_every_space(package):
+        if ast.Place in kinds:
+            text = "".join(of_joint(package, name, n, k, closes=False) for k in (0, 1))
+        elif ast.Mass in kinds:
+            text = "".join(of_body(package, name, n, k) for k in (0, 1))
+        else:
+            text = "".join(of_other(package, name, n, k) for k in (0, 1))
+        agree(in_a_model(package, name, n, text))
+
+
+def valued(*places: tuple[object, ...]) -> list[object]:
+    """Return each place with other values than the defaults, and with these; in space they take long."""
+
+    def case(place: tuple[object, ...], k: int) -> object:
+        marks = [pytest.mark.slow] if place[0] == "spatial" and not k else []
+        return pytest.param(
+            *place, k, id="-".join(map(str, (*place, ("defaults", "other values")[k]))), marks=marks
+        )
+
+    return [case(place, k) for place in places for k in (0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "n", "k"), valued(*(h for h in HOLDING if h[1:] != ("PointOnSurface", 2)))
+)
+def test_every_constraint_agrees(package: str, name: str, n: int, k: int) -> None:
+    """With its multipliers, between bodies that move freely, where assembly puts them."""
+    agree(in_a_model(package, name, n, of_other(package, name, n, k)))
+
+
+@pytest.mark.parametrize(("package", "name", "k"), valued(*JOINTS))
+def test_every_joint_closes_loops_alike(package: str, name: str, k: int) -> None:
+    n = 2 if package == "planar" else 3
+    agree(in_a_model(package, name, n, of_joint(package, name, n, k, closes=True)))
+
+
+@pytest.mark.parametrize("package", [p for p in PACKAGES if functions(p)])
+def test_every_function_agrees(package: str) -> None:
+    """Up to rounding, however small its values are."""
+    names = functions(package)
+    outputs = "".join(f"\n  output {name} = {ASKED.get(name, f'{name}()')};" for name in names)
+    model = in_a_model(package, "", 3, moving("base", 3, "", 0) + outputs)
+    twin = another_library(model, Random(1))
+    assert twin is not None
+    one, other = (c.outputs(c.start()) for c in (compiled(model.text()), compiled(twin.model.text())))
+    told = [n for n in one if n.partition("[")[0] in names]
+    assert {n.partition("[")[0] for n in told} == set(names)
+    assert {n: one[n] for n in told} == {n: pytest.approx(other[n], rel=1e-14, abs=0) for n in told}
