@@ -26,6 +26,7 @@ PLANAR = [
     ("Sphere(m = 2 kg, r = 0.4 m)", 2, (0, 0), 0.4 * 2 * 0.16),
     ("Sphere(density = 800 kg/m^3, r = 0.4 m, inner = 0.2 m)",
      rho * 4 / 3 * pi * 0.056, (0, 0), rho * 8 / 15 * pi * (0.4**5 - 0.2**5)),
+    ("Sphere(m = 2 kg, r = 0.4 m, inner = 0.4 m)", 2, (0, 0), 2 / 3 * 2 * 0.16),
 ]  # fmt: skip
 
 axis = np.array([1.0, 2.0, 2.0]) / 3
@@ -48,6 +49,7 @@ SPATIAL = [
     ("Sphere(m = 2 kg, r = 0.4 m)", 2, (0, 0, 0), 0.4 * 2 * 0.16 * np.eye(3)),
     ("Sphere(density = 800 kg/m^3, r = 0.4 m, inner = 0.2 m)",
      rho * 4 / 3 * pi * 0.056, (0, 0, 0), rho * 8 / 15 * pi * (0.4**5 - 0.2**5) * np.eye(3)),
+    ("Sphere(m = 2 kg, r = 0.4 m, inner = 0.4 m)", 2, (0, 0, 0), 2 / 3 * 2 * 0.16 * np.eye(3)),
 ]  # fmt: skip
 
 
