@@ -31,7 +31,15 @@ def another_library(model: Model, random: Random) -> Twin | None:
     items = [s for s in model.items if s.kind != "import"]
     parts = [_stated(name, there[name]) for name in _needed(items, there)]
     random.shuffle(parts)
-    return Twin("another library", Model((*parts, *items))) if parts else None
+    return Twin("another library", Model((*parts, *items)), _told_by_form(model)) if parts else None
+
+
+def _told_by_form(model: Model) -> tuple[str, ...]:
+    """Name the accounts of energy where a force asks for the kinetic energy: whether it brakes whatever the motion is seen by the form
+    of that, which is another one where a bar is three masses."""
+    asks = any(kind == "kinetic_energy" and place.startswith("force") for kind, place in model.pairs())
+    accounts = ("energy.supplied", "energy.dissipated")
+    return (*accounts, *(f"d {name}" for name in accounts)) if asks else ()
 
 
 @cache

@@ -309,7 +309,10 @@ def structured_of(model: Model, seed: int) -> Twin | None:
         if own.random() >= share:
             continue
         last = make(model if twin is None else twin.model, own)
-        twin = twin if last is None else last if twin is None else replace(twin, model=last.model)
+        if last is not None:
+            twin = (
+                last if twin is None else replace(twin, model=last.model, ignored=twin.ignored + last.ignored)
+            )
     return twin
 
 
