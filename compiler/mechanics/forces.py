@@ -34,15 +34,46 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 caption="this contains a second derivative",
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
-        supplied = bool(support & outside) or not _brakes(lowering, pairs)
-        result.append(Effort(load.name, tuple(pairs), supplied, load.origin))
+        brakes = not support & outside and (
+            _brakes(lowering, pairs) or _brakes(lowering, _as_written(lowering, load, symbols))
+        )
+        result.append(Effort(load.name, tuple(pairs), not brakes, load.origin))
     return tuple(result)
 
 
 def _brakes(lowering: Lowering, pairs: Pairs) -> bool:
     """Tell whether a force takes energy whatever the motion, with the default values of parameters."""
+    if not pairs:
+        return False
     known = lowering.integrals.settled(lowering.graph.support(*(n for pair in pairs for n in pair)))
     return never_positive(lowering.graph, pairs, known)
+
+
+def _as_written(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
+    """Return the power of a force in the axes of the world, with the rate of one end against the other, as a law of a drag is
+    written; nothing where no law asks for velocities."""
+    kinematics = lowering.kinematics
+    values = lowering.questions.settle(lowering.numbers(load.value))
+    if not symbols.velocities & set(lowering.graph.support(*values)):
+        return []
+    ends = [end for end in (load.on, load.source) if end is not None]
+    if load.on.type.kind not in (Kind.FRAME, Kind.POINT):
+        rates = [rate_of(lowering, end, symbols) for end in ends]
+        values = values * len(rates[0]) if len(values) == 1 else values
+    else:
+        if load.frame is not None:
+            values = kinematics.to_world(lowering.frame(load.frame), values)
+        if load.kind == "torque":
+            frames = [lowering.frame(end) for end in ends]
+            rates = [kinematics.spin_from_natural(f, kinematics.angular_velocity(f)) for f in frames]
+        elif load.at is not None:
+            point = lowering.point(load.at)
+            rates = [kinematics.velocity_at(lowering.frame(end), point) for end in ends]
+        else:
+            points = [lowering.point(end) for end in ends]
+            rates = [kinematics.from_natural(p.frame, kinematics.velocity(p)) for p in points]
+    rate = rates[0] if len(rates) == 1 else subtract(lowering.graph, *rates)
+    return _pairs(lowering.questions.settle(rate), values)
 
 
 def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:

@@ -63,3 +63,41 @@ def test_what_time_carries_away_is_supplied(by_time: str, by_drive: str) -> None
         np.testing.assert_allclose(
             one["energy.dissipated"], 0.75**2 / 2 * (1 - np.exp(-4 * one.time)), atol=1e-10
         )
+
+
+TURNING = (
+    "import mech.{space}.*; import mech.fields.*; Body b(m = 1 kg, J = {J}, com = {com});"
+    "Revolute j(world -> b.a, angle = 0.4 rad, der(angle) = 2 rad/s); frame arm = b.a * trans({at});"
+    "Body c(m = 1 kg, J = {J}); Revolute k(arm -> c.a, der(angle) = -3 rad/s); frame tip = c.a * trans({at});"
+    "{drag}; experiment(stop = 1 s, tolerance = 1e-10);"
+)
+PLANE = {"space": "planar", "J": "0.2 kg.m^2", "com": "{0.3, 0.1} m", "at": "{0.5, 0.2} m"}
+SPACE = {
+    "space": "spatial",
+    "J": "diag({1, 2, 3} kg.m^2)",
+    "com": "{0.3, 0.1, 0} m",
+    "at": "{0.5, 0.2, 0.1} m",
+}
+
+
+@pytest.mark.parametrize("where", [PLANE, SPACE], ids=["plane", "space"])
+@pytest.mark.parametrize(
+    "drag",
+    [
+        "QuadraticDrag d(to = tip, k = 0.5 kg/m)",
+        "force -0.5 kg/m*norm(vel(tip))*vel(tip) on tip",
+        "force -1 N.s/m*(vel(tip) - vel(arm)) on tip from arm",
+        "force -1 N.s/m*vel_at(c.a, tip) on c.a at tip",
+        "force -1 N.s/m*components(c.a, vel(tip)) on tip in c.a",
+        "torque -1 N.m.s*(angvel(c.a) - angvel(b.a)) on c.a from b.a",
+        "torque -1 N.m.s*angvel(c.a) on c.a",
+        "force -1 N.m.s*(der(j.angle) - der(k.angle)) on j.angle from k.angle",
+    ],
+)
+def test_a_drag_on_what_turns_is_dissipated(drag: str, where: dict[str, str]) -> None:
+    """Whatever the joints that carry it, a drag takes energy out, and brings none in."""
+    run = mechc.loads(TURNING.format(drag=drag, **where)).simulate()
+    lost = run["energy.total"][0] - run["energy.total"]
+    assert lost[-1] > 0.01
+    assert "energy.supplied" not in run
+    np.testing.assert_allclose(run["energy.dissipated"], lost, atol=1e-8)
