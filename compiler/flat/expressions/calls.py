@@ -101,7 +101,11 @@ def _aggregate(scope: Scope, node: ast.Call, builtin: Builtin, aggregate: ast.Ag
     if builtin.name in ("sum", "product"):
         _check_alike(scope, builtin.name, items, aggregate)
         return combined(items, "add" if builtin.name == "sum" else "multiply", node.span)
-    return RULES[builtin.name](Call(scope, _unrolled(node, aggregate, len(items)), builtin.name, items))
+    call = Call(scope, _unrolled(node, aggregate, len(items)), builtin.name, items)
+    if len(items) == 1:  # the largest of one number, as where a size of arrays is 1
+        call.scalar(0)
+        return items[0]
+    return RULES[builtin.name](call)
 
 
 def _unrolled(node: ast.Call, aggregate: ast.Aggregate, count: int) -> ast.Call:
