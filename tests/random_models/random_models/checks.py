@@ -31,7 +31,7 @@ from random_models.from_outside import differs_from_text
 from random_models.lists import element_by_element
 from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
-from random_models.motions import Edged, difference, doubts, ended, run
+from random_models.motions import Edged, by_another_method, difference, doubts, ended, run
 from random_models.nesting import NESTED, by_element
 from random_models.said_otherwise import along_motions, at_states
 from random_models.settings import settings
@@ -347,6 +347,8 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return None if told else [Disagreement("motion", "failed", first.message)]
     if said := difference(first, run(model.text(), "radau5")):
         found.append(Disagreement("motion", "method", said))
+    if said := by_another_method(model.text(), first, Random(f"method of {seed}")):
+        found.append(Disagreement("motion", "another method", said))
     said_along = along(base, first, ignored(model))
     found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
     random = Random(seed)
@@ -370,7 +372,8 @@ def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     """Compare a short motion with events with that by definition."""
     if not base.switches:
         return None
-    solution = run(model.text(), stop=UNTIL)
+    begin = base.case.begin
+    solution = run(model.text(), stop=begin + UNTIL, begin=begin)
     found = [Disagreement("events", kind, said) for kind, said in doubts(solution)]
     if ended(solution):
         found += [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
@@ -385,8 +388,11 @@ def _hits(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
     if not values:
         return []
     try:
-        solution = run(model.text(), stop=UNTIL, values=values)
+        begin = base.case.begin
+        solution = run(model.text(), stop=begin + UNTIL, values=values, begin=begin)
     except Refused:
+        return []
+    if solution.time[0] != begin:  # what is told begins behind the hit
         return []
     told = doubts(solution) + (moved(base, solution) if ended(solution) else [])
     return [Disagreement("events", f"{kind} of a hit", said) for kind, said in told]

@@ -62,10 +62,10 @@ def _close(s: Scope) -> None:
         if k not in ("Free", "Rolling", "RollingOnCircle") and (n, k) != (2, "Planar")
     ]
     kind = s.pick([k for k in kinds if carrier or k != "Weld"])
-    base = _body(s, s.pick(_CARRIERS[n]), WORLD) if carrier else WORLD
-    body = _body(s, "Planar" if n == 2 else "Free", WORLD)
-    end = _placed(s, body) if s.chance(0.5) else body
-    start = _placed(s, base) if s.chance(0.7) else base
+    base = hung(s, s.pick(_CARRIERS[n]), WORLD)[0] if carrier else WORLD
+    body, _ = hung(s, "Planar" if n == 2 else "Free", WORLD)
+    end = placed(s, body) if s.chance(0.5) else body
+    start = placed(s, base) if s.chance(0.7) else base
     name = s.fresh("j")
     mods: list[S] = [
         statement("bind", Slot("component.from", start), " -> ", Slot("component.to", end), name="->")
@@ -75,7 +75,7 @@ def _close(s: Scope) -> None:
         and (n == 3 or kind != "Revolute")
         and s.chance(0.7)
     ):
-        mods.append(mod("axis", "=", "modification.structural", _direction(s)))
+        mods.append(mod("axis", "=", "modification.structural", direction(s)))
     if kind == "Universal" and s.chance(0.7):
         first, second = s.pick((((1, 0, 0), (0, 0, 1)), ((0, 2, 0), (1, 0, 0)), ((0, 0, -1), (0, 1, 0))))
         for what, axis in (("first", first), ("second", second)):
@@ -86,7 +86,7 @@ def _close(s: Scope) -> None:
         mods.append(mod("pitch", "=", "modification.parameter", s.literal(LENGTH, s.number(0.2, 0.6))))
     cut = "cut " if s.chance(0.4) else ""
     s.add("component", f"{cut}{kind} {name}", Seq(tuple(mods), "list"), ";", name=name, data={"class": kind})
-    _push(s, body)
+    push(s, body)
     joint = reference(name, "joint")
     ask(s, call("reaction", joint, dim=FORCE, shape=(n,), level="qva"))
     ask(s, call("moment", joint, dim=ENERGY, shape=() if n == 2 else (3,), level="qva"))
@@ -95,12 +95,12 @@ def _close(s: Scope) -> None:
         ask(s, reference(f"{name}.{told}", "coordinate", LENGTH, level="q"))
 
 
-def _direction(s: Scope) -> E:
+def direction(s: Scope) -> E:
     return vector(*(s.literal(NUMBER, s.number(-1, 1) or F(1)) for _ in range(s.space)))
 
 
-def _body(s: Scope, kind: str, base: E) -> E:
-    """Hang a body with inertia about every line on a joint whose start is a guess; return its frame."""
+def hung(s: Scope, kind: str, base: E, *, axis: bool = True) -> tuple[E, str]:
+    """Hang a body with inertia about every line on a joint whose start is a guess; return its frame, and the joint's name."""
     n, name, joint = s.space, s.fresh("b"), s.fresh("j")
     inertia: E
     if n == 2:
@@ -116,8 +116,8 @@ def _body(s: Scope, kind: str, base: E) -> E:
     )
     s.add("component", f"Body {name}", Seq(mods, "list"), ";", name=name, data={"class": "Body"})
     starts: list[S] = [statement("bind", Slot("component.from", base), f" -> {name}.a", name="->")]
-    if n == 3 and kind in ("Revolute", "Prismatic", "Cylindrical") and s.chance(0.5):
-        starts.append(mod("axis", "=", "modification.structural", _direction(s)))
+    if axis and n == 3 and kind in ("Revolute", "Prismatic", "Cylindrical") and s.chance(0.5):
+        starts.append(mod("axis", "=", "modification.structural", direction(s)))
     freedoms = dict(joint_kinds(n))[kind]
     for coordinate, what in freedoms:
         d = LENGTH if what.startswith("length") else NUMBER
@@ -137,10 +137,10 @@ def _body(s: Scope, kind: str, base: E) -> E:
             mod(f"der({coordinate})", "~", "modification.rate", vector(*rates) if count else rates[0])
         )
     s.add("component", f"{kind} {joint}", Seq(tuple(starts), "list"), ";", name=joint, data={"class": kind})
-    return reference(f"{name}.a", "frame", LENGTH, level="q", type="frame")
+    return reference(f"{name}.a", "frame", LENGTH, level="q", type="frame"), joint
 
 
-def _placed(s: Scope, frame: E) -> E:
+def placed(s: Scope, frame: E) -> E:
     """Return a frame beside another."""
     offset = vector(*(s.literal(LENGTH, s.number(-0.3, 0.3)) for _ in range(s.space)))
     pose = node(
@@ -156,7 +156,7 @@ def _placed(s: Scope, frame: E) -> E:
     return reference(name, "frame", LENGTH, level="q", type="frame")
 
 
-def _push(s: Scope, body: E) -> None:
+def push(s: Scope, body: E) -> None:
     """Load a body by a force and a torque, in the axes of the world or in its own."""
     n = s.space
     force = vector(*(s.literal(FORCE, s.number(-2, 2)) for _ in range(n)))

@@ -255,14 +255,19 @@ SECONDS = 8.0
 def moved(base: Compiled, solution: Any) -> list[tuple[str, str]]:
     """List how the end of a run, of the length ``UNTIL``, differs from the motion by definition from the same start."""
     events = [float(e.time) for e in solution.events]
-    if any(UNTIL - t < 1e-3 for t in events) or len(events) > MOST:
+    begin = base.case.begin
+    until = begin + UNTIL
+    if any(until - t < 1e-3 for t in events) or len(events) > MOST:
         return []
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")
-        first = {n: float(np.ravel(solution[n])[0]) for n in base.states if n in solution}
-        start = {n: first.get(n, float(v)) for n, v in meaning.start().items()}
+        told = {n: float(np.ravel(solution[n])[0]) for n in base.states if n in solution}
+        first = (
+            told if solution.time[0] == begin else base.start()
+        )  # what is told may begin later than the motion
+        start = {n: first.get(n, float(v)) for n, v in meaning.start(begin).items()}
         with limited(SECONDS):
-            motion = meaning.motion(UNTIL, state=start, tolerance=1e-9, scan=UNTIL / 20)
+            motion = meaning.motion(until, state=start | {"time": begin}, tolerance=1e-9, scan=UNTIL / 20)
         if motion.outcome != "completed":
             return []
         end = {n: float(v) for n, v in motion.states[-1].items() if n in solution and n != "time"}

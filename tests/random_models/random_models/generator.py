@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from random import Random
 
 from random_models import bodies, coordinates, decorations
@@ -11,23 +12,30 @@ from random_models.closing import closing
 from random_models.deeds import deeds
 from random_models.drags import drags
 from random_models.driven import driven
+from random_models.fields import fields
 from random_models.forms import forms
 from random_models.formulas import formulas
 from random_models.grids import grids
 from random_models.growing import growing
 from random_models.letting_go import letting_go
 from random_models.lists import lists
+from random_models.parts import parts
 from random_models.quantities import quantity
 from random_models.quiet import is_quiet, quiet
 from random_models.scope import File, Scope
 from random_models.signals import signals
 from random_models.slider import slider
+from random_models.stepped import stepped
 from random_models.steps import steps
 from random_models.tasks import tasks
 from random_models.together import together
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
 from random_models.unknown import unknowns
+
+LATE = 0.05
+"""Of the models say when their output begins."""
+F = Fraction
 
 
 def skeleton(seed: int) -> Scope:
@@ -55,12 +63,12 @@ def skeleton(seed: int) -> Scope:
     slider(s, seed)
     for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
         further(s, seed)
-    for further in (driven, drags, closing, together):
+    for further in (driven, drags, closing, together, parts, fields, stepped):
         further(s, seed)
     return s
 
 
-def finished(s: Scope) -> Model:
+def finished(s: Scope, seed: int) -> Model:
     """Return the file."""
     imports = []
     if s.space:
@@ -72,6 +80,7 @@ def finished(s: Scope) -> Model:
         "experiment",
         "experiment(stop = ",
         Slot("experiment.stop", quantity(s.pick(("0.5", "1", "1.5")), TIME, s.random)),
+        *_beginning(s, seed),
         ");",
         name="",
     )
@@ -79,6 +88,16 @@ def finished(s: Scope) -> Model:
     return Model((*imports, *s.file.items, top))
 
 
+def _beginning(s: Scope, seed: int) -> tuple[str | Slot, ...]:
+    """Let a few runs begin earlier, or tell of their motion from later on. The random numbers are its own: models keep all else."""
+    with s.apart(f"beginning of {seed}"):
+        if not s.chance(LATE):
+            return ()
+        return ", start = ", Slot(
+            "experiment.start", s.literal(TIME, s.pick((F("-0.25"), F("0.125"), F("0.3"))))
+        )
+
+
 def generate(seed: int) -> Model:
     """Return the random model of a seed."""
-    return finished(quiet(seed) if is_quiet(seed) else skeleton(seed))
+    return finished(quiet(seed) if is_quiet(seed) else skeleton(seed), seed)

@@ -21,7 +21,7 @@ def lists(s: Scope, seed: int) -> None:
     """Write a chain. Its random numbers are its own: models keep all else."""
     with s.apart(f"lists of {seed}"):
         if s.chance(SHARE):
-            _Chain(s).write()
+            Chain(s).write()
 
 
 def element_by_element(model: Model, random: Random) -> Twin | None:
@@ -39,7 +39,7 @@ def _row(values: Row, unit: str) -> str:
     return "{" + ", ".join(f"{v:.17g} {unit}".strip() for v in values) + "}"
 
 
-class _Chain:
+class Chain:
     """Writes what belongs to one chain of masses."""
 
     def __init__(self, s: Scope) -> None:

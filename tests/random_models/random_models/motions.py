@@ -5,11 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import numpy as np
 
 import mechc
+from mechc.runtime.methods import KERNEL_METHODS
 from random_models.compiled import Refused, Values
 from random_models.twins import Twin, renamed_name
 
@@ -33,8 +35,9 @@ def run(
     stop: float | None = None,
     inputs: Mapping[str, Path] | None = None,
     values: Mapping[str, float] | None = None,
+    begin: float = 0.0,
 ) -> Any:
-    """Run a model on a grid of eleven times."""
+    """Run a model on a grid of eleven times, with the last one among them if it begins at ``begin``."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -42,7 +45,7 @@ def run(
             until = stop if stop is not None else 1.0
             return model.simulate(
                 stop=until,
-                every=until / 10,
+                every=(until - begin) / 10,
                 tolerance=TOLERANCE,
                 method=method,
                 inputs=inputs or {},
@@ -105,6 +108,21 @@ def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere)
         if len(rows):
             k = int(np.argmax(off))
             return f"{name}: {np.ravel(x)[k]:.9g}, then {np.ravel(y)[k]:.9g}, allowed {allowed * scale:.2g}"
+    return ""
+
+
+def by_another_method(text: str, first: Any, random: Random) -> str:
+    """Say how a motion differs from that by any other method that takes the model and comes to an end, or nothing."""
+    others = [m for m in KERNEL_METHODS if m not in ("auto", "radau5", first.statistics.method)]
+    for method in random.sample(others, 3):
+        try:
+            other = run(text, method)
+        except Refused:
+            continue
+        if str(other.outcome) == "Outcome.FAILED":
+            continue
+        said = difference(first, other)
+        return f"{method}: {said}" if said else ""
     return ""
 
 

@@ -12,7 +12,7 @@ from random_models.meaning import Meaning
 from random_models.operators import add, call, choose, divide, multiply, relation
 from random_models.quantities import quantity
 from random_models.structure import decoy, sign_of, with_value
-from random_models.tree import LENGTH, NUMBER, E, Model, S, Seq, Slot, node, reference
+from random_models.tree import LENGTH, NUMBER, E, Model, S, Seq, Slot, node, reference, whole_of
 from random_models.twins import Twin
 
 SHARE = 0.4
@@ -28,6 +28,7 @@ def settings(model: Model, random: Random) -> Twin | None:
     said = {p.split()[1] for p in items[place].parts if isinstance(p, str) and p.startswith(", ")}
     stems = [s for s in items if is_number(s) and not s.slots[0].expression.level and random.random() < 0.5]
     known = Meaning(model)
+    in_parts = {whole_of(s) for s in items if s.kind == "initial" and "[" in s.name}
     given: list[tuple[str, E]] = []
     for k, s in enumerate(items):
         if s.kind in ("component", "extends"):
@@ -37,7 +38,7 @@ def settings(model: Model, random: Random) -> Twin | None:
             name, true, wrong = s.data["wrong"]
             given.append((name, node("quantity", true)))
             items[k] = replace(s, parts=(wrong,))
-        elif _is_value(s) and s.name not in said and random.random() < SHARE:
+        elif _is_value(s) and s.name not in said and whole_of(s) not in in_parts and random.random() < SHARE:
             given.append((s.name, s.slots[0].expression))
             items[k] = with_value(s, decoy(s.slots[0].expression, random))
         elif is_number(s) and s not in stems and s.name not in said and random.random() < SHARE:

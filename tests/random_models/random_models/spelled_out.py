@@ -45,6 +45,9 @@ def said_plainly(model: Model, random: Random) -> Twin | None:
 def _long(e: E) -> E | None:
     """Return what a form means, None where it is as plain as it can be."""
     match e.kind:
+        case "grad" | "div" | "curl" | "laplacian" if callable(e.data):
+            written: E = e.data(*e.operands[1:])
+            return written
         case "if.elseif":
             p, a, q, b, c = e.operands
             return choose(p, a, choose(q, b, c))

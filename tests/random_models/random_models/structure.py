@@ -366,7 +366,7 @@ def by_experiment(model: Model, random: Random) -> Twin | None:
     if not given:
         return None
     place = next(k for k, s in enumerate(new) if s.kind == "experiment")
-    parts: list[str | Slot] = ["experiment(stop = ", new[place].slots[0]]
+    parts = list(new[place].parts[:-1])
     for m in given:
         parts += [f", {m.name} {(m.data or {})['sign']} ", m.slots[0]]
     new[place] = statement("experiment", *parts, ");")
