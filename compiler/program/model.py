@@ -145,6 +145,9 @@ class LongBody(Sequence[Statement]):
                 column.append(part)
         return cls(kinds, *columns, tuple(numbers))
 
+    def __repr__(self) -> str:
+        return repr(tuple(self))
+
     def __len__(self) -> int:
         return len(self.kinds)
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 
 from random_models.bodies import WORLD, joint_kinds, mod
+from random_models.coordinates import half, square
 from random_models.driven import ask
-from random_models.operators import call, vector
+from random_models.operators import call, der, vector
 from random_models.scope import Scope
 from random_models.tree import (
     ENERGY,
@@ -23,6 +24,7 @@ from random_models.tree import (
     S,
     Seq,
     Slot,
+    dim,
     node,
     reference,
     statement,
@@ -91,8 +93,28 @@ def _close(s: Scope) -> None:
     ask(s, call("reaction", joint, dim=FORCE, shape=(n,), level="qva"))
     ask(s, call("moment", joint, dim=ENERGY, shape=() if n == 2 else (3,), level="qva"))
     ask(s, call("pos", body, dim=LENGTH, shape=(n,), level="q"))
-    for told in _TOLD.get(kind, ()):
-        ask(s, reference(f"{name}.{told}", "coordinate", LENGTH, level="q"))
+    told = [reference(f"{name}.{q}", "coordinate", LENGTH, level="q") for q in _TOLD.get(kind, ())]
+    for q in told:
+        ask(s, q)
+    if told and s.chance(0.7):
+        _act(s, s.pick(told))
+
+
+def _act(s: Scope, q: E) -> None:
+    """Let a spring, a damping or a force act on a coordinate of the joint itself."""
+    kind = s.pick(("potential", "damping", "force", "dissipation"))
+    if kind == "potential":
+        energy = half(s, s.value(dim(1, 0, -2), s.number(0.5, 4)), square(q))
+        s.add("energy", "potential ", Slot("potential", energy), ";", data={"what": "potential"})
+    elif kind == "damping":
+        c = s.value(dim(1, 0, -1), s.number(0.1, 0.6))
+        s.add("damping", "damping ", Slot("damping.value", c), " on ", Slot("damping.on", q), ";")
+    elif kind == "dissipation":
+        power = half(s, s.value(dim(1, 0, -1), s.number(0.1, 0.6)), square(der(q)))
+        s.add("energy", "dissipation ", Slot("dissipation", power), ";", data={"what": "dissipation"})
+    else:
+        value, at = Slot("force.value", s.literal(FORCE, s.number(-1, 1))), Slot("force.on", q)
+        s.add("force", "force ", value, " on ", at, ";", data={"on": "scalar"})
 
 
 def direction(s: Scope) -> E:

@@ -17,6 +17,7 @@ from random_models.forms import forms
 from random_models.formulas import formulas
 from random_models.grids import grids
 from random_models.growing import growing
+from random_models.hanging import hanging
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.parts import parts
@@ -63,7 +64,7 @@ def skeleton(seed: int) -> Scope:
     slider(s, seed)
     for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
         further(s, seed)
-    for further in (driven, drags, closing, together, parts, fields, stepped):
+    for further in (driven, drags, closing, together, parts, hanging, fields, stepped):
         further(s, seed)
     return s
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
 from random_models.operators import add, call, choose, der, multiply, relation, subtract
+from random_models.quantities import quantity
 from random_models.scope import Scope
 from random_models.tree import (
     ENERGY,
@@ -26,6 +27,7 @@ from random_models.tree import (
     statement,
 )
 
+F = Fraction
 SHARE = 0.08
 """Of the models."""
 ASKED = 0.3
@@ -102,7 +104,7 @@ def _pair(s: Scope) -> str:
             ";",
             data={"on": "scalar"},
         )
-    name, c = s.fresh("h"), s.literal(NUMBER, share)
+    name, c = s.fresh("h"), quantity(share, NUMBER)
     by_rates = s.chance(0.6)
     left, right = (der(a), multiply(c, der(b))) if by_rates else (a, multiply(c, b))
     s.add(
@@ -118,6 +120,8 @@ def _pair(s: Scope) -> str:
     deeds = [("release", late)]
     if by_rates and s.chance(0.7):
         deeds.append(("engage", late + s.number(0.05, 0.15)))
+    if s.chance(0.5):
+        _kick(s, s.pick((a, b)), late)
     for word, time in deeds:
         t = reference("time", "time", TIME, level="t")
         s.add(
@@ -142,10 +146,22 @@ def _pair(s: Scope) -> str:
     return name
 
 
+def _kick(s: Scope, q: E, late: Fraction) -> None:
+    """Set a rate that is tied, or was, or will be again: what holds then has its say."""
+    edge = s.literal(TIME, late + s.pick((F("-0.03"), F("-0.02"), F("0.02"), F("0.2"))))
+    value = s.literal(SPEED, s.number(-1, 1))
+    deed = statement(
+        "reinit", "reinit(", Slot("reinit.target", der(q)), ", ", Slot("reinit.value", value), ");"
+    )
+    condition = Slot("when.condition", relation(">", reference("time", "time", TIME, level="t"), edge))
+    s.add("when", "when ", condition, " then", Seq((deed,)), "end when;")
+
+
 def _coordinate(s: Scope, place: Fraction, rate: Fraction) -> E:
+    """Write one whose start is exact, as it has to agree with that of the other."""
     name = s.fresh("q")
-    value = Slot("coordinate.value", s.literal(LENGTH, place))
+    value = Slot("coordinate.value", quantity(place, LENGTH))
     s.add("coordinate", f"coordinate Length {name} = ", value, ";", name=name, data={"guess": False})
-    value = Slot("initial.rate", s.literal(SPEED, rate))
+    value = Slot("initial.rate", quantity(rate, SPEED))
     s.add("initial", f"initial der({name}) = ", value, ";", name=f"der({name})", data={"guess": False})
     return reference(name, "coordinate", LENGTH, level="q")

@@ -72,11 +72,13 @@ def parts(s: Scope, seed: int) -> None:
             s.weighted(((4, _solid), (3, _acting), (2, _coupled), (4 if s.space == 3 else 0, _kept)))(s)
 
 
-def _told(s: Scope, kind: str, name: str, mods: list[S]) -> None:
+def told(s: Scope, kind: str, name: str, mods: list[S]) -> None:
+    """Declare a component."""
     s.add("component", f"{kind} {name}", Seq(tuple(mods), "list"), ";", name=name, data={"class": kind})
 
 
-def _frame(name: str) -> E:
+def frame_of(name: str) -> E:
+    """Return a frame by its name."""
     return reference(name, "frame", LENGTH, level="q", type="frame")
 
 
@@ -96,11 +98,11 @@ def _solid(s: Scope) -> None:
     if n == 3 and kind in ("Disk", "Cylinder") and s.chance(0.7):
         mods.append(mod("axis", "=", "modification.structural", direction(s)))
     s.random.shuffle(mods)
-    _told(s, kind, name, mods)
+    told(s, kind, name, mods)
     at = WORLD if s.chance(0.6) else s.pick(f for f in s.frames if f.type == "frame")
     fits = ("Translation", "Prismatic") if kind == "Particle" else [k for k, c in joint_kinds(n) if c]
     joint(s, at, f"{name}.a", False, kind=s.pick(fits))
-    frame = _frame(f"{name}.a")
+    frame = frame_of(f"{name}.a")
     push(s, frame)
     if kind != "Particle":
         ask(
@@ -115,7 +117,7 @@ def _solid(s: Scope) -> None:
         )
     ask(s, call("mass_centre", frame, dim=LENGTH, shape=(n,), level="q"))
     for end in _ENDS.get(kind, ""):
-        ask(s, call("pos", _frame(f"{name}.{end}"), dim=LENGTH, shape=(n,), level="q"))
+        ask(s, call("pos", frame_of(f"{name}.{end}"), dim=LENGTH, shape=(n,), level="q"))
 
 
 def _size(s: Scope, kind: str, size: Size) -> S:
@@ -162,7 +164,7 @@ def _kept(s: Scope) -> None:
         mods.append(
             mod("axis", "=", "modification.structural", vector(*(s.literal(NUMBER, x) for x in axis)))
         )
-    _told(s, kind, name, mods)
+    told(s, kind, name, mods)
     push(s, body)
     for row, count in counts.items():
         d = over(ENERGY, NUMBER if row == "surface" else LENGTH)
@@ -191,7 +193,7 @@ def _ground(s: Scope) -> E:
     moved = node("pose*", (call("trans", offset, type="pose"), 6), " * ", (turn, 7), binding=6, type="pose")
     pose = node("frame*", (WORLD, 6), " * ", (moved, 7), dim=LENGTH, type="frame")
     s.add("frame", f"frame {name} = ", Slot("frame.value", pose), ";", name=name)
-    return _frame(name)
+    return frame_of(name)
 
 
 def _form(s: Scope) -> E:
@@ -226,7 +228,7 @@ def _acting(s: Scope) -> None:
     for target, make, share in _ACTING[kind]:
         if s.chance(share):
             mods.append(make(s, target))
-    _told(s, kind, name, mods)
+    told(s, kind, name, mods)
     ask(s, turned)
 
 
@@ -238,7 +240,7 @@ def _far(s: Scope, frame: E) -> E:
         "frame*", (frame, 6), " * ", (call("trans", offset, type="pose"), 7), dim=LENGTH, type="frame"
     )
     s.add("frame", f"frame {name} = ", Slot("frame.value", pose), ";", name=name)
-    return _frame(name)
+    return frame_of(name)
 
 
 Make = Callable[[Scope, str], S]
@@ -335,7 +337,7 @@ def _coupled(s: Scope) -> None:
             row = "mesh" if kind == "Gear" else "strand"
     if kind in ("Gear", "Belt", "Rack") and s.chance(0.6):
         mods.append(mod("offset", "=", "modification.parameter", s.literal(LENGTH, s.number(-0.2, 0.2))))
-    _told(s, kind, name, mods)
+    told(s, kind, name, mods)
     ask(s, call("multiplier", reference(f"{name}.{row}", "constraint"), dim=FORCE, level="qva"))
     ask(s, angle)
 

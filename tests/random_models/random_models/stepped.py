@@ -142,7 +142,7 @@ class _Grid(Chain):
             cell,
         )
         self._model(f"model {grid} {cell} c[{self.rows}, {self.columns}]; end {grid};", grid)
-        said = [self._given(key, *rest) for key, *rest in _CELL]
+        said = [self._given(*row) for row in _CELL]
         full = ", ".join(
             f"c.{key} = {self._written(v.values, u)}" for (key, u, _), v in zip(_CELL, said, strict=True)
         )

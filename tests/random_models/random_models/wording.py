@@ -9,7 +9,7 @@ from random import Random
 from random_models.tree import E, Model, S, Seq, Slot, map_expression, statement
 from random_models.twins import Twin
 
-_CLASS = re.compile(r"^([A-Z]\w*)(?= [A-Za-z_])")
+_CLASS = re.compile(r"^(cut )?([A-Z]\w*)(?= [A-Za-z_])")
 _PLAIN = re.compile(r"(?<![\w.\"])time(?!\w)")
 
 
@@ -50,7 +50,7 @@ def _with_other_imports(model: Model, random: Random) -> Model:
         if s.kind == "import" and ".*" in str(s.parts[0])
     ]
     used = {
-        m[1] for s in model.statements() if s.kind == "component" and (m := _CLASS.match(str(s.parts[0])))
+        m[2] for s in model.statements() if s.kind == "component" and (m := _CLASS.match(str(s.parts[0])))
     }
     used -= {s.name for s in model.items if s.kind == "model"}
     if len(found) != 2 or "couplings" in model.text():
@@ -74,9 +74,9 @@ def _with_other_imports(model: Model, random: Random) -> Model:
 
     def called(s: S) -> S:
         m = _CLASS.match(str(s.parts[0])) if s.kind == "component" else None
-        if m is None or m[1] not in known:
+        if m is None or m[2] not in known:
             return s
-        return replace(s, parts=(f"Lib.{s.parts[0]}", *s.parts[1:]))
+        return replace(s, parts=(f"{m[1] or ''}Lib.{str(s.parts[0])[m.start(2) :]}", *s.parts[1:]))
 
     return Model(tuple(called(s.rebuilt(lambda e, _: e, called)) for s in items))
 
