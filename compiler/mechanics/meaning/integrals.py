@@ -56,6 +56,11 @@ class Integral(Struct, frozen=True):
     error: Node
     slope: Callable[[Sequence[Node]], Node]
 
+    def where(self, graph: Graph, known: Mapping[Node, Node]) -> Integral:
+        """Return it with formulas in the place of symbols, as of one in the equations for them; no motion follows its slope."""
+        inside, error = substitute(graph, (self.inside, self.error), known)
+        return Integral(self.span, inside, error, lambda _: graph.zero)
+
 
 class Integrals:
     """The definite integrals of a model. ``errors``: of those that stand alone, by their variables; an inner one is part

@@ -62,6 +62,7 @@ class Unknowns:
             for u in group.unknowns
         }
         guess = [n for u in group.unknowns for n in lowering.reported(u.guess)]
+        known = set(lowering.integrals.errors)
         with lowering.aside():
             for name, value in symbols.items():
                 lowering.assign(name, value)
@@ -70,6 +71,7 @@ class Unknowns:
                 for e in group.equations
                 for a, b in zip(lowering.reported(e.left), lowering.reported(e.right), strict=True)
             ]
+            integrals = {k: i for k, i in lowering.integrals.errors.items() if k not in known}
         unknowns = [n for u in group.unknowns for n in elements(symbols[u.name])]
         stated = rows
         rows = [row for row in rows if not graph.is_zero(row)]
@@ -90,6 +92,7 @@ class Unknowns:
                 raise self._contradicting(group, everywhere=linear(graph, rows, unknowns)) from None
             raise self._undetermined(group, "at the guess they leave it open") from None
         names = tuple(u.name for u in group.unknowns)
+        lowering.integrals.errors |= {k: i.where(graph, found) for k, i in integrals.items()}
         self.systems.append(System(names, tuple(unknowns), tuple(guess), tuple(rows)))
         for name, value in symbols.items():
             shape = self._shapes[name]

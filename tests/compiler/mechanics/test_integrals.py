@@ -280,3 +280,15 @@ def test_what_is_differentiated_tells_the_error_of_its_slope() -> None:
     size = [quad(lambda s, c=c: abs(7 * np.cos(7 * (s - c))), 0, 1, limit=200)[0] for c in q]
     off = np.max(np.abs(run["d"] / run["der(q)"] - slope) / size)
     assert 1e-3 < off < known < 50 * off
+
+
+def test_an_integral_in_the_equation_of_an_output_tells_its_error() -> None:
+    what = "integral(abs(sin(7*s + x/1 m)) + 1 for s in 0:y)"
+    text = f"coordinate x = 0.5 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; output y ~ 0.5; equation {what} = 0.8;"
+    run = mechc.loads(text).simulate(stop=0.5, every=0.05)
+    (known,) = [float(r.split("about ")[1].split()[0]) for r in run.remarks if "known to about" in r]
+    off = [
+        abs(quad(lambda s, x=x: abs(math.sin(7 * s + x)) + 1, 0, y, limit=400)[0] / 0.8 - 1)
+        for x, y in zip(run["x"], run["y"], strict=True)
+    ]
+    assert 1e-7 < max(off) < known < 100 * max(off)
