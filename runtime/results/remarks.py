@@ -101,5 +101,7 @@ def _coarse_integrals(listed: Sequence[Quantity], met: Mapping[str, Extent], acc
         off = max(met[quantity.name].highest, 0.0) if quantity.kind == "quadrature" else 0.0
         if off > max(claimed, FINE_INTEGRAL):
             name = quantity.name.removeprefix("error(")[:-1]
-            found.append(f"'{name}' is known to about {off:.1e} of its size only, and so is what follows from it")
+            found.append(
+                f"'{name}' is known to about {off:.1e} of its size only, and so is what follows from it"
+            )
     return found
