@@ -364,7 +364,7 @@ def valued(*places: tuple[object, ...]) -> list[object]:
     """Return each place with other values than the defaults, and with these; in space they take long."""
 
     def case(place: tuple[object, ...], k: int) -> object:
-        marks = [pytest.mark.slow] if place[0] == "spatial" and not k else []
+        marks = [pytest.mark.slow] if place[0] == "spatial" else []
         return pytest.param(
             *place, k, id="-".join(map(str, (*place, ("defaults", "other values")[k]))), marks=marks
         )
