@@ -49,7 +49,8 @@ def angle_of(store: Store, n: Node) -> Angle:
                 a, b = b, a
             factor, inner = (Fraction(-1), a) if c == NEG else (store._constants[a], b)
             if inner in angles:
-                angles[k] = angles[inner].scaled(factor)
+                scaled = angles[inner].scaled(factor)
+                angles[k] = opaque_angle(store._values[k], store.seed) if scaled.is_lost else scaled
             else:
                 stack.append(inner)
         else:

@@ -28,7 +28,11 @@ MASK: Final = P
 _WINDOW: Final = 5
 _DYADIC: Final = 32
 """Angles of symbols are multiples of 2^32: halving them that often stays exact."""
+_MOST_TWOS: Final = 64
+"""Where an exponent holds more powers of two than that, too little of it is left modulo 2^127 to tell angles apart."""
 _ROUNDING: Final = Fraction(1, 1 << 51)
+_FAR: Final = 1 << 24
+"""Multiples of pi above it are no turns: one rounding takes them too far."""
 _PI: Final = Fraction(pi)
 
 
@@ -79,6 +83,11 @@ class Angle(NamedTuple):
         free = self.free.numerator * pow(self.free.denominator, -1, 1 << BITS)
         return (free + twos.numerator) & MASK
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether scaling has left too little of it: nothing of what a symbol over pi^2 stands for, the square of a double."""
+        return self.free.numerator & ((1 << _MOST_TWOS) - 1) == 0 and self.free != 0
+
 
 def symbol_angle(name: str, seed: int) -> Angle:
     """Return the angle that a symbol stands for."""
@@ -97,13 +106,16 @@ def constant_angle(c: Fraction, seed: int) -> Angle:
     is independent of everything else.
     """
     turns = half_turns(c)
-    return Angle(0, turns) if turns is not None else symbol_angle("1 radian", seed).scaled(c)
+    if turns is not None:
+        return Angle(0, turns)
+    angle = symbol_angle("1 radian", seed).scaled(c)
+    return symbol_angle(f"{c} radians", seed) if angle.is_lost else angle
 
 
 def half_turns(c: Fraction) -> Fraction | None:
     """Return the multiple r of pi that c is up to rounding, with 24 r an integer; None if it is none."""
     r = Fraction(round(c / _PI * 24), 24)
-    return r if abs(c - r * _PI) <= _ROUNDING * abs(c) else None
+    return r if abs(r) <= _FAR and abs(c - r * _PI) <= _ROUNDING * abs(c) else None
 
 
 def _integer(x: Fraction) -> Fraction | int:

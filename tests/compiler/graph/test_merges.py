@@ -1,6 +1,8 @@
 """No merge by value is false: the same formulas, interned by structure only, have the same values."""
 
+import math
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -65,3 +67,26 @@ def test_the_count_does_not_depend_on_the_point(seed: int) -> None:
         m = SYSTEMS["spatial"](g)
         counts.add(solve(g, m.residuals, m.a).operations)
     assert len(counts) == 1
+
+
+FACTORS = [Fraction(2) ** k for k in (31, 40, 64, 95, 126, 200)] + [
+    Fraction(math.pi) ** k for k in (-1, -2, -3, -4, 1, 2)
+]
+
+
+@pytest.mark.parametrize("factor", FACTORS, ids=lambda c: f"{float(c):.3g}")
+def test_angles_of_any_factor_stay_apart(factor: Fraction) -> None:
+    """Exponents are taken modulo a power of two: a factor with as many twos must not make angles vanish."""
+    graph = Graph()
+    x, y, c = graph.symbol("x"), graph.symbol("y"), graph.constant(factor)
+    angles = [graph.mul(c, x), graph.add(graph.mul(c, x), y), graph.sub(y, graph.mul(c, x)), c]
+    values = [float(factor) * 0.57, float(factor) * 0.57 + 0.3, 0.3 - float(factor) * 0.57, float(factor)]
+    found = evaluate(graph, [f(a) for a in angles for f in (graph.sin, graph.cos)], {x: 0.57, y: 0.3})
+    assert found == pytest.approx([f(v) for v in values for f in (math.sin, math.cos)], abs=1e-15)
+
+
+@pytest.mark.parametrize("value", [1e13, 1e16, 3e20])
+def test_large_constants_are_no_turns(value: float) -> None:
+    """One rounding of them is as far as from one sixth of a turn to the next."""
+    graph = Graph()
+    assert evaluate(graph, [graph.sin(graph.constant(Fraction(value)))], {}) == [math.sin(value)]
