@@ -211,7 +211,10 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
         if there is None:
             if k:
                 break
-            there = other.start()  # of a joint that turns freely: only the start is the same
+            there = other.start()  # of a joint that turns freely: only the start can be the same
+            both = {renamed_name(twin, n): v for n, v in state.items() if renamed_name(twin, n) in there}
+            if differences(both, there):
+                break
         try:
             base.settle(state)
             other.settle(there)
