@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import DivisionByZero, Node
-from ..graph.differentiate import jacobian
+from ..graph.differentiate import jacobian, vjp
 from ..graph.elimination.path_elimination import ZeroPivot
 from ..graph.rewrite import substitute
 from ..mechanics.defaults import default_formulas, first_values
@@ -29,7 +29,7 @@ from .reported.outputs import OutputList, list_outputs
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
 from .reported.sought import Systems, systems_of
-from .rows.constraints import Projection
+from .rows.constraints import Projection, Row
 from .rows.crowd import check_askers, check_crowd, forces_by_name, set_apart
 from .sensitivities import passing_on
 from .solve.accelerations import massless
@@ -310,14 +310,25 @@ def _projections(
 
 def _momentum_functions(system: MechanicalSystem, solved: Solved) -> list[Function]:
     """Return p = dL/dv, dL/dq + Q without the forces of constraints, and dp/dv."""
+    graph = system.graph
     values = [p for p in solved.energies.momenta if p is not None]
     velocities = [system.v[i].node for i in solved.free]
-    forces = solved.resolve([solved.energies.forces[i] for i in solved.free])
+    rubbing = vjp(
+        graph, [(row.rate, row.multiplier) for row in solved.switched if _is_smooth(row)], velocities
+    )
+    given = [solved.energies.forces[i] for i in solved.free]
+    forces = solved.resolve([graph.add(q, f) for q, f in zip(given, rubbing, strict=True)])
     return [
         Function("momentum", "dL/dv", tuple(values)),
         Function("force", "dL/dq + Q, without the forces of constraints", forces),
         Function("mass", "d(dL/dv)/dv, row by row", tuple(_dense(system, values, velocities))),
     ]
+
+
+def _is_smooth(row: Row) -> bool:
+    """Whether a row is that of a friction whose law is smooth: its force is known, as that of a load is."""
+    mode = row.constraint.mode
+    return mode is not None and mode.smooth is not None
 
 
 def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) -> list[Node]:
