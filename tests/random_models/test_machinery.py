@@ -12,13 +12,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from oracle import Meaning
+from random_models import exact
 from random_models.balance import unaccounted
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.definition import LOOKED, along, edged, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
-from random_models.motions import doubts, run
+from random_models.motions import by_another_method, difference, doubts, loose, run
 from random_models.nesting import by_element, with_gravity
 from random_models.overruling import overruling
 from random_models.planted import ROOT, faults, texts
@@ -63,6 +64,25 @@ def test_another_law_is_seen_on_a_contact() -> None:
     other = compiled(BOX.replace("friction 0.2", "friction 0.01"), "c")
     other.model = compiled(BOX).model
     assert undone(other, 1)
+
+
+def test_methods_with_steps_of_one_size_are_run() -> None:
+    """None was told its step: all were refused, and nothing was compared."""
+    pendulum = "coordinate Angle a = 1 rad; kinetic 1/2*1 kg.m^2*der(a)^2; potential -9 J*cos(a); experiment(stop = 1 s);"
+    first, other = run(pendulum), run(pendulum, "lobatto4")
+    assert other.statistics.method == "lobatto4" and not difference(first, other)
+    assert by_another_method(pendulum, first, Random(0)) == ""
+    rough = SimpleNamespace(accuracy=SimpleNamespace(error=SimpleNamespace(by_state={"a": 1e-4})))
+    assert "0.0001" in loose(first, rough, "taylor") and "0.0001" in loose(first, rough, "lobatto4")
+    assert not loose(first, rough, "rattle") and not loose(first, first, "lobatto6")
+
+
+def test_what_is_said_of_integrals_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = generate(82)
+    base = compiled(model.text())
+    assert exact.exact(model) and exact.badly_known(model, base, 1) == []
+    monkeypatch.setattr(exact, "ROUNDING", 0.0)
+    assert exact.badly_known(model, base, 1)
 
 
 def test_limits_stand_inside_of_each_other() -> None:

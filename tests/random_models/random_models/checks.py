@@ -26,6 +26,7 @@ from random_models.definition import (
     moved,
     undone,
 )
+from random_models.exact import badly_known, exact
 from random_models.exports import exported
 from random_models.from_outside import differs_from_text
 from random_models.lists import element_by_element
@@ -113,7 +114,10 @@ def _values(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
     """Compare parameters and initial values with those of the model's own text."""
     there = base.parameters() | base.start()
     mine = _spread(Meaning(model).values(guesses=not base.constrained), there)
-    missing = [n for n in mine if n not in there and n not in _structural(base)]
+    fixed = _structural(base) | {
+        s.name for s in model.statements() if str(s.parts[0]).startswith("structural")
+    }
+    missing = [n for n in mine if n not in there and n.partition("[")[0] not in fixed]
     wrong = [
         f"{n}: {mine[n]:.12g} expected, {there[n]:.12g} found"
         for n in mine
@@ -341,6 +345,13 @@ def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed, 2, ignored(model))]
 
 
+def _integrals(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Look at what a model says of integrals that no rule can miss."""
+    if not (exact(model) and base.settles):
+        return None
+    return [Disagreement("integrals", "badly known", said) for said in badly_known(model, base, seed)]
+
+
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare motions: of two methods, of two twins, and with the definition along one of them."""
     first = run(model.text())
@@ -455,6 +466,7 @@ ALONE: tuple[tuple[str, Check], ...] = (("another library", _twin(another_librar
 CHECKS: tuple[tuple[str, Check], ...] = (
     ("values", _values),
     ("oracle", _oracle),
+    ("integrals", _integrals),
     ("structured", _structured),
     ("spelled out", _twin(said_plainly)),
     ("by element", _twin(element_by_element)),

@@ -20,6 +20,7 @@ from random_models.growing import growing
 from random_models.hanging import hanging
 from random_models.letting_go import letting_go
 from random_models.lists import lists
+from random_models.measured import measured
 from random_models.parts import parts
 from random_models.quantities import quantity
 from random_models.quiet import is_quiet, quiet
@@ -64,7 +65,7 @@ def skeleton(seed: int) -> Scope:
     slider(s, seed)
     for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
         further(s, seed)
-    for further in (driven, drags, closing, together, parts, hanging, fields, stepped):
+    for further in (driven, drags, closing, together, parts, hanging, fields, stepped, measured):
         further(s, seed)
     return s
 

@@ -54,6 +54,7 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
 AT_STATES = (
     "values",
     "oracle",
+    "integrals",
     "structured",
     "spelled out",
     "by element",
