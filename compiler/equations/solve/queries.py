@@ -46,13 +46,7 @@ def answers(
     for query, symbols in _asked(system):
         found = _answer(system, energies, replies, query)
         if found is None:
-            reporter.error(
-                "E0522",
-                f"'{query.function}({query.target})' has no answer in this model",
-                query.span,
-                caption=_reason(query),
-                help=_instead(system, query),
-            )
+            _unanswered(system, query, reporter)
             found = [system.graph.zero] * len(symbols)
         elif query.function == "multiplier" and not replies.dropped.isdisjoint(found):
             reporter.error(
@@ -64,6 +58,26 @@ def answers(
             )
         result |= zip(symbols, found, strict=True)
     return result
+
+
+def refuse_unanswered(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
+    """Report questions in what the motion follows that have no answer in the state, and stop if there are any."""
+    questions = system.lowering.questions
+    asked = {id(q): q for n in questions.symbols_in(nodes) if not questions.is_force(q := questions.asked[n])}
+    for query in asked.values():
+        _unanswered(system, query, reporter)
+    if asked:
+        reporter.stop_on_errors()
+
+
+def _unanswered(system: MechanicalSystem, query: Query, reporter: Reporter) -> None:
+    reporter.error(
+        "E0522",
+        f"'{query.function}({query.target})' has no answer in this model",
+        query.span,
+        caption=_reason(query),
+        help=_instead(system, query),
+    )
 
 
 def _asked(system: MechanicalSystem) -> list[tuple[Query, list[Node]]]:

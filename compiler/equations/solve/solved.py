@@ -31,7 +31,7 @@ from .energies import still as resting
 from .feeding import warn_of_feeding
 from .force_laws import solve_laws
 from .joint_reactions import joint_reactions
-from .queries import Replies, answers, force_answers
+from .queries import Replies, answers, force_answers, refuse_unanswered
 from .unknown_forces import report_circle, unknown_forces
 
 START_TOLERANCE = 1e-9
@@ -80,6 +80,9 @@ def solve_system(
     driven, prescribed = prescribed_motion(system)
     check_prescribed(system, driven, reporter)
     _check_starts(system, driven, reporter)
+    carried = [m.mass for m in system.masses]
+    carried += [x for body in system.inertias for row in body.inertia for x in row]
+    refuse_unanswered(system, carried, reporter)
     check_rigid_bodies(system, reporter)
     warn_of_feeding(system, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
@@ -92,8 +95,7 @@ def solve_system(
     xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
     state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}
     before = {**state_rates, **driven, **still}
-    questions = system.lowering.questions
-    assert questions.symbols_in(raw) == questions.forces_in(raw), "an answer of the state is not put in"
+    refuse_unanswered(system, [*raw, *(n for rows in system.constraints for n in rows.residuals)], reporter)
     check_rates(system, raw, reporter)
     every_row = without_empty(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)

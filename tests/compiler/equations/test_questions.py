@@ -445,3 +445,44 @@ def test_answer_in_space_is_what_the_output_says(asked: str, use: str) -> None:
     assert outcome(twin, "outputs", values | {"k": answer})["answer"] == pytest.approx(answer, rel=1e-9)
     rates = [n for n in found if n.startswith("der(")]
     assert [found[n] for n in rates] == pytest.approx([expected[n] for n in rates], rel=1e-8, abs=1e-8)
+
+
+LOOP = """\
+import mech.planar.*;
+Body b1(m = 1 kg, J = 0.1 kg.m^2);
+Body b2(m = 1 kg, J = 0.1 kg.m^2);
+Revolute j1(world -> b1.a, angle ~ 0.1 rad);
+Revolute j2(b1.a * trans({0.5, 0} m) -> b2.a, angle ~ 0.3 rad);
+PinSlot slot(world * trans({0.7, 0} m) -> b2.a * trans({0.5, 0} m));
+"""
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "force Q*1 N.m on j1.angle;",
+        "force Q*{1, 0} N on b1.a * {0.2, 0} m;",
+        "torque Q*1 N.m on b1.a;",
+        "damping Q*1 N.m.s on j1.angle;",
+        "friction Q*1 N.m on j1.angle;",
+        "dissipation Q*1 N.m.s*der(j1.angle)^2;",
+        "kinetic Q*1 J.s*der(j1.angle);",
+        "potential Q*1 J;",
+        "gravity {0, Q} m/s^2;",
+        "mass Q*1 kg at b1.a;",
+        "inertia Q*1 kg.m^2 on b1.a;",
+        "constraint c: sin(j1.angle) = Q;",
+        "constraint c: der(j1.angle) = Q*1 rad/s;",
+        "contact c: 1 m - 0.1 m*j1.angle restitution Q;",
+        "state x = 0; equation der(x) = Q/(1 s);",
+        "output y ~ 1; equation y^3 + y = Q;",
+        "output y = der(Q);",
+        "assert Q < 1, \"small\";",
+        "when Q > 1 then terminate(\"large\"); end when;",
+    ],
+)  # fmt: skip
+def test_questions_without_an_answer_are_refused_wherever_they_stand(place: str) -> None:
+    """The coordinate of a joint that closes a loop is none that is free, and has no momentum."""
+    with pytest.raises(CompileError) as caught:
+        compiled(LOOP + place.replace("Q", "(momentum(slot.angle)/(1 J.s))"))
+    assert {d.code for d in caught.value.diagnostics if d.code.startswith("E")} == {"E0522"}
