@@ -21,8 +21,9 @@ def variable_table(equations: Equations, start: Start) -> Table:
     settable = settable_parameters(equations, start.given_parameters)
     crossings = moving_indicators(equations)
     constrained = bool(equations.constraints or equations.assembly)
+    following = set(equations.dependent)  # other initial values, which an importer may set
     free = [
-        not constrained and (i in start.given_states or not equations.graph.support(n))
+        not constrained and (i in start.given_states or not (i in following or equations.graph.support(n)))
         for i, n in enumerate(_outputs_of(equations, "initial"))
     ]
     listing = Listing(equations, start)
@@ -33,7 +34,7 @@ def variable_table(equations: Equations, start: Start) -> Table:
     _list_parameters(listing, settable)
     _list_outputs(listing)
     indicators = _list_indicators(listing, len(crossings))
-    table = _with_dependencies(listing, derivatives, settable, free, constrained)
+    table = _with_dependencies(listing, derivatives, settable, free, constrained or bool(following))
     return replace(table, indicators=indicators, zero_crossings=crossings)
 
 
@@ -227,9 +228,9 @@ def _with_dependencies(
     derivatives: tuple[int, ...],
     settable: tuple[int, ...],
     free: Sequence[bool],
-    constrained: bool,
+    entangled: bool,
 ) -> Table:
-    """Return the table with what each unknown depends on."""
+    """Return the table with what each unknown depends on; ``entangled``: initial values on each other."""
     equations, rows, place = listing.equations, listing.rows, listing.place
     seeds = {Slot("z", i) for i, e in enumerate(equations.discretes) if e.kind == SEED}
     at_start = dependencies(equations, settable, _outputs_of(equations, "initial"))
@@ -238,7 +239,7 @@ def _with_dependencies(
         return frozenset(place[s] for s in slots - seeds if s.array != "z")
 
     def initially(slots: frozenset[Slot]) -> frozenset[int] | None:
-        if constrained:
+        if entangled:
             return None
         found: set[Slot] = set()
         for s in slots:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
+import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi3 import FMU3Model
@@ -87,6 +88,19 @@ def test_values_that_are_stated_with_others_follow_them(tmp_path: Path) -> None:
     path, _ = written(tmp_path, FOLLOWS, 3)
     assert start(path, {"h": 3.0}) == {"x": 3.0, "y": 6.0, "der(x)": 0.0, "der(y)": 0.0}
     assert start(path, {"x": 5.0}) == {"x": 5.0, "y": 10.0, "der(x)": 0.0, "der(y)": 0.0}
+
+
+def test_an_initial_value_follows_one_that_is_a_number(tmp_path: Path) -> None:
+    for version in (2, 3):
+        path, _ = written(tmp_path, FOLLOWS.replace("x = h;", "x = 1 m;"), version)
+        initial = {
+            v.name: v.initial
+            for v in fmpy.read_model_description(path).modelVariables
+            if v.name in ("x", "y")
+        }
+        assert initial == {"x": "exact", "y": "approx"}
+    assert start(path, {"x": 5.0}) == {"x": 5.0, "y": 10.0, "der(x)": 0.0, "der(y)": 0.0}
+    assert start(path, {"x": 5.0, "y": 7.0})["y"] == 7.0
 
 
 BY_FORMULA = """
