@@ -26,6 +26,7 @@ from random_models.definition import (
     moved,
     undone,
 )
+from random_models.dimensionless import dimensionless
 from random_models.exact import badly_known, exact
 from random_models.exports import exported
 from random_models.from_outside import differs_from_text
@@ -34,6 +35,7 @@ from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
 from random_models.motions import Edged, by_another_method, difference, doubts, ended, run
 from random_models.nesting import NESTED, by_element
+from random_models.rolled import in_loops
 from random_models.said_otherwise import along_motions, at_states
 from random_models.settings import settings
 from random_models.spelled_out import said_plainly
@@ -118,6 +120,8 @@ def _values(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
         s.name for s in model.statements() if str(s.parts[0]).startswith("structural")
     }
     missing = [n for n in mine if n not in there and n.partition("[")[0] not in fixed]
+    if base.constrained:  # where a joint closes a loop, what it says of its start is a condition
+        missing = [n for n in missing if "." not in n]
     wrong = [
         f"{n}: {mine[n]:.12g} expected, {there[n]:.12g} found"
         for n in mine
@@ -277,6 +281,29 @@ def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
         if wrong:
             found.append(Disagreement("targets", "value", str(wrong[:3])))
             break
+    return found
+
+
+def _loops(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with C code that has loops for what repeats itself."""
+    if base.problem.library is None:
+        return None
+    other = in_loops(model.text())
+    found = (
+        [Disagreement("loops", "start", str(wrong[:3]))]
+        if (wrong := differences(base.start(), other.start()))
+        else []
+    )
+    rng = np.random.default_rng(seed)
+    for state in base.random_states(rng, 3):
+        try:
+            base.settle(state)
+        except NoMotion:
+            continue
+        other.z = base.z
+        near = [base.everything(shaken(state, rng)) for _ in range(2)]
+        if wrong := differences(base.everything(state), other.everything(state), near):
+            return [*found, Disagreement("loops", "value", str(wrong[:3]))]
     return found
 
 
@@ -471,10 +498,12 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("spelled out", _twin(said_plainly)),
     ("by element", _twin(element_by_element)),
     ("other words", _twin(other_words)),
+    ("dimensionless", _twin(dimensionless)),
     ("composed", _composed),
     ("said otherwise", _said_otherwise),
     ("given", _given),
     ("targets", _targets),
+    ("loops", _loops),
     ("motion", _motion),
     ("twins", _twins),
     ("events", _events),

@@ -44,6 +44,8 @@ _TOLD = {
     "PinSlot": ("position",),
 }
 """Coordinates that a joint tells where it closes a loop, whichever way round a shuffled text hangs it."""
+BEGUN = 0.3
+"""Of these say where they begin."""
 
 
 def closing(s: Scope, seed: int) -> None:
@@ -52,10 +54,10 @@ def closing(s: Scope, seed: int) -> None:
         return
     with s.apart(f"closing of {seed}"):
         if s.chance(SHARE):
-            _close(s)
+            _close(s, seed)
 
 
-def _close(s: Scope) -> None:
+def _close(s: Scope, seed: int) -> None:
     n = s.space
     carrier = s.chance(0.6)
     kinds = [
@@ -86,6 +88,8 @@ def _close(s: Scope) -> None:
             )
     if kind == "Screw":
         mods.append(mod("pitch", "=", "modification.parameter", s.literal(LENGTH, s.number(0.2, 0.6))))
+    with s.apart(f"start of what closes {seed}"):
+        mods += _begun(s, kind)
     cut = "cut " if s.chance(0.4) else ""
     s.add("component", f"{cut}{kind} {name}", Seq(tuple(mods), "list"), ";", name=name, data={"class": kind})
     push(s, body)
@@ -98,6 +102,17 @@ def _close(s: Scope) -> None:
         ask(s, q)
     if told and s.chance(0.7):
         _act(s, s.pick(told))
+
+
+def _begun(s: Scope, kind: str) -> list[S]:
+    """Say where the joint begins, or how fast, which the bodies then follow."""
+    told = _TOLD.get(kind, ())
+    if not told or not s.chance(BEGUN):
+        return []
+    q = s.pick(told)
+    place = mod(q, "=", "modification.initial", s.literal(LENGTH, s.number(-0.6, 0.6)))
+    rate = mod(f"der({q})", "=", "modification.rate", s.literal(SPEED, s.number(-0.6, 0.6)))
+    return s.pick(([place], [rate], [place, rate]))
 
 
 def _act(s: Scope, q: E) -> None:

@@ -6,6 +6,7 @@ from fractions import Fraction
 from random import Random
 
 from random_models import bodies, coordinates, decorations
+from random_models.arithmetic import arithmetic
 from random_models.bends import bends
 from random_models.cases import cases
 from random_models.closing import closing
@@ -21,6 +22,7 @@ from random_models.hanging import hanging
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.measured import measured
+from random_models.orientations import orientations
 from random_models.parts import parts
 from random_models.quantities import quantity
 from random_models.quiet import is_quiet, quiet
@@ -65,7 +67,19 @@ def skeleton(seed: int) -> Scope:
     slider(s, seed)
     for further in (growing, deeds, letting_go, bends, turns, forms, grids, steps, lists, formulas, signals):
         further(s, seed)
-    for further in (driven, drags, closing, together, parts, hanging, fields, stepped, measured):
+    for further in (
+        driven,
+        drags,
+        closing,
+        together,
+        parts,
+        hanging,
+        fields,
+        stepped,
+        measured,
+        arithmetic,
+        orientations,
+    ):
         further(s, seed)
     return s
 

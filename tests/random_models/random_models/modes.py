@@ -26,7 +26,7 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
-_SELDOM = {"given": 2, "other words": 4}
+_SELDOM = {"given": 2, "other words": 4, "dimensionless": 0, "loops": 1}
 _IN_TURN = ("spelled out", "composed", "targets", "said otherwise")
 
 
@@ -59,10 +59,12 @@ AT_STATES = (
     "spelled out",
     "by element",
     "other words",
+    "dimensionless",
     "composed",
     "said otherwise",
     "given",
     "targets",
+    "loops",
 )
 MODES = {
     "mixed": Mode("c", (*AT_STATES, "motion", "twins", "events", "tabled", "exports", "units"), _some),

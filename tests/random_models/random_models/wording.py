@@ -1,4 +1,4 @@
-"""The same text in other words: comments, imports by other names, another name of the time, settings of further experiments."""
+"""The same text in other words: comments, imports by other names, another name of the time, further experiments, no model around it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,16 @@ def other_words(model: Model, random: Random) -> Twin | None:
     for make in (_with_another_time, _with_other_imports, _with_comments, _with_a_further_experiment):
         if random.random() < 0.6:
             whole = replace(whole, model=make(whole.model, random))
+    if random.random() < 0.3:
+        whole = replace(whole, model=_bare(whole.model))
     return None if whole.model is model else whole
+
+
+def _bare(model: Model) -> Model:
+    """Leave out the model around the statements, where the file holds no other."""
+    if any(s.kind not in ("import", "function", "comment") for s in model.items[:-1]):
+        return model
+    return Model((*model.items[:-1], replace(model.top, parts=(model.top.seq(),))))
 
 
 def _with_another_time(model: Model, random: Random) -> Model:
