@@ -74,9 +74,9 @@ class _Arithmetic(Chain):
             text = ", ".join("{" + ", ".join(f"{v:g}" for v in row) + "}" for row in rows)
             self.same(f"parameter {name}[2, 2] = {{{text}}}{unit};")
         c = [[a[i][0] * b[0][j] + a[i][1] * b[1][j] for j in range(2)] for i in range(2)]
-        rows = [" + ".join(f"{v:.17g} N/m*{x}[{j}]" for j, v in enumerate(row, 1)) for row in c]
+        forces = [" + ".join(f"{v:.17g} N/m*{x}[{j}]" for j, v in enumerate(row, 1)) for row in c]
         i = s.pick((1, 2))
-        self.say(f"force ({A}*{B}*{x}[1:2])[{i}] on {x}[1];", f"force {rows[i - 1]} on {x}[1];")
+        self.say(f"force ({A}*{B}*{x}[1:2])[{i}] on {x}[1];", f"force {forces[i - 1]} on {x}[1];")
         self.output(
             f"{A}*{B}", "{" + ", ".join("{" + ", ".join(f"{v:.17g}" for v in r) + "}" for r in c) + "} N/m"
         )
