@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from . import operations as ops
-from .node import Graph, Node
+from .node import DivisionByZero, Graph, Node
 
 
 def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node, Node]) -> list[Node]:
     """Return the outputs with some nodes replaced, all at once; what depends on none of them stays as it is.
 
-    Raises DivisionByZero where a divisor becomes zero.
+    Raises DivisionByZero where a divisor becomes zero, but for one in a branch that is never taken then.
     """
     if not replacements or not graph.reached_among(outputs, replacements):
         return list(outputs)
+    try:
+        return _substituted(graph, outputs, replacements)
+    except DivisionByZero as error:
+        return _beside_what_divides(graph, outputs, replacements, error)
+
+
+def _substituted(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node, Node]) -> list[Node]:
     images: dict[Node, Node] = dict(replacements)
     left, right, code = graph._left, graph._right, graph._code
     for n in graph.reach_of(outputs, replacements):
@@ -25,6 +33,31 @@ def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node
             if new != arguments:
                 images[n] = rebuild(graph, n, graph, new)
     return [images.get(n, n) for n in outputs]
+
+
+def _beside_what_divides(
+    graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node, Node], error: DivisionByZero
+) -> list[Node]:
+    """Return the same where choices that are made by now leave out every quotient without a value; else raise the error."""
+    images: dict[Node, Node | None] = dict(replacements)  # None: without a value
+    for n in graph.reach_of(outputs, replacements):
+        arguments = graph.args(n)
+        new = [images.get(a, a) for a in arguments]
+        if n in images or new == list(arguments):
+            continue
+        if graph.op(n) == ops.SELECT and new[0] in (graph.zero, graph.one):
+            images[n] = new[1] if new[0] == graph.one else new[2]
+            continue
+        known = tuple(x for x in new if x is not None)
+        images[n] = None
+        if len(known) == len(new):
+            with suppress(DivisionByZero):
+                images[n] = rebuild(graph, n, graph, known)
+    found = [images.get(n, n) for n in outputs]
+    known = tuple(x for x in found if x is not None)
+    if len(known) < len(found):
+        raise error
+    return list(known)
 
 
 def transfer(

@@ -77,3 +77,29 @@ def test_a_contact_that_is_undefined_at_the_start_is_named() -> None:
     run = mechc.loads(text).simulate()
     assert run.outcome.value == "failed"
     assert run.message.startswith("the force of 'dome' is not a number at t = 0 s")
+
+
+GUARDED = """
+import mech.planar.*;
+gravity {0, -9.81 m/s^2};
+Body bob(m = 1 kg, J = 0.1 kg.m^2, com = {0 m, -1 m});
+Revolute pin(world -> bob.a, angle = 0.3 rad);
+coordinate Length rail;
+drive rail = 2 m;
+let v = %s;
+force (if v > 0 m/s then -1 kg.m^2/s^2*(1 m/s)/v else 0.5 N.m) on pin.angle;
+output hold = reaction(pin);
+experiment(stop = 1 s, tolerance = 1e-10);
+"""
+
+
+@pytest.mark.parametrize("v", ["der(rail)", "der(pos(bob.a)[1])", "vel(bob.a)[2]", "0 m/s"])
+def test_a_branch_that_is_never_taken_may_divide_by_zero(v: str) -> None:
+    """What vanishes by a drive, at a joint, or by itself; beside the reaction that displaces the joint to be found."""
+    guarded = mechc.loads(GUARDED % v).simulate(estimate_error=False)
+    plain = mechc.loads(
+        GUARDED.replace("(if v > 0 m/s then -1 kg.m^2/s^2*(1 m/s)/v else 0.5 N.m)", "0.5 N.m") % v
+    )
+    solution = plain.simulate(estimate_error=False)
+    for name in ("pin.angle", "der(pin.angle)", "hold[1]", "hold[2]"):
+        assert guarded[name] == pytest.approx(solution[name], abs=1e-9)

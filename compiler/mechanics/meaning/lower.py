@@ -128,6 +128,8 @@ class Lowering:
                 return tuple(self._numbers(self.value(x)) for x in items)
             case Select(condition=condition, then=then, otherwise=otherwise):
                 test = node(self.value(condition))
+                if self.graph.is_constant(test):  # the other branch may be without a value
+                    return self._numbers(self.value(then if test == self.graph.one else otherwise))
                 return each(
                     lambda a, b: self.graph.select(test, a, b),
                     self._numbers(self.value(then)),

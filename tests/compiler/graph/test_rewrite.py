@@ -89,3 +89,14 @@ def test_transfer_reaches_every_operation() -> None:
     moved = transfer(g, outputs, other)
     here = evaluate(g, outputs, {g.symbol("x"): 0.3, g.symbol("y"): 0.6})
     assert evaluate(other, moved, {other.symbol("x"): 0.3, other.symbol("y"): 0.6}) == here
+
+
+def test_a_quotient_in_a_branch_that_is_never_taken_needs_no_value() -> None:
+    g = Graph()
+    x, v = g.symbol("x"), g.symbol("v")
+    guarded = g.select(g.less(g.zero, v), g.div(x, v), g.mul(x, x))
+    inside = g.add(g.sin(g.select(g.less(g.zero, v), g.exp(g.div(x, v)), x)), v)
+    assert substitute(g, [guarded, inside], {v: g.zero}) == [g.mul(x, x), g.sin(x)]
+    for open_one in (g.div(x, v), g.select(g.less(g.zero, x), g.div(x, v), x), g.add(guarded, g.div(x, v))):
+        with pytest.raises(DivisionByZero):
+            substitute(g, [open_one], {v: g.zero})
