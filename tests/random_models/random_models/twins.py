@@ -27,6 +27,7 @@ from random_models.tree import (
     LENGTH,
     NUMBER,
     TIME,
+    Dim,
     E,
     Model,
     S,
@@ -97,16 +98,29 @@ def plain_units(model: Model, random: Random) -> Twin | None:
 def other_units(model: Model, random: Random) -> Twin | None:
     """Write quantities in any units there are, and vectors of quantities in one unit behind the brace."""
 
-    def change(e: E) -> E:
-        if e.kind == "vector" and random.random() < 0.5:
-            return _in_one_unit(e, random) or e
-        if e.kind != "quantity" or e.data is None or _cancels(e) or random.random() < 0.5:
-            return e
+    said: dict[tuple[Fraction, Dim], str] = {}
+
+    def otherwise(e: E) -> str:
+        if random.random() < 0.5:
+            return str(e)
         text, size = put_together(e.dim, random) if e.dim != NUMBER else sized("rev", random)
         digits = f"{float(e.data / size):.17g}"
         if e.dim == TIME and Fraction(digits) * size != e.data:  # ticks belong together
+            return str(e)
+        return f"{digits} {text}"
+
+    def change(e: E) -> E:
+        if e.kind == "vector" and random.random() < 0.5:
+            return _in_one_unit(e, random) or e
+        if e.kind != "quantity" or e.data is None or _cancels(e):
             return e
-        return node("quantity", f"{digits} {text}", dim=e.dim, binding=e.binding, value=e.value, data=e.data)
+        key = (
+            Fraction(e.data),
+            e.dim,
+        )  # what stands twice stays the same to the last digit: laws may be told by it
+        if key not in said:
+            said[key] = otherwise(e)
+        return node("quantity", said[key], dim=e.dim, binding=e.binding, value=e.value, data=e.data)
 
     return Twin("other units", model.rebuilt(lambda e, _: map_expression(e, change)))
 
