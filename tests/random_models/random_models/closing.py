@@ -44,6 +44,8 @@ _TOLD = {
     "PinSlot": ("position",),
 }
 """Coordinates that a joint tells where it closes a loop, whichever way round a shuffled text hangs it."""
+TURNED = 0.4
+"""Of the ends of these are turned."""
 BEGUN = 0.3
 """Of these say where they begin."""
 
@@ -68,7 +70,9 @@ def _close(s: Scope, seed: int) -> None:
     kind = s.pick([k for k in kinds if carrier or k != "Weld"])
     base = hung(s, s.pick(_CARRIERS[n]), WORLD)[0] if carrier else WORLD
     body, _ = hung(s, "Planar" if n == 2 else "Free", WORLD)
-    end = placed(s, body) if s.chance(0.5) else body
+    with s.apart(f"turn of what closes {seed}"):
+        turn = _turned(s)
+    end = placed(s, body, turn) if s.chance(0.5) else body
     start = placed(s, base) if s.chance(0.7) else base
     name = s.fresh("j")
     mods: list[S] = [
@@ -177,8 +181,16 @@ def hung(s: Scope, kind: str, base: E, *, axis: bool = True) -> tuple[E, str]:
     return reference(f"{name}.a", "frame", LENGTH, level="q", type="frame"), joint
 
 
-def placed(s: Scope, frame: E) -> E:
-    """Return a frame beside another."""
+def _turned(s: Scope) -> E | None:
+    """Return a turn by anything, so that a loop may begin far from closed."""
+    if not s.chance(TURNED):
+        return None
+    about = "rot" if s.space == 2 else s.pick(("rotx", "roty", "rotz"))
+    return call(about, s.literal(NUMBER, s.number(-3, 3), angle=True), type="pose")
+
+
+def placed(s: Scope, frame: E, turn: E | None = None) -> E:
+    """Return a frame beside another, turned or not."""
     offset = vector(*(s.literal(LENGTH, s.number(-0.3, 0.3)) for _ in range(s.space)))
     pose = node(
         "frame*",
@@ -188,6 +200,8 @@ def placed(s: Scope, frame: E) -> E:
         dim=LENGTH,
         type="frame",
     )
+    if turn is not None:
+        pose = node("frame*", (pose, PRODUCT), " * ", (turn, SIGNED), dim=LENGTH, type="frame")
     name = s.fresh("f")
     s.add("frame", f"frame {name} = ", Slot("frame.value", pose), ";", name=name)
     return reference(name, "frame", LENGTH, level="q", type="frame")

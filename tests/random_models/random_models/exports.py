@@ -39,8 +39,12 @@ def exported(
     """
     model = mechc.loads(text)
     given = _given(model, text) if units else {}
-    own = _parameter(model, text) if units and len(text) % 3 == 1 else {}
-    native = run(text, values=given | own)
+    own = _told(model, text) if units else {}
+    try:
+        native = run(text, values=given | own)
+    except Refused:  # of a start that something else decides
+        own = {}
+        native = run(text, values=given)
     if str(native.outcome) != "Outcome.COMPLETED":
         return []
     found: list[tuple[str, str]] = []
@@ -57,8 +61,8 @@ def exported(
 
 
 def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]:
-    """Compare a Python module that is given a parameter with the run that is given it, of every third model."""
-    given = _parameter(model, text) if len(text) % 3 == 0 else {}
+    """Compare a Python module that is given a parameter or a start with the run that is given it, of two models of three."""
+    given = _told(model, text)
     try:
         native = run(text, values=given)
     except Refused:
@@ -188,6 +192,19 @@ def _parameter(model: Any, text: str) -> dict[str, float]:
     values = prepared(lambda: model, "python", None, text).parameters()
     own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
     return {own[-1]: 1.1 * values[own[-1]]} if own else {}
+
+
+def _beginning(model: Any, text: str) -> dict[str, float]:
+    """Choose a coordinate of the model itself, the first that is declared, and another start for it, which others may follow."""
+    made = prepared(lambda: model, "python", None, text)
+    start = made.start()
+    own = [] if made.constrained else [name for name in start if re.fullmatch(r"q\d+", name)]
+    return {own[0]: start[own[0]] + 0.05} if own else {}
+
+
+def _told(model: Any, text: str) -> dict[str, float]:
+    """Choose what a program is told: of every third model nothing."""
+    return ({}, _parameter(model, text), _beginning(model, text))[len(text) % 3]
 
 
 def _units(

@@ -30,6 +30,8 @@ from random_models.tree import (
 F = Fraction
 SHARE = 0.08
 """Of the models."""
+AT_ONCE = 0.3
+"""Of the pairs are apart at the start, and released then."""
 ASKED = 0.3
 """Of the models with contacts: a law asks whether one of them presses."""
 
@@ -84,7 +86,9 @@ def _output(s: Scope, holds: E) -> None:
 def _pair(s: Scope) -> str:
     """Write two coordinates that are tied by their places or by their rates, and the events; return what ties them."""
     share, place, rate = s.number(0.4, 1.5), s.number(-0.3, 0.3), s.number(0.3, 1)
-    a, b = _coordinate(s, place * share, rate * share), _coordinate(s, place, rate)
+    at_once = s.chance(AT_ONCE)
+    off = s.number(0.1, 0.4) if at_once else F(0)
+    a, b = _coordinate(s, place * share + off, (rate + off) * share), _coordinate(s, place, rate)
     for q in (a, b):
         mass = s.value(MASS, s.number(0.5, 2))
         s.add(
@@ -117,17 +121,18 @@ def _pair(s: Scope) -> str:
         name=name,
     )
     late = s.number(0.05, 0.2)
-    deeds = [("release", late)]
+    deeds = [("release", F(0) if at_once else late)]
     if by_rates and s.chance(0.7):
         deeds.append(("engage", late + s.number(0.05, 0.15)))
     if s.chance(0.5):
         _kick(s, s.pick((a, b)), late)
     for word, time in deeds:
         t = reference("time", "time", TIME, level="t")
+        first = node("initial", "initial()", level="z", type="boolean")
         s.add(
             "when",
             "when ",
-            Slot("when.condition", relation(">", t, s.literal(TIME, time))),
+            Slot("when.condition", relation(">", t, s.literal(TIME, time)) if time else first),
             " then",
             Seq((statement(word, f"{word} {name};", name=name),)),
             "end when;",

@@ -184,9 +184,9 @@ def _kept(s: Scope) -> None:
 
 
 def _ground(s: Scope) -> E:
-    """The world, or a frame at rest that is tilted a little."""
+    """The world, a body that turns, or a frame at rest that is tilted a little."""
     if s.chance(0.4):
-        return WORLD
+        return hung(s, "Revolute", WORLD)[0] if s.chance(0.5) else WORLD
     name = s.fresh("f")
     offset = vector(*(s.literal(LENGTH, s.number(-0.2, 0.2)) for _ in range(3)))
     turn = call(s.pick(("rotx", "roty")), s.literal(NUMBER, s.number(-0.5, 0.5), angle=True), type="pose")

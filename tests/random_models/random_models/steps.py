@@ -1,9 +1,9 @@
-"""A body that runs across a step of a potential, up or down, within a motion by definition."""
+"""A body that runs across a step of a potential, up or down, within a motion by definition; of a Lagrangian, too."""
 
 from __future__ import annotations
 
 from random_models.bends import body
-from random_models.operators import choose, relation
+from random_models.operators import choose, negate, relation
 from random_models.scope import Scope
 from random_models.tree import ENERGY, LENGTH, Slot, node
 
@@ -24,4 +24,7 @@ def _step(s: Scope) -> None:
     edge = s.literal(LENGTH, s.number(-0.02, 0.06))
     beyond = relation(s.pick((">", ">=")), x, edge)
     law = choose(beyond, height, zero) if s.chance(0.6) else choose(relation("<", x, edge), zero, height)
-    s.add("energy", "potential ", Slot("potential", law), ";", data={"what": "potential"})
+    if s.chance(0.7):
+        s.add("energy", "potential ", Slot("potential", law), ";", data={"what": "potential"})
+    else:
+        s.add("energy", "lagrangian ", Slot("lagrangian", negate(law)), ";", data={"what": "lagrangian"})
