@@ -44,7 +44,10 @@ def settings(model: Model, random: Random) -> Twin | None:
         elif is_number(s) and s not in stems and s.name not in said and random.random() < SHARE:
             e = s.slots[0].expression
             if not any(x.kind == "function" for x in e.walk()):
-                given.append((s.name, e if random.random() < 0.6 else _as_number(s.name, e, known)))
+                as_it_is = (
+                    random.random() < 0.6 or said
+                )  # what the experiment says is in no number of the text
+                given.append((s.name, e if as_it_is else _as_number(s.name, e, known)))
                 items[k] = with_value(s, _another(e, stems, random))
     if not given:
         return None
