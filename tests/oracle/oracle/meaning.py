@@ -64,6 +64,7 @@ class Meaning:
         self._lay_out({x for j in self.tree.loops for x in j.coordinates})
         self.unasked = np.zeros((self.size, 1), complex)
         self.superfluous: frozenset[str] = frozenset()
+        self.open_at_start = self._open_at_start()
         self.solved: tuple[Any, Solution] | None = None  # of the last state
         self._parameters()
         self.drive_names = [self.drive_name(d)[0] for d in model.drives]
@@ -76,6 +77,19 @@ class Meaning:
         self._kinds()
 
     # ------------------------------------------------------------ declarations
+
+    def _open_at_start(self) -> frozenset[str]:
+        """Constraints and joints that ``when initial() then release`` leaves open (events, section 4)."""
+        branches = (event.branches[0] for event in self.flat.events)
+        first = [
+            b for b in branches if isinstance(b.condition, flat.Apply) and b.condition.function == "initial"
+        ]
+        released = {a.target for b in first for a in b.actions if isinstance(a, flat.Switch) and not a.engage}
+        return frozenset(released - {c.name for c in self.flat.contacts})
+
+    def holds(self, state: Mapping[str, float], name: str) -> bool:
+        """Whether what can be released holds: unless a state says so, as at the start."""
+        return state.get(f"held({name})", float(name not in self.open_at_start)) != 0
 
     def _settings(self, experiment: str | None) -> tuple[flat.Setting, ...]:
         if experiment is None:
@@ -307,7 +321,7 @@ class Meaning:
         full.setdefault("time", 0.0)
         for d, name in zip(self.flat.drives, self.drive_names, strict=True):
             rated = self.drive_name(d)[1]
-            if full.get(f"held({name})", 1) == 0:
+            if not self.holds(full, name):
                 continue
             value = self._driving(full, d, name)
             elements, rates = self.driven_by(name)

@@ -353,7 +353,7 @@ class Run:
         self.gaps(s.point)
         low = [k for k in keys if k in s.point.at.seen]
         old = dict(self.frozen)
-        before = real(s.point.potential())
+        before = real(s.point.stored())
         for k in low:
             choice = s.point.at.seen[k][1]
             if isinstance(choice, bool | np.bool_):
@@ -364,7 +364,7 @@ class Run:
                     if s.point.at.floors[k] > choice + 0.5
                     else s.point.at.floors[k] - 1e-9
                 )
-        step = real(self.solution(self.state).point.potential()) - before
+        step = real(self.solution(self.state).point.stored()) - before
         if abs(step) > 1e-9 * (1e-6 + abs(before) + abs(real(s.point.kinetic()))):
             surface = s.point.at.seen[low[0]][0]
             rows = np.array(
@@ -433,6 +433,8 @@ class Run:
                     point = self.solution(self.state).point
                     self.state = impacts.pushed(m, self.state, point.load(action.load)[:, 0].real)
                     self.touch()
+                case flat.Switch() if action.engage == m.holds(self.state, action.target):
+                    pass
                 case flat.Switch():
                     self.state = {**self.state, f"held({action.target})": float(action.engage)}
                     self.note(action.target, "engage" if action.engage else "release")

@@ -256,6 +256,10 @@ class Point:
     def potential(self) -> Any:
         return self.energies("potential") + self.weight()
 
+    def stored(self) -> Any:
+        """What takes or gives kinetic energy where it jumps: the potential energy, and what else a Lagrangian has, with its sign."""
+        return self.potential() - self.energies("lagrangian")
+
     def lagrangian(self) -> Any:
         return self.kinetic() - self.potential() + self.energies("lagrangian")
 
@@ -405,7 +409,7 @@ class Point:
     # ------------------------------------------------------------ constraints
 
     def held(self, name: str) -> bool:
-        return bool(self.state.get(f"held({name})", 1) != 0)
+        return self.meaning.holds(self.state, name)
 
     def rows(self) -> list[tuple[str, str, Any]]:
         """Constraints that hold: name of the force, "position" or "rate", and what has to be zero."""

@@ -118,7 +118,7 @@ def formed(meaning: Meaning, point: Point, q: flat.Query) -> Value:
             contact = any(c.name == q.target for c in meaning.flat.contacts)
             if contact:
                 return point.modes.get(q.target, "open") != "open"
-            return point.state.get(f"held({q.target})", 1) != 0
+            return point.held(q.target)
         case "reaction" if q.target in meaning.drive_names:
             shape = q.type.shape
             count = int(np.prod(shape))

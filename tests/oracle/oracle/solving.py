@@ -218,7 +218,7 @@ def least(J: Array, r: Array) -> tuple[Array, Array]:
 
 
 def touches(meaning: Meaning, state: Mapping[str, float], point: Point, contact: Any) -> bool:
-    if state.get(f"held({contact.name})", 1) == 0:
+    if not meaning.holds(state, contact.name):
         return False
     if f"closed({contact.name})" in state:
         return bool(state[f"closed({contact.name})"])

@@ -107,6 +107,13 @@ class Compiled:
         pairs = zip(self.problem.discretes, () if self._z is None else self._z, strict=False)
         return {q.name: float(v) for q, v in pairs if q.kind != "mode"}
 
+    def released(self) -> Values:
+        """Return what the definition has to know of constraints and joints that hold no more."""
+        contacts = {c.name for c in self.model.compilation.flat.contacts}
+        modes = zip(self.problem.discretes, () if self._z is None else self._z, strict=False)
+        names = [q.name[7:-1] for q, v in modes if q.name.startswith("closed(") and v < 0.5]
+        return {f"held({name})": 0.0 for name in names if name not in contacts}
+
     def rhs(self, state: Values) -> Values:
         """Return the derivative of each state."""
         y, u, t = self._arguments(state)

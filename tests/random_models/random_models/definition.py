@@ -74,6 +74,7 @@ def undone(
                 SKIPPED[f"{where}: {reason}"] += 1
                 continue
             LOOKED[where] += 1
+            state = state | base.released()
             there = by_definition(meaning, state)
             near = [base.everything(shaken(here, rng)) for _ in range(2)]
             wrong = differences(base.everything(here), there, near, ignored, base.relative)

@@ -88,7 +88,8 @@ def _pair(s: Scope) -> str:
     share, place, rate = s.number(0.4, 1.5), s.number(-0.3, 0.3), s.number(0.3, 1)
     at_once = s.chance(AT_ONCE)
     off = s.number(0.1, 0.4) if at_once else F(0)
-    a, b = _coordinate(s, place * share + off, (rate + off) * share), _coordinate(s, place, rate)
+    a = _coordinate(s, place * share + off, (rate + off) * share, guess=at_once)
+    b = _coordinate(s, place, rate)
     for q in (a, b):
         mass = s.value(MASS, s.number(0.5, 2))
         s.add(
@@ -162,11 +163,11 @@ def _kick(s: Scope, q: E, late: Fraction) -> None:
     s.add("when", "when ", condition, " then", Seq((deed,)), "end when;")
 
 
-def _coordinate(s: Scope, place: Fraction, rate: Fraction) -> E:
-    """Write one whose start is exact, as it has to agree with that of the other."""
-    name = s.fresh("q")
+def _coordinate(s: Scope, place: Fraction, rate: Fraction, *, guess: bool = False) -> E:
+    """Write one whose start is exact, as it has to agree with that of the other; or a guess, which nothing moves."""
+    name, sign, data = s.fresh("q"), "~" if guess else "=", {"guess": guess}
     value = Slot("coordinate.value", quantity(place, LENGTH))
-    s.add("coordinate", f"coordinate Length {name} = ", value, ";", name=name, data={"guess": False})
+    s.add("coordinate", f"coordinate Length {name} {sign} ", value, ";", name=name, data={**data})
     value = Slot("initial.rate", quantity(rate, SPEED))
-    s.add("initial", f"initial der({name}) = ", value, ";", name=f"der({name})", data={"guess": False})
+    s.add("initial", f"initial der({name}) {sign} ", value, ";", name=f"der({name})", data={**data})
     return reference(name, "coordinate", LENGTH, level="q")
