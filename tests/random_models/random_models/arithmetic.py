@@ -23,6 +23,11 @@ def arithmetic(s: Scope, seed: int) -> None:
             _Arithmetic(s).write()
 
 
+def following(s: Scope) -> None:
+    """Write masses that begin where others say."""
+    _Arithmetic(s).follow()
+
+
 class _Arithmetic(Chain):
     """Writes what is seldom said of a chain of masses."""
 
@@ -37,7 +42,7 @@ class _Arithmetic(Chain):
         self.array(f"initial der({self.x})", "m/s", -1, 1)
         self._energies()
         every = [self._matrices, self._along, self._whole_numbers, self._signs, self._nothing, self._of_one, self._names, self._work,
-                 self._closed, self._type, self._if_there, self._follow, self._conditions, self._zero, self._rates, self._when]  # fmt: skip
+                 self._closed, self._type, self._if_there, self._followed, self._conditions, self._zero, self._rates, self._when]  # fmt: skip
         parts = s.random.sample(every, s.pick((4, 5, 6)))
         if self._zero in parts and self._when in parts:  # what is tied cannot be set
             parts.remove(self._when)
@@ -227,9 +232,13 @@ class _Arithmetic(Chain):
         self.say(f"{cell} {two}(m = 3 kg) if not ({there});")
         self.same(f"force 0.2 N on {one}.x from {self.x}[1];", f"output {s.fresh('o')} = {one}.x*{one}.m;")
 
-    def _follow(self) -> None:
+    def _followed(self) -> None:
+        q = self.follow()
+        self.same(f"force 0.2 N/m*{q} on {self.x}[1];")
+
+    def follow(self) -> str:
         """Starts that are stated with others, one after the other, in any order of the text."""
-        s, x = self.s, self.x
+        s = self.s
         first, factor, more = self.numbers(3, 0.2, 0.9)
         a, b, c = (s.fresh("q") for _ in range(3))
         starts = {
@@ -247,7 +256,8 @@ class _Arithmetic(Chain):
             f"initial der({b}) = {2 * rate + factor * first:.17g} m/s;",
         )
         self.same(f"initial der({a}) = {rate:g} m/s;")
-        self.same(f"potential 0.3 N/m*{a}*{c};", f"force 0.2 N/m*{b} on {x}[1];")
+        self.same(f"potential 0.3 N/m*{a}*{c};")
+        return b
 
     def _conditions(self) -> None:
         """Starts that follow from conditions on expressions, where everything else is known."""

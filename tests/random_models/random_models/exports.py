@@ -27,6 +27,8 @@ RELATIVE = 1e-4
 OBJECTS = Path(__file__).resolve().parents[3] / "build" / "random_models" / "objects"
 """Compiled files of exported C programs, as far as they are the kernel's."""
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
+_FOLLOWED = re.compile(r"coordinate Length q\d+ = [\d.]+\*(q\d+);")
+"""A start that follows another."""
 KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
@@ -195,16 +197,19 @@ def _parameter(model: Any, text: str) -> dict[str, float]:
 
 
 def _beginning(model: Any, text: str) -> dict[str, float]:
-    """Choose a coordinate of the model itself, the first that is declared, and another start for it, which others may follow."""
+    """Choose a coordinate of the model itself, one that others follow or the first that is declared, and another start for it."""
     made = prepared(lambda: model, "python", None, text)
     start = made.start()
     own = [] if made.constrained else [name for name in start if re.fullmatch(r"q\d+", name)]
+    followed = set(_FOLLOWED.findall(text))
+    own.sort(key=lambda name: name not in followed)
     return {own[0]: start[own[0]] + 0.05} if own else {}
 
 
 def _told(model: Any, text: str) -> dict[str, float]:
-    """Choose what a program is told: of every third model nothing."""
-    return ({}, _parameter(model, text), _beginning(model, text))[len(text) % 3]
+    """Choose what a program is told: of every third model nothing; where starts follow others, always one of those."""
+    kind = 2 if _FOLLOWED.search(text) else len(text) % 3
+    return ({}, _parameter(model, text), _beginning(model, text))[kind]
 
 
 def _units(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
+from random_models.arithmetic import following
 from random_models.coordinates import coordinate, half, mass_for, square
 from random_models.expressions import Writer
 from random_models.formulas import chain
@@ -35,6 +36,9 @@ def quiet(seed: int) -> Scope:
     for d in s.random.sample((LENGTH, FORCE, ENERGY, NUMBER, SPEED), 2):
         _output(s, w.scalar(d, 2))
     _output(s, der(places[0], 2))
+    with s.apart(f"followers of {seed}"):
+        if s.chance(0.4):
+            following(s)
     return s
 
 
