@@ -8,13 +8,15 @@ forgotten, and must never count as zero.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import islice
+from random import Random
 
 from msgspec.structs import replace
 
 from ...graph import Graph, Node
+from ...graph.evaluate import Tape, multiprecision
 from ...graph.rewrite import transfer
 from ...malformed import Malformed
 from ...mechanics.meaning.questions import PREFIX
@@ -22,6 +24,31 @@ from ..model import Equations, Function
 
 ELSEWHERE = Fraction(1_299_709, 1_299_721)
 """Put in the place of symbols that should not matter, once: no formula has such a number by itself."""
+
+
+DIGITS, SMALL, STATES = 60, Fraction(1, 10**40), 12
+
+
+def _equal(graph: Graph, pairs: Sequence[tuple[Node, Node]]) -> bool:
+    """Tell by their numbers at a few states whether formulas are equal, which may be written in two ways: the root of a sum of
+    squares as one, or as a number."""
+    from mpmath import mp
+
+    given = [n for pair in pairs for n in pair]
+    symbols = graph.support(*given)
+    random, decided = Random(7), dict.fromkeys(pairs, False)
+    with mp.workdps(DIGITS):
+        tape = Tape(graph, given, symbols, multiprecision(mp))
+        for _ in range(STATES):
+            values = tape({s: mp.mpf(random.uniform(-1.5, 1.5)) for s in symbols})
+            for a, b in pairs:
+                x, y = values[a], values[b]
+                if not (mp.isfinite(x) and mp.isfinite(y)):
+                    continue
+                if abs(x - y) * SMALL.denominator > 1 + abs(x):
+                    return False
+                decided[a, b] = True
+    return all(decided.values())
 
 
 def without_dead_symbols(equations: Equations) -> Equations:
@@ -39,7 +66,8 @@ def without_dead_symbols(equations: Equations) -> Equations:
     others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
     # without identities of values only symbols that cancel term by term are gone
     forgotten = dead if source.by_value else [n for n in dead if source.name(n).startswith(PREFIX)]
-    if forgotten and not all(map(target.identical, images, others)):
+    apart = [pair for pair in zip(images, others, strict=True) if not target.identical(*pair)]
+    if forgotten and apart and not _equal(target, apart):
         names = ", ".join(source.name(n) for n in forgotten)
         raise Malformed(
             "equations", f"the values of functions depend on {names}, without a place at run time"

@@ -338,7 +338,7 @@ def structured_of(model: Model, seed: int) -> Twin | None:
     twin = by_element(model, own) if own.random() < 0.5 else None
     if random.random() >= 0.4:
         twin = structured(model if twin is None else twin.model, random) or twin
-    for what, share, make in (("settings", 0.4, settings), ("library", 0.35, another_library)):
+    for what, share, make in (("settings", 0.4, settings), ("library", 0.7, another_library)):
         own = Random(f"{what} of {seed}")
         if own.random() >= share:
             continue

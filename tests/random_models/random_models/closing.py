@@ -44,7 +44,7 @@ _TOLD = {
     "PinSlot": ("position",),
 }
 """Coordinates that a joint tells where it closes a loop, whichever way round a shuffled text hangs it."""
-TURNED = 0.4
+TURNED = 0.6
 """Of the ends of these are turned."""
 BEGUN = 0.3
 """Of these say where they begin."""
@@ -72,7 +72,7 @@ def _close(s: Scope, seed: int) -> None:
     body, _ = hung(s, "Planar" if n == 2 else "Free", WORLD)
     with s.apart(f"turn of what closes {seed}"):
         turn = _turned(s)
-    end = placed(s, body, turn) if s.chance(0.5) else body
+    end = placed(s, body, turn) if s.chance(0.5) or turn is not None else body
     start = placed(s, base) if s.chance(0.7) else base
     name = s.fresh("j")
     mods: list[S] = [

@@ -185,8 +185,8 @@ def _kept(s: Scope) -> None:
 
 def _ground(s: Scope) -> E:
     """The world, a body that turns, or a frame at rest that is tilted a little."""
-    if s.chance(0.4):
-        return hung(s, "Revolute", WORLD)[0] if s.chance(0.5) else WORLD
+    if s.chance(0.7):
+        return hung(s, "Revolute", WORLD)[0] if s.chance(0.6) else WORLD
     name = s.fresh("f")
     offset = vector(*(s.literal(LENGTH, s.number(-0.2, 0.2)) for _ in range(3)))
     turn = call(s.pick(("rotx", "roty")), s.literal(NUMBER, s.number(-0.5, 0.5), angle=True), type="pose")
