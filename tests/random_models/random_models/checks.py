@@ -27,7 +27,7 @@ from random_models.definition import (
     undone,
 )
 from random_models.dimensionless import dimensionless
-from random_models.exact import badly_known, exact
+from random_models.exact import badly_known, exact, untold
 from random_models.exports import exported
 from random_models.from_outside import differs_from_text
 from random_models.lists import element_by_element
@@ -373,10 +373,11 @@ def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
 
 
 def _integrals(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Look at what a model says of integrals that no rule can miss."""
-    if not (exact(model) and base.settles):
-        return None
-    return [Disagreement("integrals", "badly known", said) for said in badly_known(model, base, seed)]
+    """Look at what a model says of its integrals."""
+    found = [Disagreement("integrals", "untold", said) for said in untold(model, base)]
+    if exact(model) and base.settles:
+        found += [Disagreement("integrals", "badly known", said) for said in badly_known(model, base, seed)]
+    return found
 
 
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:

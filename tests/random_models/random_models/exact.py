@@ -1,4 +1,5 @@
-"""Definite integrals that no rule can miss: of curves through points times powers of the place, which are split at the points."""
+"""What a model says of its definite integrals: of each something, and of those that no rule can miss that they are exact. These are
+integrals of curves through points times powers of the place, which are split at the points."""
 
 from __future__ import annotations
 
@@ -32,6 +33,19 @@ def badly_known(model: Model, base: Compiled, seed: int) -> list[str]:
         told = base.outputs(state)
         found += [f"{name} is {told[name]:.2g}\nat {state}" for name in names if told[name] > ROUNDING]
     return found
+
+
+def untold(model: Model, base: Compiled) -> list[str]:
+    """List the integrals of which a model does not say how well they are known."""
+    told = [q.name for q in base.problem.outputs if q.kind == "quadrature"]
+    stated = {
+        str(e)
+        for s in model.top.walk()
+        for slot in s.slots
+        for e in slot.expression.walk()
+        if e.kind == "integral.over"
+    }
+    return sorted(text for text in stated if not any(name.startswith(f"error({text}") for name in told))
 
 
 def exact(model: Model) -> bool:
