@@ -293,7 +293,9 @@ def test_of_initial_values_the_outermost_text_counts() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", ["faults.md", "faults_second.md", "faults_third.md", "faults_fourth.md"])
+@pytest.mark.parametrize(
+    "file", ["faults.md", "faults_second.md", "faults_third.md", "faults_fourth.md", "faults_fifth.md"]
+)
 def test_the_kept_faults_fit(file: str) -> None:
     """Whoever changes what a fault is planted in writes its patch anew."""
     kept = faults((ROOT / "tests/random_models" / file).read_text(encoding="utf-8"))
