@@ -24,6 +24,7 @@ from random_models.definition import (
     ends_rightly,
     ignored,
     moved,
+    turned_alike,
     undone,
 )
 from random_models.dimensionless import dimensionless
@@ -208,7 +209,7 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
     wrong = differences(mine, other.parameters(), relative=1e-12)
     if assembled_alike(twin, base, other):
         mine = {renamed_name(twin, n): v for n, v in base.start().items()}
-        wrong += differences(mine, other.start())
+        wrong += differences(mine, turned_alike(mine, other.start()))
     if wrong:
         return [Disagreement(twin.name, "given", _lines(wrong) + twin.model.text())]
     if not (other.settles and base.settles):

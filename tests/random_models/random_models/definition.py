@@ -112,11 +112,17 @@ def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
 
 def _off_start(base: Compiled, mine: Values, theirs: Values) -> list[tuple[str, float, float]]:
     there = {n: theirs[n] for n in base.states if n in theirs}
-    for stem in {n[:-3] for n in there if n.endswith("[4]") and f"der({n[:-3]})[3]" in there}:
+    return differences(mine, turned_alike(mine, there), relative=1e-7)
+
+
+def turned_alike(mine: Values, theirs: Values) -> Values:
+    """Return values with quaternions of the sign that they have in others: a quaternion and its negative are one rotation."""
+    found = dict(theirs)
+    for stem in {n[:-3] for n in found if n.endswith("[4]") and f"der({n[:-3]})[3]" in found}:
         entries = [f"{stem}[{k}]" for k in (1, 2, 3, 4)]
-        if sum(mine[n] * there[n] for n in entries) < 0:  # a quaternion and its negative are one rotation
-            there |= {n: -there[n] for n in entries}
-    return differences(mine, there, relative=1e-7)
+        if all(n in mine for n in entries) and sum(mine[n] * found[n] for n in entries) < 0:
+            found |= {n: -found[n] for n in entries}
+    return found
 
 
 def _on_an_edge(

@@ -29,6 +29,10 @@ OBJECTS = Path(__file__).resolve().parents[3] / "build" / "random_models" / "obj
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
 _FOLLOWED = re.compile(r"coordinate Length q\d+ = [\d.]+\*(q\d+);")
 """A start that follows another."""
+_NUMBER = re.compile(
+    r"parameter (?:[A-Z]\w* )?(p\d+)(?:\([^)]*\))? = -?[\d.]+(?:e-?\d+)?(?: [^\s;]+)?(?: \"[^\"]*\")?;"
+)
+"""A parameter that is a number."""
 KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
@@ -41,7 +45,7 @@ def exported(
     """
     model = mechc.loads(text)
     given = _given(model, text) if units else {}
-    own = _told(model, text) if units else {}
+    own = _told(model, text, units=True) if units else {}
     try:
         native = run(text, values=given | own)
     except Refused:  # of a start that something else decides
@@ -189,10 +193,13 @@ def _given(model: Any, text: str) -> dict[str, float]:
     return {q.name: 0.35 for q in model.problem("python").inputs[len(text) % 2 :: 2] if "[" not in q.name}
 
 
-def _parameter(model: Any, text: str) -> dict[str, float]:
-    """Choose a parameter of the model itself, the last that is declared, and another value for it."""
+def _parameter(model: Any, text: str, *, units: bool) -> dict[str, float]:
+    """Choose a parameter of the model itself, the last that is declared, and another value for it; for ``units`` one that is no formula."""
     values = prepared(lambda: model, "python", None, text).parameters()
     own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
+    if units:
+        numbers = set(_NUMBER.findall(text))
+        own = [name for name in own if name in numbers]
     return {own[-1]: 1.1 * values[own[-1]]} if own else {}
 
 
@@ -206,10 +213,10 @@ def _beginning(model: Any, text: str) -> dict[str, float]:
     return {own[0]: start[own[0]] + 0.05} if own else {}
 
 
-def _told(model: Any, text: str) -> dict[str, float]:
+def _told(model: Any, text: str, *, units: bool = False) -> dict[str, float]:
     """Choose what a program is told: of every third model nothing; where starts follow others, always one of those."""
     kind = 2 if _FOLLOWED.search(text) else len(text) % 3
-    return ({}, _parameter(model, text), _beginning(model, text))[kind]
+    return ({}, _parameter(model, text, units=units), _beginning(model, text))[kind]
 
 
 def _units(
