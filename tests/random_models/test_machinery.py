@@ -294,7 +294,15 @@ def test_of_initial_values_the_outermost_text_counts() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "file", ["faults.md", "faults_second.md", "faults_third.md", "faults_fourth.md", "faults_fifth.md"]
+    "file",
+    [
+        "faults.md",
+        "faults_second.md",
+        "faults_third.md",
+        "faults_fourth.md",
+        "faults_fifth.md",
+        "faults_sixth.md",
+    ],
 )
 def test_the_kept_faults_fit(file: str) -> None:
     """Whoever changes what a fault is planted in writes its patch anew."""
