@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
-from itertools import pairwise
 from typing import assert_never
 
 from mechc.lang.diagnostics import Reporter
@@ -32,7 +31,6 @@ from ...flat.model import (
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.kinks import COMPARING, as_choices
-from ...graph.table import Table, monotone_table
 from ...graph.vector import quaternion_rotation
 from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.pose import Turn
@@ -43,6 +41,7 @@ from .functions import FUNCTIONS
 from .integrals import Integrals
 from .questions import Questions, title
 from .symbols import Symbols
+from .tables import Tables
 from .unknowns import Unknowns
 from .values import Placement, Value, each, elements, filled, node
 
@@ -85,6 +84,7 @@ class Lowering:
         self._previous: dict[Node, Node] = {}
         self.unknowns = Unknowns(self, model)
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
+        self.tables = Tables(graph, self.numbers, reporter)
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
@@ -153,7 +153,7 @@ class Lowering:
         function, arguments = expression.function, expression.arguments
         match function:
             case "table":
-                return self._table(arguments)
+                return self.tables.value(*arguments)
             case "sample":
                 pulse = self._sample(*(self.scalar(x) for x in arguments))
                 self.instants.setdefault(pulse, expression.span)
@@ -339,36 +339,6 @@ class Lowering:
     def previous(self) -> Mapping[Node, Node]:
         """Symbols for values before an event, by the node they are the earlier value of."""
         return self._previous
-
-    def _table(self, arguments: tuple[Expression, ...]) -> Value:
-        points = self._constants(arguments[1])
-        values = self._constants(arguments[2])
-        if len(points) != len(values) or len(points) < 2:
-            raise self.reporter.fail(
-                "E0310",
-                f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
-                arguments[1].span,
-            )
-        if any(b <= a for a, b in pairwise(points)):
-            raise self.reporter.fail(
-                "E0311", "the points of a table must increase", arguments[1].span, caption="these do not"
-            )
-        table: Table = monotone_table(tuple(map(float, points)), tuple(map(float, values)))
-        return self.graph.lookup(self.graph.add_table(table), self.scalar(arguments[0]))
-
-    def _constants(self, expression: Expression) -> tuple[Fraction, ...]:
-        result = []
-        for item in self.numbers(expression):
-            if not self.graph.is_constant(item):
-                raise self.reporter.fail(
-                    "E0312",
-                    "the numbers of a table must be constants",
-                    expression.span,
-                    caption="this depends on something that can change",
-                    help="numbers, or a 'structural parameter'",
-                )
-            result.append(self.graph.value(item))
-        return tuple(result)
 
     def _quadrature(self, expression: Quadrature) -> Value:
         def integrand(place: Node) -> Node:

@@ -36,16 +36,31 @@ def badly_known(model: Model, base: Compiled, seed: int) -> list[str]:
 
 
 def untold(model: Model, base: Compiled) -> list[str]:
-    """List the integrals of which a model does not say how well they are known."""
+    """List the integrals of which a model does not say how well they are known, but for those in branches never taken."""
     told = [q.name for q in base.problem.outputs if q.kind == "quadrature"]
     stated = {
         str(e)
         for s in model.top.walk()
         for slot in s.slots
-        for e in slot.expression.walk()
+        for e in _asked(slot.expression)
         if e.kind == "integral.over"
     }
     return sorted(text for text in stated if not any(name.startswith(f"error({text}") for name in told))
+
+
+def _asked(e: E) -> Iterator[E]:
+    """Yield it and all below, but for what stands behind conditions that are known before a run."""
+    yield e
+    known = e.kind == "if" and any(_settled(x) for c in e.operands if c.type == "boolean" for x in c.walk())
+    for operand in e.operands:
+        if not known or operand.type == "boolean":
+            yield from _asked(operand)
+
+
+def _settled(condition: E) -> bool:
+    """Whether it compares numbers, or something with itself."""
+    sides = {str(x) for x in condition.operands}
+    return condition.type == "boolean" and (not condition.level or len(condition.operands) == 2 > len(sides))
 
 
 def exact(model: Model) -> bool:
