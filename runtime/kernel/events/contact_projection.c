@@ -2,6 +2,18 @@
 
 #include <string.h>
 
+void mech_contact_projection_move(mech_solver *s, const mech_real *d)
+{
+    const int nq = s->model->nq, nv = s->model->nv;
+    mech_event_state *e = s->events;
+    memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
+    memcpy(e->y_at + nq, d, (size_t)nv * sizeof(mech_real));
+    mech_rhs(s, s->run->report.t, e->y_at, e->move);
+    memset(e->y_at + nq, 0, (size_t)nv * sizeof(mech_real));
+    mech_rhs(s, s->run->report.t, e->y_at, e->driven);
+    for (int i = 0; i < nq; i++) e->move[i] -= e->driven[i];
+}
+
 void mech_contact_projection_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
@@ -10,13 +22,11 @@ void mech_contact_projection_close_gaps(mech_solver *s, int n, const int *rows)
     const int width = m->nv + e->n_rows;
     for (int k = 0; k < n; k++) target[k] = -mech_row_value(s, rows[k], MECH_GAP);
     mech_rows_solve(s, n, rows, target, x);
-    memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
     for (int i = 0; i < m->nv; i++) {
-        e->y_at[m->nq + i] = 0;
-        for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+        e->correction[i] = 0;
+        for (int k = 0; k < n; k++) e->correction[i] += x[k] * e->response[rows[k] * width + i];
     }
-    /* q' = N(q) v, with the correction in the place of v */
-    mech_rhs(s, s->run->report.t, e->y_at, e->move);
+    mech_contact_projection_move(s, e->correction);
     for (int i = 0; i < m->nq; i++) s->y[i] += e->move[i];
     mech_normalise(m, s->y);
     mech_rows_read(s);

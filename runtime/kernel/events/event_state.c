@@ -53,6 +53,8 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->act = take(&memory, &total, largest_act(h, ny + m->nz));
     e->y_at = take(&memory, &total, ny);
     e->move = take(&memory, &total, ny);
+    e->driven = take(&memory, &total, ny);
+    e->correction = take(&memory, &total, m->nv);
     e->y_before = take(&memory, &total, ny);
     e->z_before = take(&memory, &total, m->nz);
     e->outputs = take(&memory, &total, m->n_outputs);

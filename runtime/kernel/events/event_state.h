@@ -33,7 +33,8 @@ typedef struct mech_event_state {
     mech_real *last_hit, *delay; /* [n_rows] time of the last impact; until the bounces that are left out end */
     mech_real *held, *held_new; /* [n_branches] conditions                                   */
     mech_real *act;         /* [ny + nz + checks]                                            */
-    mech_real *y_at, *move; /* [ny] a state; a displacement                                  */
+    mech_real *y_at, *move, *driven; /* [ny] a state; a displacement; derivatives at rest    */
+    mech_real *correction;  /* [nv] of velocities                                            */
     mech_real *y_before, *z_before, *outputs, *times;
     mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
     mech_real *jolted;      /* [ny] the state where impacts at bends of gaps began to follow each other */

@@ -28,13 +28,10 @@ static int list_passed(mech_solver *s, int n, int *rows)
 static void drift(mech_solver *s, mech_real time)
 {
     const mech_model *m = s->model;
-    mech_real *at = s->events->y_at;
     mech_rhs(s, s->run->report.t, s->y, s->dy);
-    memcpy(at, s->y, (size_t)s->ny * sizeof(mech_real));
-    memcpy(at + m->nq, s->dy + m->nq, (size_t)m->nv * sizeof(mech_real));
-    mech_rhs(s, s->run->report.t, at, s->dy_new); /* q' is linear in v, so this is q'' */
+    mech_contact_projection_move(s, s->dy + m->nq);
     for (int i = 0; i < s->ny; i++) {
-        const mech_real bend = i < m->nq ? time * time / 2 * s->dy_new[i] : 0;
+        const mech_real bend = i < m->nq ? time * time / 2 * s->events->move[i] : 0;
         s->y[i] += time * s->dy[i] + bend;
     }
     mech_normalise(m, s->y);
