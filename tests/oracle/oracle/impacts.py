@@ -141,6 +141,18 @@ def strike(
     raise Undetermined("no impulses that fit the laws of impact")
 
 
+def _direction(point: Point, contact: flat.Contact, way: str) -> Array | None:
+    """The direction in which a contact slides: along its one slip, or as before the impact where it has two."""
+    if way in ("slip+", "slip-"):
+        return np.array([1.0 if way == "slip+" else -1.0])
+    if way != "slide":
+        return None
+    slips = np.array([real(s) for s in point.slip(contact)])
+    if not np.linalg.norm(slips) > 0:
+        raise NotCovered("an impact that begins to slide in some direction")
+    return slips / np.linalg.norm(slips)
+
+
 def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
     point = blow.point
     rows: list[Array] = []
@@ -152,21 +164,21 @@ def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
             for s in point.slip(c):
                 rows.append(gradient(point, s, "rate"))
                 wanted.append(-real(s))
-    if any(way == "slide" for _, way, _ in closed):
-        raise NotCovered("an impact that slides in two directions")
+    against = [_direction(point, c, way) for c, way, _ in closed]
     sliding = [
-        real(point.at(c.friction)) * (1 if way == "slip+" else -1) * gradient(point, point.slip(c)[0], "rate")
-        if way in ("slip+", "slip-")
+        real(point.at(c.friction))
+        * sum(e * gradient(point, s, "rate") for e, s in zip(turn, point.slip(c), strict=True))
+        if turn is not None
         else None
-        for c, way, _ in closed
+        for (c, _, _), turn in zip(closed, against, strict=True)
     ]
     n, G = len(blow.M), np.vstack([blow.held, *rows])
     push = G.copy()  # along a sliding contact the impulse is that of its normal, turned
     k = len(blow.held)
-    for (_, way, _), slide in zip(closed, sliding, strict=True):
+    for (c, way, _), slide in zip(closed, sliding, strict=True):
         if slide is not None:
             push[k] = push[k] - slide
-        k += 1 + (1 if way == "stick" else 0)
+        k += 1 + (len(point.slip(c)) if way == "stick" else 0)
     K = np.block([[blow.M, -push.T], [G, np.zeros((len(G), len(G)))]])
     right = np.concatenate([np.zeros(n), np.zeros(len(blow.held)), wanted])
     z = np.linalg.lstsq(K, right, rcond=1e-12)[0]
@@ -174,22 +186,25 @@ def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
         return None
     dv, impulses, k, turned = z[:n], z[n + len(blow.held) :], 0, False
     size = 1e-9 * (1e-300 + np.abs(impulses).max(initial=0))
-    for c, way, _ in closed:
+    for (c, way, _), turn in zip(closed, against, strict=True):
         J = impulses[k]
         if -size > J:
             return None
         if way == "stick":
             mu = real(point.at(c.static if c.static is not None else c.friction))
-            if abs(impulses[k + 1]) > mu * J + size:
+            count = len(point.slip(c))
+            if np.linalg.norm(impulses[k + 1 : k + 1 + count]) > mu * J + size:
                 return None
-        if way in ("slip+", "slip-"):
-            slip = point.slip(c)[0]
-            end = real(slip) + gradient(point, slip, "rate") @ dv
-            sign = 1 if way == "slip+" else -1
-            if end * sign < -1e-9 * (abs(real(slip)) + np.abs(dv).max()):
+            k += count
+        if turn is not None:
+            slips = point.slip(c)
+            before = turn @ np.array([real(s) for s in slips])
+            end = before + turn @ np.array([gradient(point, s, "rate") @ dv for s in slips])
+            still = 1e-9 * (abs(before) + np.abs(dv).max())
+            if end < -still:
                 return None
-            turned = turned or real(slip) * sign < -1e-9 * (abs(real(slip)) + np.abs(dv).max())
-        k += 2 if way == "stick" else 1
+            turned = turned or before < -still
+        k += 1
     for c, _, change in opened:
         if gradient(point, point.at(c.gap), "position") @ dv < change - 1e-9 * np.abs(dv).max(initial=0):
             return None

@@ -152,6 +152,8 @@ class Meaning:
                 for x in element_names(v.name, v.type.shape):
                     if x in self.values:
                         self.given_inputs.setdefault(x, self.values[x])
+                    elif value is None:
+                        self.given_inputs.setdefault(x, 0.0)
 
     @staticmethod
     def _raise(what: Any) -> Any:

@@ -327,7 +327,7 @@ class Point:
     def load(self, load: flat.Load) -> Array:
         """Virtual power of a force or torque, and of its opposite on the source (section 5)."""
         value = self.at(load.value)
-        if load.frame is not None and (self.space == 3 or load.kind == "force"):
+        if load.frame is not None and (self.space == 3 or load.kind != "torque"):
             value = self.at(load.frame).R @ np.asarray(value, object)
         rows = np.zeros((self.size, 1), complex)
         for where, sign in ((load.on, 1), (load.source, -1)):
