@@ -51,16 +51,6 @@ class _Arithmetic(Chain):
         if s.chance(ENDING):
             self._end()
 
-    def same(self, *texts: str) -> None:
-        """Write statements whose twin says the same."""
-        for text in texts:
-            self.say(text, text)
-
-    def output(self, text: str, plain: str) -> None:
-        """Write an output, and what it is."""
-        o = self.s.fresh("o")
-        self.say(f"output {o} = {text};", f"output {o} = {plain};", name=o)
-
     def mass(self, start: str) -> str:
         """Write a mass on a line of its own; ``start``: with = or ~."""
         q = self.s.fresh("q")

@@ -33,6 +33,8 @@ _NUMBER = re.compile(
     r"parameter (?:[A-Z]\w* )?(p\d+)(?:\([^)]*\))? = -?[\d.]+(?:e-?\d+)?(?: [^\s;]+)?(?: \"[^\"]*\")?;"
 )
 """A parameter that is a number."""
+_BEGINNING = re.compile(r"(?:coordinate|state|initial) [^;=]*= -?(?:2\*)?(p\d+)[;^ ]")
+"""A start that is a parameter, or nearly."""
 KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
@@ -46,6 +48,8 @@ def exported(
     model = mechc.loads(text)
     given = _given(model, text) if units else {}
     own = _told(model, text, units=True) if units else {}
+    if own.keys() & set(_BEGINNING.findall(text)):  # the start is found anew for it alone
+        given = {}
     try:
         native = run(text, values=given | own)
     except Refused:  # of a start that something else decides
@@ -194,12 +198,15 @@ def _given(model: Any, text: str) -> dict[str, float]:
 
 
 def _parameter(model: Any, text: str, *, units: bool) -> dict[str, float]:
-    """Choose a parameter of the model itself, the last that is declared, and another value for it; for ``units`` one that is no formula."""
+    """Choose a parameter of the model itself, one with which something begins or the last that is declared, and another value for it;
+    for ``units`` one that is no formula."""
     values = prepared(lambda: model, "python", None, text).parameters()
     own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
     if units:
         numbers = set(_NUMBER.findall(text))
         own = [name for name in own if name in numbers]
+    begins = set(_BEGINNING.findall(text))
+    own.sort(key=lambda name: name in begins)
     return {own[-1]: 1.1 * values[own[-1]]} if own else {}
 
 
@@ -214,8 +221,8 @@ def _beginning(model: Any, text: str) -> dict[str, float]:
 
 
 def _told(model: Any, text: str, *, units: bool = False) -> dict[str, float]:
-    """Choose what a program is told: of every third model nothing; where starts follow others, always one of those."""
-    kind = 2 if _FOLLOWED.search(text) else len(text) % 3
+    """Choose what a program is told: of every third model nothing; where starts follow others or parameters, always one of those."""
+    kind = 2 if _FOLLOWED.search(text) else 1 if _BEGINNING.search(text) else len(text) % 3
     return ({}, _parameter(model, text, units=units), _beginning(model, text))[kind]
 
 

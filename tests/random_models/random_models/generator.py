@@ -13,12 +13,14 @@ from random_models.closing import closing
 from random_models.deeds import deeds
 from random_models.drags import drags
 from random_models.driven import driven
+from random_models.everyday import everyday
 from random_models.fields import fields
 from random_models.forms import forms
 from random_models.formulas import formulas
 from random_models.grids import grids
 from random_models.growing import growing
 from random_models.hanging import hanging
+from random_models.landing import landing
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.measured import measured
@@ -79,6 +81,8 @@ def skeleton(seed: int) -> Scope:
         measured,
         arithmetic,
         orientations,
+        landing,
+        everyday,
     ):
         further(s, seed)
     return s

@@ -63,6 +63,16 @@ class Chain:
             data["wrong"] = wrong
         self.s.add(kind, text, name=name, data=data)
 
+    def same(self, *texts: str) -> None:
+        """Write statements whose twin says the same."""
+        for text in texts:
+            self.say(text, text)
+
+    def output(self, text: str, plain: str) -> None:
+        """Write an output, and what it is."""
+        o = self.s.fresh("o")
+        self.say(f"output {o} = {text};", f"output {o} = {plain};", name=o)
+
     def numbers(self, n: int, low: float = 0.4, high: float = 2.0) -> list[float]:
         """Return random numbers of two digits."""
         return [float(self.s.number(low, high)) for _ in range(n)]

@@ -118,10 +118,12 @@ def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere)
 def by_another_method(text: str, first: Any, random: Random) -> str:
     """Say how a motion differs from those by other methods that take the model and come to an end, or nothing.
 
-    Of every other model these are one that keeps momenta and that of Taylor series; else, and where neither takes it, any.
+    Of every other model these are one that keeps momenta, that of Taylor series and the one of places and velocities in turn; else,
+    and where none of them takes it, any.
     """
     every = [m for m in KERNEL_METHODS if m not in ("auto", "radau5", first.statistics.method)]
     rare = [[m for m in every if part in KERNEL_METHODS[m].parts] for part in ("momenta", "series")]
+    rare.append(["verlet"])
     groups = [random.sample(group, len(group)) for group in rare] if random.random() < 0.5 else []
     ran = [by for group in groups if (by := _by_one_of(text, group))]
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):

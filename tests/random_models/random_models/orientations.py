@@ -46,16 +46,6 @@ class _Orientations(Chain):
         for part in s.random.sample(further, s.pick((2, 3))):
             part()
 
-    def same(self, *texts: str) -> None:
-        """Write statements whose twin says the same."""
-        for text in texts:
-            self.say(text, text)
-
-    def output(self, text: str, plain: str) -> None:
-        """Write an output, and what it is."""
-        o = self.s.fresh("o")
-        self.say(f"output {o} = {text};", f"output {o} = {plain};", name=o)
-
     def vector(self, unit: str, low: float = -0.6, high: float = 0.6) -> str:
         """Write the components of a vector."""
         return "{" + ", ".join(f"{v:g}" for v in self.numbers(self.s.space, low, high)) + f"}} {unit}"

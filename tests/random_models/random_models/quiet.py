@@ -6,6 +6,7 @@ from random import Random
 
 from random_models.arithmetic import following
 from random_models.coordinates import coordinate, half, mass_for, square
+from random_models.everyday import starting
 from random_models.expressions import Writer
 from random_models.formulas import chain
 from random_models.operators import der
@@ -39,6 +40,8 @@ def quiet(seed: int) -> Scope:
     with s.apart(f"followers of {seed}"):
         if s.chance(0.4):
             following(s)
+        elif s.chance(0.5):
+            starting(s)
     return s
 
 
