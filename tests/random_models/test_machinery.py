@@ -79,7 +79,7 @@ def test_methods_with_steps_of_one_size_are_run() -> None:
 
 def test_what_is_said_of_integrals_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     model = generate(82)
-    base = compiled(model.text())
+    base = compiled(model.text(), "c")
     assert exact.exact(model) and exact.badly_known(model, base, 1) == []
     monkeypatch.setattr(exact, "ROUNDING", 0.0)
     assert exact.badly_known(model, base, 1)
