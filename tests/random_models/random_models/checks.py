@@ -382,7 +382,7 @@ def _integrals(model: Model, base: Compiled, seed: int) -> list[Disagreement] | 
 
 
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare motions: of two methods, of two twins, and with the definition along one of them."""
+    """Compare motions: of several methods, of three twins, and with the definition along one of them."""
     first = run(model.text())
     found = [Disagreement("motion", kind, said) for kind, said in doubts(first)]
     if str(first.outcome) == "Outcome.FAILED":
@@ -395,7 +395,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     said_along = along(base, first, ignored(model))
     found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
     random = Random(seed)
-    for make in (composed, structured):
+    for make in (composed, structured, element_by_element):
         twin = make(model, random)
         if twin is None or twin.base is not None:
             continue
