@@ -39,6 +39,7 @@ def run(
     inputs: Mapping[str, Path] | None = None,
     values: Mapping[str, float] | None = None,
     begin: float = 0.0,
+    step: float = STEP,
 ) -> Any:
     """Run a model on a grid of eleven times, with the last one among them if it begins at ``begin``."""
     try:
@@ -51,7 +52,7 @@ def run(
                 every=(until - begin) / 10,
                 tolerance=TOLERANCE,
                 method=method,
-                step=STEP if method in FIXED else None,
+                step=step if method in FIXED else None,
                 inputs=inputs or {},
                 set=dict(values or {}),
             )
@@ -118,18 +119,18 @@ def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere)
 def by_another_method(text: str, first: Any, random: Random) -> str:
     """Say how a motion differs from those by other methods that take the model and come to an end, or nothing.
 
-    Of every other model these are one that keeps momenta, that of Taylor series and the one of places and velocities in turn; else,
+    Of every model that is separable one is ``verlet``, of every other model one that keeps momenta and that of Taylor series; else,
     and where none of them takes it, any.
     """
     every = [m for m in KERNEL_METHODS if m not in ("auto", "radau5", first.statistics.method)]
     rare = [[m for m in every if part in KERNEL_METHODS[m].parts] for part in ("momenta", "series")]
-    rare.append(["verlet"])
     groups = [random.sample(group, len(group)) for group in rare] if random.random() < 0.5 else []
+    groups.append(["verlet"])
     ran = [by for group in groups if (by := _by_one_of(text, group))]
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):
         ran = [by]
     for method, other in ran:
-        if said := difference(first, other) or loose(first, other, method):
+        if said := difference(first, other) or loose(first, other, method) or slow(text, first, method):
             return f"{method}: {said}"
     return ""
 
@@ -167,6 +168,39 @@ def loose(first: Any, other: Any, method: str) -> str:
     if not told > LOOSE * left * max(1.0, known / TOLERANCE):
         return ""
     return f"an estimated error of {told:.2g}, for {known:.2g}"
+
+
+COARSE = 0.01
+"""Seconds, of two steps the shorter, at which the order of a method shows."""
+
+
+def slow(text: str, first: Any, method: str) -> str:
+    """Say that a method of order p with steps of one size loses less than 2^(p - 1/2) of an error by half the step.
+
+    Looked at is what is off by far more than the first motion may be, and by little enough that the order shows.
+    """
+    if method not in FIXED or first.events or first.statistics.method != "dop853":
+        return ""
+    order = int(method[-1]) if method[-1].isdigit() else 2
+    try:
+        two = [columns(run(text, method, step=h)) for h in (2 * COARSE, COARSE)]
+    except Refused:
+        return ""
+    floor = (
+        1e3 * (FLOOR * TOLERANCE) ** 0.5
+    )  # 3e-5 of what is 1: the square root of what is seen and what is known
+    for name, x in columns(first).items():
+        if (
+            asked(name)
+            or any(name not in c or c[name].shape != x.shape for c in two)
+            or not np.isfinite(x).all()
+        ):
+            continue
+        scale = 1 + np.max(np.abs(x), initial=0.0)
+        coarse, fine = (float(np.max(np.abs(c[name] - x), initial=0.0)) / scale for c in two)
+        if 30 * FLOOR < coarse < 1e-2 and fine > coarse / 2 ** (order - 0.5):
+            return f"{name} is off by {coarse:.2g}, and with half the step by {fine:.2g}"
+    return ""
 
 
 def _single(times: Any) -> dict[float, int]:

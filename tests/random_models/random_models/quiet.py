@@ -16,6 +16,8 @@ from random_models.tree import ENERGY, FORCE, LENGTH, NUMBER, SPEED, TIME, E, Sl
 
 SHARE = 0.04
 """Of the models."""
+SEPARABLE = 0.3
+"""Of these have accelerations that depend on places and time alone, as some methods want them."""
 
 
 def is_quiet(seed: int) -> bool:
@@ -27,6 +29,8 @@ def quiet(seed: int) -> Scope:
     """Write the statements of one."""
     s = Scope(File(Random(f"a quiet model {seed}")))
     places = [coordinate(s, s.pick((LENGTH, LENGTH, NUMBER))) for _ in range(s.pick((1, 2, 2, 3)))]
+    if Random(f"separable {seed}").random() < SEPARABLE:
+        return _separable(s, places)
     for q in places:
         _energies(s, q)
     for _ in range(s.pick((1, 1, 2))):
@@ -42,6 +46,35 @@ def quiet(seed: int) -> Scope:
             following(s)
         elif s.chance(0.5):
             starting(s)
+    return s
+
+
+def _separable(s: Scope, places: list[E]) -> Scope:
+    """Write masses that nothing but places, time and inputs moves."""
+    w = Writer(s, "q", kinks=False)
+    for q in places:
+        mass, stiffness = mass_for(s, q.dim), s.value(over(ENERGY, to_power(q.dim, 2)), s.number(0.5, 3))
+        for what, e in (
+            ("kinetic", half(s, mass, square(der(q)))),
+            ("potential", half(s, stiffness, square(q))),
+        ):
+            s.add("energy", f"{what} ", Slot(what, e), ";", data={"what": what})
+    s.add("energy", "potential ", Slot("potential", w.scalar(ENERGY, 1)), ";", data={"what": "potential"})
+    if s.chance(0.5):
+        signal(s, quiet=True)
+    for q in places:
+        push = Writer(s, "tqu", kinks=False).scalar(over(ENERGY, q.dim), 1)
+        s.add(
+            "force",
+            "force ",
+            Slot("force.value", push),
+            " on ",
+            Slot("force.on", q),
+            ";",
+            data={"on": "scalar"},
+        )
+    _output(s, w.scalar(LENGTH, 2))
+    _output(s, der(places[0], 2))
     return s
 
 
