@@ -30,4 +30,5 @@ def test_a_driven_rate_beside_a_contact(bounce: str, method: str) -> None:
     t = np.asarray(solution.time)
     # of a tolerance of 1e-9 a step, a hundred of them and an event each
     assert np.asarray(solution["s"]) == pytest.approx(0.3 + t + np.sin(2 * t) / 4, abs=1e-7)
-    assert solution.accuracy.error.largest < 1e-7
+    error = solution.accuracy.error
+    assert error is not None and error.largest < 1e-7

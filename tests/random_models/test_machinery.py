@@ -19,7 +19,7 @@ from random_models.compiled import compiled
 from random_models.definition import LOOKED, along, edged, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
-from random_models.motions import by_another_method, difference, doubts, loose, run
+from random_models.motions import by_another_method, columns, difference, doubts, loose, run, slow
 from random_models.nesting import by_element, with_gravity
 from random_models.overruling import overruling
 from random_models.planted import ROOT, faults, texts
@@ -75,6 +75,21 @@ def test_methods_with_steps_of_one_size_are_run() -> None:
     rough = SimpleNamespace(accuracy=SimpleNamespace(error=SimpleNamespace(by_state={"a": 1e-4})))
     assert "0.0001" in loose(first, rough, "taylor") and "0.0001" in loose(first, rough, "lobatto4")
     assert not loose(first, rough, "rattle") and not loose(first, first, "lobatto6")
+
+
+def test_the_order_of_methods_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error that half the step does not make four times as small, as one of an account, is no error of second order."""
+    text = (
+        "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 2 N/m*x^2; experiment(stop = 1 s);"
+    )
+    first = run(text)
+    assert slow(text, first, "verlet") == ""
+
+    runs = [
+        columns(run(text, "verlet", step=h)) | {"x": np.asarray(first["x"]) + 0.1 * h} for h in (0.02, 0.01)
+    ]
+    monkeypatch.setattr("random_models.motions.run", lambda *_, step: runs[0.02 > step])
+    assert slow(text, first, "verlet").startswith("x is off by")
 
 
 def test_what_is_said_of_integrals_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:

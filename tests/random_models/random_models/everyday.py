@@ -43,7 +43,7 @@ class _Everyday(Chain):
         self.array(f"coordinate Length {self.x}", "m", -0.5, 0.5)
         self._rates()
         self._energies()
-        every = [self._labels, self.starts, self._matrix_of_coordinates, self._matrix_of_states, self._vectors, self._events, self._input,
+        every = [self._labels, self.starts, self._matrix_of_coordinates, self._matrix_of_states, self._vectors, self._events, self._silent,
                  self._friction, self._powers, self._functions, self._block, self._sums, self._lets, self._index]  # fmt: skip
         if not long:
             every += [self._constraints, self._contacts]
@@ -61,7 +61,7 @@ class _Everyday(Chain):
         text = f"for {self.i} in 1:{self.N} loop initial der({x}[{self.i}]) = {c:g} m/s*{self.i}; end for;"
         self.say(text if self.s.chance(0.6) else " ".join(plain), *plain)
 
-    def _loop(self, body: str, plain: str) -> None:
+    def _repeat(self, body: str, plain: str) -> None:
         """Write a loop over all masses; ``@``: the index."""
         self.say(
             f"for {self.i} in 1:{self.N} loop {body.replace('@', self.i)} end for;",
@@ -79,7 +79,7 @@ class _Everyday(Chain):
                 ("force", f"{c:g} N*sin({x}[@]/(1 m) + @)"),
             )
         )
-        self._loop(f"{kind} {f}[@]: {law} on {x}[@];", f"{kind} {f}@: {law} on {x}[@];")
+        self._repeat(f"{kind} {f}[@]: {law} on {x}[@];", f"{kind} {f}@: {law} on {x}[@];")
         k = s.random.randint(1, self.n)
         self.output(f"power({f}[{k}])", f"power({f}{k})")
         self.output(f"power({f}[1]) + power({f}[{self.N}])", f"power({f}1) + power({f}{self.n})")
@@ -90,10 +90,10 @@ class _Everyday(Chain):
         c, m = self.numbers(2, 0.3, 1.2)
         text = f"coordinate Length {y}[{self.N}] ~ 0.1 m;"
         self.say(text, text.replace(self.N, str(self.n)), name=y)
-        self._loop(f"kinetic 1/2*{m:g} kg*der({y}[@])^2;", f"kinetic 1/2*{m:g} kg*der({y}[@])^2;")
-        self._loop(f"potential 0.4 N/m*{y}[@]^2;", f"potential 0.4 N/m*{y}[@]^2;")
+        self._repeat(f"kinetic 1/2*{m:g} kg*der({y}[@])^2;", f"kinetic 1/2*{m:g} kg*der({y}[@])^2;")
+        self._repeat(f"potential 0.4 N/m*{y}[@]^2;", f"potential 0.4 N/m*{y}[@]^2;")
         row = s.pick((f"{y}[@] = {c:g}*{x}[@]", f"{c:g}*{x}[@] = {y}[@]", f"{y}[@] - {c:g}*@*{x}[@] = 0 m"))
-        self._loop(f"constraint {h}[@]: {row};", f"constraint {h}@: {row};")
+        self._repeat(f"constraint {h}[@]: {row};", f"constraint {h}@: {row};")
         self.output(f"multiplier({h}[{self.n}])", f"multiplier({h}{self.n})")
         self.output(f"multiplier({h}[1])*{x}[1]", f"multiplier({h}1)*{x}[1]")
 
@@ -103,7 +103,7 @@ class _Everyday(Chain):
         far, e = self.numbers(2, 0.55, 0.75)
         tail = s.pick(("", f" restitution {e:g}"))
         gap = s.pick((f"{x}[@] + ({far:g} m + 0.02 m*@)", f"{far:g} m + 0.02 m*@ - {x}[@]"))
-        self._loop(f"contact {c}[@]: {gap}{tail};", f"contact {c}@: {gap}{tail};")
+        self._repeat(f"contact {c}[@]: {gap}{tail};", f"contact {c}@: {gap}{tail};")
         k = s.random.randint(1, self.n)
         self.output(f"(if closed({c}[{k}]) then 1 else 0)", f"(if closed({c}{k}) then 1 else 0)")
         self.output(f"multiplier({c}[1])", f"multiplier({c}1)")
@@ -153,14 +153,14 @@ class _Everyday(Chain):
         rows[i - 1][k - 1] = self.numbers(1, -0.8, 0.8)[0]
         return f"initial {name}[{i}, {k}] = {rows[i - 1][k - 1]:g} {unit};"
 
-    def _matrix(self) -> tuple[str, list[list[float]]]:
+    def _sizes(self) -> tuple[str, list[list[float]]]:
         size = self.s.pick(((2, 2), (2, 3), (3, 2)))
         return f"[{size[0]}, {size[1]}]", [self.numbers(size[1], -0.8, 0.8) for _ in range(size[0])]
 
     def _matrix_of_coordinates(self) -> None:
         """Coordinates of two indices, of which one has a start of its own."""
         s, q = self.s, self.s.fresh("q")
-        size, rows = self._matrix()
+        size, rows = self._sizes()
         rates = [[0.0] * len(rows[0]) for _ in rows]
         start = "{" + ", ".join("{" + ", ".join(f"{v:g}" for v in row) + "}" for row in rows) + "} m"
         if s.chance(0.3):
@@ -195,7 +195,7 @@ class _Everyday(Chain):
     def _matrix_of_states(self) -> None:
         """States of two indices, likewise."""
         s, w = self.s, self.s.fresh("x")
-        size, rows = self._matrix()
+        size, rows = self._sizes()
         start = "{" + ", ".join("{" + ", ".join(f"{v:g}" for v in row) + "}" for row in rows) + "}"
         self.say(f"state Real {w}{size} = {start}; {self._single(w, '', rows)}", name=w)
         whole = ", ".join("{" + ", ".join(f"{v:.17g}" for v in row) + "}" for row in rows)
@@ -235,7 +235,7 @@ class _Everyday(Chain):
         self.say(f"when {text} then {deed} end when;", f"when {plain} then {deed} end when;", kind="when")
         self.same(f"force 0.3 N*{n} on {x}[2];", f"output {s.fresh('o')} = {n};")
 
-    def _input(self) -> None:
+    def _silent(self) -> None:
         """An input without a value is zero."""
         s, u = self.s, self.s.fresh("u")
         kind, unit = s.pick((("Force", " N"), ("Real", "")))

@@ -186,9 +186,6 @@ def slow(text: str, first: Any, method: str) -> str:
         two = [columns(run(text, method, step=h)) for h in (2 * COARSE, COARSE)]
     except Refused:
         return ""
-    floor = (
-        1e3 * (FLOOR * TOLERANCE) ** 0.5
-    )  # 3e-5 of what is 1: the square root of what is seen and what is known
     for name, x in columns(first).items():
         if (
             asked(name)
