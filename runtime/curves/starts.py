@@ -183,21 +183,23 @@ def densities(discrete: Discrete, unknowns: Unknowns, s: Array) -> Array:
         for m, k in enumerate(which):
             table = block[:, where[:, m]]
             if which is layout.positions and not curve.points[k].bound:
-                _continue_to_ends(nodes, table, discrete.active_nodes[:, :, m])
+                _continue_to_borders(nodes, table)
             found[k] = _interpolated(nodes, table, element, xi)
     return found
 
 
-def _continue_to_ends(nodes: Array, table: Array, active: NDArray[np.bool_]) -> None:
-    """Give ends at which a condition rests the value that the polynomial through the other nodes has there."""
-    for element, node in ((0, 0), (-1, -1)):
-        if active[element, node]:
-            continue
-        others = np.delete(np.arange(len(nodes)), node)
-        apart = nodes[others][:, None] - nodes[others][None, :] + np.eye(len(others))
-        ahead = nodes[node] - nodes[others]
+def _continue_to_borders(nodes: Array, table: Array) -> None:
+    """Give borders the values that polynomials through the nodes inside have there.
+
+    What a node on a border has beside it is a force at one place, as where a coordinate that follows from a condition has no
+    end of its own, or a corner; it is no part of the density. Where the condition rests it has no value at all.
+    """
+    inner = nodes[1:-1]
+    apart = inner[:, None] - inner[None, :] + np.eye(len(inner))
+    for node in (0, -1):
+        ahead = nodes[node] - inner
         shares = np.prod(ahead) / ahead / np.prod(apart, axis=1)
-        table[element, node] = float(shares @ table[element, others])
+        table[:, node] = table[:, 1:-1] @ shares
 
 
 def _interpolated(nodes: Array, table: Array, element: NDArray[np.int64], xi: Array) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import mpmath as mp
+import numpy as np
 import pytest
 
 import mechc
@@ -93,3 +94,27 @@ def test_a_ring_on_a_chain() -> None:
     leap = found(0.7 + beside)["p"] - found(0.7 - beside)["p"]
     assert leap == pytest.approx(5, rel=1e-6)
     assert found(0.4 + beside)["p"] - found(0.4 - beside)["p"] == pytest.approx(0, abs=1e-6)
+
+
+TIED = """
+model Tied "z = y + x^2 at every place, with a load on y"
+  dimensionless;
+  independent x from 0 to 1;
+  coordinate y ~ 0;
+  coordinate z ~ x^2;
+  initial y = 0;
+  final y = 1;
+  stationary integral(1/2*der(y)^2 + 1/2*der(z)^2) + at(y, 0.3);
+  constraint tie: z = y + x^2;
+  output density = 2*multiplier(tie);
+end Tied;
+"""
+
+
+def test_the_density_of_a_condition_has_no_part_in_forces_at_places() -> None:
+    """2 y'' = -2 and z'' = multiplier, so that it is 1; slopes of z at the ends and its corner take forces at single places."""
+    found = mechc.loads(TIED).solve()
+    places = np.linspace(0, 1, 41)
+    assert found(places)["multiplier(tie)"] == pytest.approx(1, rel=1e-8)
+    assert found["density"] == pytest.approx(2, rel=1e-8)
+    assert found(0.3)["y"] == pytest.approx(0.3 + 0.3 * 0.7 / 2 - 0.3 * 0.7 / 2, rel=1e-10)
