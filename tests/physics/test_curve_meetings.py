@@ -166,3 +166,31 @@ def test_bodies_of_the_library_between_two_places() -> None:
     """).solve()
     assert bar.stationary == pytest.approx(formula.stationary, rel=1e-12)
     assert bar.negative_directions == formula.negative_directions == 0
+
+
+STEERED = """
+model Steered "the slope of y is z: a beam, of two coordinates"
+  dimensionless;
+  independent x from 0 to 1;
+  coordinate y ~ 0;
+  coordinate z ~ 0;
+  initial y = 0;
+  final y = 1;
+  initial z = 0;
+  final z = 0;
+  stationary integral(1/2*der(z)^2);
+  constraint c: der(y) = z;
+end Steered;
+"""
+
+
+def test_ends_are_given_where_a_condition_on_slopes_holds() -> None:
+    """y = 3 x^2 - 2 x^3, value 6; the slope of y at the ends is free to be z, and no contradiction of what is given."""
+    found = mechc.loads(STEERED).solve()
+    assert found.stationary == pytest.approx(6, rel=1e-12)
+    assert found(0.25)["y"] == pytest.approx(3 / 16 - 2 / 64, rel=1e-10)
+    other = mechc.loads(
+        STEERED.replace("der(y) = z;", "2*der(y) = z - x;").replace("final z = 0", "final z = 3")
+    )
+    # 2 y' = z - x: z bends by as much as its mean, 1/2 + 2, is off the straight line's, 3/2: z = 3 x + 6 x (1 - x)
+    assert other.solve().stationary == pytest.approx(4.5 + 6, rel=1e-12)
