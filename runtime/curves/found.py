@@ -303,8 +303,6 @@ def _kind(posed: Posed, answer: Answer, coarse: Answer | None) -> tuple[int, str
         positive -= mesh.count * mesh.degree - 1
     if not answer.definite:
         return negative, "degenerate"
-    if posed.curve.action:
-        return negative, "minimum" if negative == 0 else "saddle"
     if negative == 0:
         return 0, "minimum"
     if positive <= 0:

@@ -121,3 +121,35 @@ def test_the_time_of_a_given_energy_is_found() -> None:
     """).solve()
     assert found.interval[1] == pytest.approx(float(time), rel=1e-12)
     assert abs(found.stationary - exact) <= 30 * found.error <= 1e-9 * exact
+
+
+def test_an_action_that_nothing_raises_is_a_maximum() -> None:
+    text = """
+model Falling
+  dimensionless;
+  independent t from 0 to 1;
+  coordinate y ~ 0;
+  initial y = 0;
+  final y = 1;
+  lagrangian -1/2*der(y)^2;
+end Falling;
+"""
+    assert mechc.loads(text).solve().kind == "maximum"
+    assert mechc.loads(text.replace("lagrangian -", "kinetic ")).solve().kind == "minimum"
+
+
+def test_a_range_that_would_descend_is_no_answer() -> None:
+    """1/(2 b) - k b^2/4 is stationary at b = -1/k^(1/3) alone."""
+    text = """
+model Before
+  dimensionless;
+  independent x from 0 to b;
+  coordinate b ~ 1;
+  coordinate y ~ x;
+  initial y = 0;
+  final y = 1;
+  stationary integral(1/2*der(y)^2 - x/2);
+end Before;
+"""
+    with pytest.raises(mechc.SimulationError, match="goes from 0 to -1: it must ascend"):
+        mechc.loads(text).solve()

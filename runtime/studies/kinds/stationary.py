@@ -83,7 +83,9 @@ class Stationary(Struct, frozen=True, kw_only=True):
                 help=f"give a guess that is nearer: 'coordinate {posed.problem.states[0].name} ~ f({posed.problem.time.name});', "
                 "in an experiment too; or ask whether there is a smooth curve at all",
             ) from None
+        _check_range(posed, first)
         answers = [first, *(further(posed, first) if self.all else ())]
+        answers = [one for one in answers if _ascends(posed, one)]
         if plain(posed) and not posed.curve.action:
             for one in answers:
                 ends = evaluate(one.discrete, one.solved, np.array([0.0, 1.0]), 0)[0]
@@ -96,6 +98,26 @@ class Stationary(Struct, frozen=True, kw_only=True):
             _check_assertions(one)
             _check_energy(one)
         return found
+
+
+def _ascends(posed: Posed, answer: Answer) -> bool:
+    low, high = posed.range(answer.solved.whole[: posed.curve.unknown])
+    return low < high
+
+
+def _check_range(posed: Posed, answer: Answer) -> None:
+    """Raise SimulationError where an end was found on the wrong side of the other one."""
+    if _ascends(posed, answer):
+        return
+    over = posed.problem.time
+    low, high = posed.range(answer.solved.whole[: posed.curve.unknown])
+    unit = f" {over.unit}" if over.unit else ""
+    raise SimulationError(
+        f"no stationary curve of '{posed.problem.name}' was found but one whose range of '{over.name}' goes from {low:.6g}{unit} to "
+        f"{high:.6g}{unit}: it must ascend",
+        over.origin,
+        help="give another guess of its end; or ask whether there is such a curve at all",
+    )
 
 
 def _endless(posed: Posed, failed: Failed) -> list[str]:
