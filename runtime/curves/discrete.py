@@ -128,16 +128,18 @@ class Discrete:
     # ------------------------------------------------------------ residual and matrix
 
     def stiffness(self, sizes: Array) -> Array:
-        """Return the matrix of sum over coordinates of the integral of (d^r q/ds^r / size)^2 + (q / size)^2, for each element."""
+        """Return the matrix of sum over coordinates of the integral of (d^r q/ds^r / size)^2 + (q / size)^2, with the order r of
+        each, for each element."""
         layout, places = self.layout, self.inner
         size = 2 * layout.width + layout.inner
         made = np.zeros((self.mesh.count, size, size))
-        for k in (0, self.curve.order):
+        for k in sorted({0, *layout.orders}):
             functions = places.functions[k]
             block = np.swapaxes(functions * places.weights[:, :, None], 1, 2) @ functions
             for i in range(layout.n):
-                where = layout.place[:, i]
-                made[:, where[:, None], where[None, :]] += block / sizes[i] ** 2
+                if k in (0, layout.orders[i]):
+                    where = layout.place[:, i]
+                    made[:, where[:, None], where[None, :]] += block / sizes[i] ** 2
         return made
 
     def blocks(self, unknowns: Unknowns, *, matrix: bool = True) -> Blocks:

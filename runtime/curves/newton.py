@@ -122,8 +122,8 @@ def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Un
     for _ in range(8):
         plain = Unknowns(at.border.copy(), at.inside.copy(), at.whole.copy())
         plain.whole[lam0:] = 0.0
-        plain.border[:, layout.r * layout.n :] = 0.0
-        plain.inside[:, layout.bubbles * layout.n :] = 0.0
+        plain.border[:, layout.shared :] = 0.0
+        plain.inside[:, layout.own :] = 0.0
         blocks = discrete.blocks(plain)
         if not is_finite(blocks):
             return at
@@ -156,7 +156,7 @@ def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Un
         if not np.isfinite(size):
             return at
         at = Unknowns(at.border.copy(), at.inside.copy(), at.whole.copy())
-        n, b = layout.r * layout.n, layout.bubbles * layout.n
+        n, b = layout.shared, layout.own
         at.border[:, :n] += step.border[:, :n]
         at.inside[:, :b] += step.inside[:, :b]
         at.whole[:lam0] += step.whole[:lam0]
@@ -169,7 +169,7 @@ def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
     """Return a start with the multipliers that leave the least of the gradient, measured by the stiffness."""
     layout = discrete.layout
     lam0 = layout.unknown + layout.numbers
-    n, b = layout.r * layout.n, layout.bubbles * layout.n
+    n, b = layout.shared, layout.own
     plain = Unknowns(start.border.copy(), start.inside.copy(), start.whole.copy())
     plain.whole[lam0:] = 0.0
     plain.border[:, n:] = 0.0
@@ -231,14 +231,12 @@ class Norm(Struct, frozen=True, eq=False):
 def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) -> Norm:
     """Return the measure of steps: coordinates by their largest values, numbers of the whole by theirs; no multipliers."""
     layout = discrete.layout
-    n, r = layout.n, layout.r
     size = np.maximum(discrete.sizes(unknowns), least)
     never = np.inf
-    border = np.full(layout.width, never)
-    border[:n] = size
-    border[n : r * n] = np.tile(size * 10, r - 1) if r > 1 else border[n : r * n]
-    inside = np.full(layout.inner, never)
-    inside[: layout.bubbles * n] = np.tile(size, layout.bubbles)
+    block = np.full(2 * layout.width + layout.inner, never)
+    for j, row in enumerate(layout.place):
+        block[row] = size * 10 if j < 2 * layout.r and j % layout.r else size
+    border, inside = block[: layout.width], block[2 * layout.width :]
     whole = np.full(layout.whole, never)
     known = unknowns.whole[: layout.unknown]
     whole[: layout.unknown] = np.where(known != 0, np.abs(known), 1.0)

@@ -29,7 +29,11 @@ class Unknowns(Struct, eq=False):
 
 
 class Layout(Struct, frozen=True, eq=False):
-    """Where each unknown of an element stands in its block: left border, right border, inside."""
+    """Where each unknown of an element stands in its block: left border, right border, inside.
+
+    ``orders``: how many values of each coordinate (itself, its slope, ..) go on across borders; ``shared``: how many unknowns
+    of coordinates a border has, ``own`` how many the inside: bubbles, then slopes that leap.
+    """
 
     n: int
     r: int
@@ -47,6 +51,9 @@ class Layout(Struct, frozen=True, eq=False):
     numbers: int
     unknown: int
     wholes: int
+    orders: tuple[int, ...]
+    shared: int
+    own: int
 
     @property
     def whole(self) -> int:
@@ -58,37 +65,60 @@ class Layout(Struct, frozen=True, eq=False):
         return self.numbers + self.wholes
 
 
+def orders_of(curve: Curve) -> tuple[int, ...]:
+    """Return how many values of each coordinate go on across borders: as many as derivatives of it decide.
+
+    So the slope of a coordinate that does not bend leaps at loads and choices by place also beside one that bends. One whose
+    slope is asked for at a place, or that stands in a condition at every place, goes on as smoothly as the smoothest.
+    """
+    n, r = curve.coordinates, curve.order
+    orders = [1] * n
+    for _, c in curve.gradient:
+        if c < n * (r + 1):
+            orders[c % n] = max(orders[c % n], c // n)
+    smooth = [c for _, c in curve.point_gradient] + [c for _, c in curve.place_gradient if c >= n]
+    for c in smooth:
+        if c < n * (r + 1):
+            orders[c % n] = r
+    return tuple(orders)
+
+
 def layout_of(curve: Curve, degree: int) -> Layout:
     """Return the places of the unknowns for elements of one degree."""
     n, r = curve.coordinates, curve.order
     positions = tuple(k for k, row in enumerate(curve.points) if row.kind == "position")
     rates = tuple(k for k, row in enumerate(curve.points) if row.kind != "position")
-    width = r * n + len(positions)
+    orders = orders_of(curve)
+    shared = sum(orders)
+    width = shared + len(positions)
     bubbles = degree + 1 - 2 * r
+    own = bubbles * n + 2 * (r * n - shared)
     intervals = degree + 1 - r
     inner_nodes, rate_nodes = intervals - 1, intervals
-    inner = bubbles * n + inner_nodes * len(positions) + rate_nodes * len(rates)
+    inner = own + inner_nodes * len(positions) + rate_nodes * len(rates)
     place = np.empty((degree + 1, n), dtype=np.int64)
-    for j in range(degree + 1):
+    place[2 * r :] = 2 * width + np.arange(bubbles * n).reshape(bubbles, n)
+    on_border, leaping = 0, 2 * width + bubbles * n
+    for j in range(r):
         for i in range(n):
-            if j < r:
-                place[j, i] = j * n + i
-            elif j < 2 * r:
-                place[j, i] = width + (j - r) * n + i
+            if j < orders[i]:
+                place[[j, r + j], i] = on_border, width + on_border
+                on_border += 1
             else:
-                place[j, i] = 2 * width + (j - 2 * r) * n + i
-    start = 2 * width + bubbles * n
+                place[[j, r + j], i] = leaping, leaping + 1
+                leaping += 2
+    start = 2 * width + own
     m = len(positions)
     node_place = np.empty((intervals + 1, m), dtype=np.int64)
     for k in range(m):
-        node_place[0, k] = r * n + k
-        node_place[-1, k] = width + r * n + k
+        node_place[0, k] = shared + k
+        node_place[-1, k] = width + shared + k
         node_place[1:-1, k] = start + np.arange(inner_nodes) * m + k
     start += inner_nodes * m
     rate_place = start + np.arange(rate_nodes * len(rates)).reshape(rate_nodes, len(rates))
     return Layout(
         n, r, degree, positions, rates, width, bubbles, inner_nodes, rate_nodes, inner, place, node_place,
-        rate_place, len(curve.numbers), curve.unknown, len(curve.wholes),
+        rate_place, len(curve.numbers), curve.unknown, len(curve.wholes), orders, shared, own,
     )  # fmt: skip
 
 
@@ -111,14 +141,20 @@ def fitted(layout: Layout, mesh: Mesh, at: Array, xi: Array) -> tuple[Array, Arr
     )
     table = fits @ np.swapaxes(at, 0, 1).swapaxes(1, 2)
     border = np.zeros((count + 1, layout.width))
+    inside = np.zeros((count, layout.inner))
     share = np.zeros(count + 1)
-    border[:-1, : r * n] += table[:, :r].reshape(count, -1)
-    border[1:, : r * n] += table[:, r : 2 * r].reshape(count, -1)
     share[:-1] += 1
     share[1:] += 1
+    for j in range(layout.degree + 1):
+        for i in range(n):
+            place = layout.place[j, i]
+            if place >= 2 * layout.width:
+                inside[:, place - 2 * layout.width] = table[:, j, i]
+            elif place >= layout.width:
+                border[1:, place - layout.width] += table[:, j, i]
+            else:
+                border[:-1, place] += table[:, j, i]
     border /= share[:, None]
-    inside = np.zeros((count, layout.inner))
-    inside[:, : layout.bubbles * n] = table[:, 2 * r :].reshape(count, -1)
     return border, inside
 
 

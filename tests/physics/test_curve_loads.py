@@ -118,3 +118,31 @@ def test_the_density_of_a_condition_has_no_part_in_forces_at_places() -> None:
     assert found(places)["multiplier(tie)"] == pytest.approx(1, rel=1e-8)
     assert found["density"] == pytest.approx(2, rel=1e-8)
     assert found(0.3)["y"] == pytest.approx(0.3 + 0.3 * 0.7 / 2 - 0.3 * 0.7 / 2, rel=1e-10)
+
+
+BESIDE_A_ROD = """
+model BesideARod "a string with a load and a step of its tension, beside a rod that bends"
+  dimensionless;
+  independent x from 0 to 1;
+  coordinate y ~ 0;
+  coordinate z ~ 0;
+  initial y = 0;
+  final y = 1;
+  initial z = 0;
+  final z = 1;
+  initial der(z) = 0;
+  let tension = if x < 0.6 then 1 else 3;
+  stationary integral(1/2*tension*der(y)^2 + 1/2*der(z, 2)^2) + at(y, 0.3);
+end BesideARod;
+"""
+
+
+def test_a_string_has_corners_beside_a_rod_that_bends() -> None:
+    """The force p of the string leaps by 1 at the load: 0.3 (p - 1) + 0.3 p + 0.4 p/3 = 1; the rod is (3 x^2 - x^3)/2, value 3/2."""
+    found = mechc.loads(BESIDE_A_ROD).solve()
+    p = 1.3 / (0.6 + 0.4 / 3)
+    value = 0.3 * (p - 1) ** 2 / 2 + 0.3 * p**2 / 2 + 0.4 * p**2 / 6 + 0.3 * (p - 1) + 1.5
+    assert found.stationary == pytest.approx(value, rel=1e-12)
+    assert found(0.6)["y"] == pytest.approx(1 - 0.4 * p / 3, rel=1e-10)
+    assert found(0.5)["z"] == pytest.approx((3 / 4 - 1 / 8) / 2, rel=1e-10)
+    assert found.kind == "minimum"
