@@ -243,6 +243,16 @@ def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) 
     return Norm(border, inside, whole)
 
 
+def ascends(discrete: Discrete, at: Unknowns) -> bool:
+    """Tell whether the range goes upwards, of which an end may be unknown."""
+    if not discrete.curve.unknown:
+        return True
+    found = discrete.functions["range"](
+        np.zeros(()), np.zeros(discrete._height()), np.zeros(0), discrete._z(at), discrete.p
+    )
+    return bool(found[0] < found[1])
+
+
 def newton(
     discrete: Discrete,
     start: Unknowns,
@@ -296,7 +306,7 @@ def newton(
         while True:
             after = at.moved(step, share)
             trial = discrete.blocks(after, matrix=False)
-            if is_finite(trial):
+            if is_finite(trial) and ascends(discrete, after):
                 further = norm(factors.step(trial))
                 if np.isfinite(further) and further <= (1 - share / 4) * size:
                     break

@@ -153,3 +153,21 @@ end Before;
 """
     with pytest.raises(mechc.SimulationError, match="goes from 0 to -1: it must ascend"):
         mechc.loads(text).solve()
+
+
+def test_an_end_stays_above_the_other_one_on_the_way() -> None:
+    """1/(2 b) + b/2 is stationary at 1 and -1; from 5 Newton's whole step goes below zero."""
+    text = """
+model Free
+  dimensionless;
+  independent x from 0 to b;
+  coordinate b ~ 5;
+  coordinate y ~ x/5;
+  initial y = 0;
+  final y = 1;
+  stationary integral(1/2*der(y)^2 + 1/2);
+end Free;
+"""
+    found = mechc.loads(text).solve()
+    assert found.stationary == pytest.approx(1, rel=1e-12)
+    assert found.interval[1] == pytest.approx(1, rel=1e-9)
