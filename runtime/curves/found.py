@@ -21,6 +21,10 @@ from .starts import densities, evaluate
 
 BESIDE = 1e-12
 """Share of the range beside a kink at which its two sides are taken."""
+ASIDE = 1e-9
+"""Share of the range beside the border of an element at which slopes are compared."""
+CORNER = 0.01
+"""Part of their range by which slopes leap at a corner."""
 POINTS = 501
 """Places at which the curve is written and drawn, beside the borders of its elements."""
 
@@ -218,6 +222,29 @@ class CurveSolution:
     def deciding(self) -> frozenset[str]:
         """Names of the integrals on which the curve depends."""
         return frozenset(row.name for row in self._posed.curve.numbers if row.kind == "integral")
+
+    def corners(self) -> list[float]:
+        """Return the places at which slopes leap though no formula is special there."""
+        posed = self._posed
+        curve = posed.curve
+        if curve.exchanged or curve.bends or any(row.bound for row in curve.points):
+            return []
+        nodes = self._answer.discrete.mesh.nodes[1:-1]
+        special = np.array([0.0, 1.0, *posed.borders()])
+        nodes = nodes[np.min(np.abs(nodes[:, None] - special[None, :]), axis=1) > 2 * ASIDE]
+        if not nodes.size:
+            return []
+        n = curve.coordinates
+        before, behind = (self._along(nodes + side)[n : 2 * n] for side in (-ASIDE, ASIDE))
+        along = self._along(self._s)[: 2 * n]
+        ranges = np.ptp(along[n:], axis=1)
+        sizes = np.max(np.abs(along), axis=1).reshape(2, n).max(axis=0)
+        with np.errstate(invalid="ignore"):
+            # no leaps of rounding along straight lines, or where a coordinate is zero
+            least = np.maximum(np.maximum(ranges, 1e-3 * sizes), 1e-9)
+            leaps = np.abs(behind - before) > CORNER * least[:, None]
+        a, b = self.interval
+        return [float(a + (b - a) * s) for s in nodes[leaps.any(axis=0)]]
 
     def endless(self) -> dict[str, str]:
         """Return integrals that have no finite value, by name, with the place that they fail at; empty where errors are small."""

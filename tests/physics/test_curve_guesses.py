@@ -169,3 +169,24 @@ def test_both_arcs_of_a_great_circle_each_once() -> None:
     """).solve(all=True)
     arcs = [(s.stationary, s.negative_directions) for s in found.solutions[0]]
     assert arcs == [(pytest.approx(mp.pi / 2, rel=1e-9), 0), (pytest.approx(3 * mp.pi / 2, rel=1e-9), 1)]
+
+
+def test_a_corner_at_the_border_of_an_element_is_doubted() -> None:
+    """As long as it shall be, sqrt(1 + y'^2) times its multiplier bends the other way than y'^2/2: corners may be anywhere."""
+    text = """
+model Stretched
+  dimensionless;
+  independent s from 0 to 4.0656;
+  coordinate q ~ -0.355*2.11;
+  initial q = 0.544*2.11;
+  final q = -0.0178*2.11;
+  let weight = 0.0598*(if s > 1.1099 then 3.15 else 1.86);
+  let stiffness = if s > 0.789*4.0656 then 1.819 else 1.43;
+  let slope = der(q)*2.42/2.11;
+  stationary integral(stiffness*slope^2/2 - weight*q/2.11)/2.42 - 0.196044*at(cos(q/2.11), 0.85784);
+  constraint length: integral(sqrt(1 + slope^2))/2.42 = 2.01533;
+end Stretched;
+"""
+    found = solve(text)
+    assert found.outcome.value == "doubtful"
+    assert "the curve has a corner at s = " in found.remarks[-1]

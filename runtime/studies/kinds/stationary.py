@@ -97,6 +97,7 @@ class Stationary(Struct, frozen=True, kw_only=True):
             _check_values(one)
             _check_assertions(one)
             _check_energy(one)
+            _check_corners(one)
         return found
 
 
@@ -156,6 +157,19 @@ def _check_energy(found: CurveSolution) -> None:
         found.remarks.append(
             f"this is not stationary: its energy, {mean:.4g} on average, differs by {off:.2g} along it, as where a step of the "
             "integrand is passed that no method sees; take as independent variable the one that the step is in"
+        )
+        found.doubted = True
+
+
+def _check_corners(found: CurveSolution) -> None:
+    """Doubt a curve with a corner where nothing of the model is: elements may have one at their borders, and choose its place."""
+    places = found.corners()
+    if places:
+        over = found.problem.time
+        unit = f" {over.unit}" if over.unit else ""
+        found.remarks.append(
+            f"the curve has a corner at {over.name} = {places[0]:.6g}{unit}, where nothing of the model is: its place is that of an "
+            "element's border, and there may be no smooth curve that meets the conditions"
         )
         found.doubted = True
 
