@@ -1,0 +1,1 @@
+"""Random models of curves, and a reference for them that shares no code with the compiler."""
