@@ -251,6 +251,8 @@ def climb(meaning: Meaning, state: State, surface: Series, step: float, rows: Ar
     speed = real(der(surface))
     unit, _ = blow.solve(g, np.zeros((0, len(g))), np.zeros(0))
     W = g @ unit
+    if not W > 0:  # the surface is one of time alone: no velocity changes
+        return state, True
     square = speed**2 - 2 * W * step
     passes = square > 0
     after = -np.sqrt(square) if passes else -speed

@@ -1,4 +1,4 @@
-"""Parameters that a run is given, by a number in the place of a number or a formula, against a text that says the same."""
+"""Parameters and starts that a run is given, by a number in the place of a number or a formula, against a text that says the same."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from random_models.meaning import Meaning
 from random_models.modes import Target
 from random_models.quantities import quantity
 from random_models.settings import is_number
+from random_models.starts import begun
 from random_models.structure import with_value
 from random_models.tree import Dim, E, Model, S, node
 
@@ -49,12 +50,20 @@ def written(value: float, d: Dim) -> E:
 
 
 def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str, str]] | None:
-    """List how a model with given parameters differs from one whose text says them."""
-    given = chosen(model, Random(f"given to {seed}"))
-    if not given or not base.settles:
+    """List how a model with given parameters, or a given start, differs from one whose text says them."""
+    random = Random(f"given to {seed}")
+    given = chosen(model, random)
+    if not base.settles:
         return None
+    found = _differs(base, given, said_by_text(model, given).text(), seed) if given else []
+    start, text = begun(base.text, random)
+    found += _differs(base, start, text, seed) if start else []
+    return found if given or start else None
+
+
+def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> list[tuple[str, str]]:
     target: Target = "python" if base.problem.library is None else "c"
-    one, other = _refused(base.text, target, given), _refused(said_by_text(model, given).text(), target, {})
+    one, other = _refused(base.text, target, given), _refused(text, target, {})
     if isinstance(one, Refused) or isinstance(other, Refused):
         both = isinstance(one, Refused) and isinstance(other, Refused)
         return [] if both else [("refused", f"{given}: {one}\n{other}")]

@@ -34,6 +34,7 @@ from random_models.slider import slider
 from random_models.stepped import stepped
 from random_models.steps import steps
 from random_models.tasks import tasks
+from random_models.timed import timed
 from random_models.together import together
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
@@ -83,6 +84,7 @@ def skeleton(seed: int) -> Scope:
         orientations,
         landing,
         everyday,
+        timed,
     ):
         further(s, seed)
     return s

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from random_models.compiled import Compiled
+from random_models.starts import followed
 
 Target = Literal["c", "python"]
 
@@ -31,6 +32,8 @@ _IN_TURN = ("spelled out", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
+    if name == "given" and followed(base.text):
+        return True
     if name in _SELDOM:
         return seed % 5 == _SELDOM[name]
     if name == "composed" and base.constrained:  # another order may hang the joints of a loop otherwise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from random import Random
@@ -13,6 +14,7 @@ from scipy.interpolate import CubicSpline
 from random_models.compiled import Compiled
 
 ROWS = 6
+_READ = re.compile(r'\binput (?:\w+ )?(\w+)(?:\[[^\]]*\])?\(interpolation = "(\w+)"\)')
 
 
 def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
@@ -28,10 +30,11 @@ def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
 
 
 def meant(base: Compiled, paths: Mapping[str, Path]) -> dict[str, Callable[[float], float]]:
-    """Return the same tables as functions of time, in SI."""
-    kinds = {q.name: q.interpolation for q in base.problem.inputs}
+    """Return the same tables as functions of time, in SI, read as the text says."""
+    kinds = dict(_READ.findall(base.text))
     return {
-        name: _function(np.loadtxt(p, delimiter=",", skiprows=1), kinds[name]) for name, p in paths.items()
+        name: _function(np.loadtxt(p, delimiter=",", skiprows=1), kinds.get(name.partition("[")[0], "linear"))
+        for name, p in paths.items()
     }
 
 
