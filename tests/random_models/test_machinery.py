@@ -317,6 +317,7 @@ def test_of_initial_values_the_outermost_text_counts() -> None:
         "faults_fourth.md",
         "faults_fifth.md",
         "faults_sixth.md",
+        "faults_seventh.md",
     ],
 )
 def test_the_kept_faults_fit(file: str) -> None:
