@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache, reduce
 from typing import Any
 
@@ -36,6 +37,10 @@ BENDS: set[Any] = set()
 that ask for a force, has no derivative there; and rounding decides for the floor of what is whole but for rounding."""
 ROUNDING = 1e-11
 """How near to a whole number the floor of a number that moves is one of rounding."""
+
+
+_OF_RATES = frozenset({"vel", "vel_at", "angvel"})
+"""Functions that look at how their arguments go on."""
 
 
 def each(f: Callable[[Any], Any], x: Value) -> Value:
@@ -76,10 +81,11 @@ class Evaluator:
         self.floors: dict[Any, float] = {}
         self.local: dict[str, Value] = {}
         self.memo: dict[str, Value] = {}
-        self.fixed: dict[int, Value] | None = None
+        self.fixed: dict[tuple[int, bool], Value] | None = None
         self.reached: dict[int, tuple[Any, frozenset[str]]] = {}
         self.previous: Evaluator | None = None
         self.due = 0.0
+        self.numbers_only = False
         self.event: Callable[[flat.Apply], bool] | None = None
         self.lazy: dict[str, Callable[[], Value]] = {}
 
@@ -96,7 +102,9 @@ class Evaluator:
             rate = margin.v[1, 0].real
             if abs(real(margin)) <= DUE * self.due * abs(rate):
                 return bool(rate > 0)
-        if self.frozen is None or not (isinstance(margin, Series) or isinstance(self.frozen, Fresh)):
+        if self.frozen is None or not (
+            self.numbers_only or isinstance(margin, Series) or isinstance(self.frozen, Fresh)
+        ):
             return now
         choice = self.frozen.setdefault(key, now)
         self.seen[key] = (margin if choice else -margin, choice)
@@ -115,11 +123,11 @@ class Evaluator:
             EDGES.add(key)
             if off or moves(x):
                 BENDS.add(key)
-        if self.frozen is None or not isinstance(x, Series):
+        if self.frozen is None or not (self.numbers_only or isinstance(x, Series)):
             return math.floor(real(x))
-        n = self.frozen.setdefault(key, math.floor(x.real))
-        self.floors[key] = x.real
-        self.seen[key] = (x - n if x.real - n < 0.5 else n + 1 - x, n)
+        n = self.frozen.setdefault(key, math.floor(real(x)))
+        self.floors[key] = real(x)
+        self.seen[key] = (x - n if real(x) - n < 0.5 else n + 1 - x, n)
         return float(n)
 
     # ------------------------------------------------------------ expressions
@@ -127,11 +135,24 @@ class Evaluator:
     def __call__(self, e: flat.Expression) -> Value:
         if self.fixed is None or isinstance(e, flat.Literal) or not self.free(e):
             return self.value(e)
-        if id(e) not in self.fixed:
+        key = id(e), self.numbers_only
+        if key not in self.fixed:
             seen, self.seen = self.seen, {}
-            self.fixed[id(e)] = self.value(e)
+            self.fixed[key] = self.value(e)
             self.seen = seen
-        return self.fixed[id(e)]
+        return self.fixed[key]
+
+    @contextmanager
+    def only_numbers(self, only: bool = True) -> Iterator[None]:
+        """Leave out how values go on and answer to displacements, where nothing asks for it: much faster.
+
+        At an instant that is due the rates say how time decides, so that nothing is left out.
+        """
+        outer, self.numbers_only = self.numbers_only, only and not self.due
+        try:
+            yield
+        finally:
+            self.numbers_only = outer
 
     def free(self, e: flat.Expression) -> bool:
         """Whether no variable of an integral enters: then the value is the same at all its points."""
@@ -154,7 +175,15 @@ class Evaluator:
         return self.reached[id(e)][1]
 
     def value(self, e: flat.Expression) -> Value:
+        if self.numbers_only and (
+            isinstance(e, flat.Derivative | flat.Query | flat.FieldDerivative)
+            or (isinstance(e, flat.Apply) and e.function in _OF_RATES)
+        ):
+            with self.only_numbers(False):
+                return now(self.value(e))
         match e:
+            case flat.Apply():
+                return self.apply(e)
             case flat.Literal():
                 return e.value if isinstance(e.value, bool | str) else float(e.value)
             case flat.Name():
@@ -192,12 +221,19 @@ class Evaluator:
                 return self.name(e.name)
             case flat.FieldDerivative():
                 return self.field_derivative(e)
-            case flat.Apply():
-                return self.apply(e)
 
     def name(self, name: str) -> Value:
         if name in self.local:
             return self.local[name]
+        if not self.numbers_only or (
+            self.local and name in self.definitions and name not in self.names and name not in self.lazy
+        ):
+            return self.known(name)
+        with self.only_numbers(False):
+            return now(self.known(name))
+
+    def known(self, name: str) -> Value:
+        """What a name stands for that no integral and no sum binds."""
         if name in self.names:
             return self.names[name]
         if name in self.lazy:
@@ -227,8 +263,16 @@ class Evaluator:
                 self.local, self.frozen, self.seen, self.fixed = outer
 
         lower, upper = self(e.lower), self(e.upper)
-        fixed: dict[int, Value] = {} if self.fixed is None else self.fixed
-        return definite_integral(body, lower, upper)
+        fixed: dict[tuple[int, bool], Value] = {} if self.fixed is None else self.fixed
+
+        def plain(s: Any) -> tuple[Value, dict[Any, tuple[Any, Any]]]:
+            try:
+                with self.only_numbers():
+                    return body(real(s))
+            except ArithmeticError:  # where a series says that something is no number
+                return body(s)
+
+        return definite_integral(body, plain, lower, upper)
 
     def field_derivative(self, e: flat.FieldDerivative) -> Value:
         """``grad``, ``div``, ``curl``, ``laplacian`` by differences; what is compared is decided at the place itself."""
@@ -391,6 +435,11 @@ class Evaluator:
         return best
 
 
+def now(x: Value) -> Value:
+    """The numbers of a value; positions and orientations stay as they are."""
+    return x if isinstance(x, Pose) else each(lambda s: s.real if isinstance(s, Series) else s, x)
+
+
 def moves(x: Any) -> bool:
     """Whether displacements change a number at first order, those too that only ask for forces."""
     return isinstance(x, Series) and x.e is not None and bool(np.any(x.e[0]))
@@ -437,7 +486,7 @@ def curve(x: Any, xs: Value, ys: Value) -> Any:
     if not knots[0] <= real(x) <= knots[-1]:
         end = knots[0] if real(x) < knots[0] else knots[-1]
         return float(piece(end)) + (x - end) * float(piece(end, 1))
-    i = int(np.clip(np.searchsorted(knots, real(x), side="right") - 1, 0, len(knots) - 2))
+    i = min(int(np.searchsorted(knots, real(x), side="right")) - 1, len(knots) - 2)
     h = x - knots[i]
     c = piece.c[:, i]
     return ((c[0] * h + c[1]) * h + c[2]) * h + c[3]

@@ -16,14 +16,14 @@ Body = Callable[[Any], tuple[Any, dict[Any, tuple[Any, Any]]]]
 LOOKS = 200
 
 
-def definite_integral(body: Body, lower: Any, upper: Any) -> Any:
-    """The integral of ``body(s)[0]``; ``body(s)[1]`` are the decisions taken at s."""
+def definite_integral(body: Body, plain: Body, lower: Any, upper: Any) -> Any:
+    """The integral of ``body(s)[0]``; ``body(s)[1]`` are the decisions taken at s; ``plain``: the same in numbers only."""
     width = upper - lower
     if real(width) == 0 and not isinstance(width, Series):
         return 0.0
 
     def look(sigma: float) -> tuple[Any, dict[Any, Any]]:
-        value, seen = body(lower + width * sigma)
+        value, seen = plain(lower + width * sigma)
         return value, {key: choice for key, (_, choice) in seen.items()}
 
     def choices(sigma: float) -> dict[Any, Any]:

@@ -90,13 +90,9 @@ class Series:
 def product(a: Array, b: Array) -> Array:
     """The product of two series in time, as far as both are known."""
     k = min(len(a), len(b))
-    first = a[0] * b[0]
-    out = np.empty((k, *first.shape), complex)
-    out[0] = first
-    for n in range(1, k):
-        np.multiply(a[0], b[n], out=out[n])
-        for j in range(1, n + 1):
-            out[n] += a[j] * b[n - j]
+    out = a[0] * b[:k]
+    for j in range(1, k):
+        out[j:] += a[j] * b[: k - j]
     return out
 
 

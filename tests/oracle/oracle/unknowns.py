@@ -61,7 +61,11 @@ def _solved(at: Evaluator, model: flat.FlatModel) -> dict[str, Value]:
             at.local = outer
 
     def numbers(z: Array) -> Array:
-        return np.array([real(x) for x in rows(list(z))])
+        try:
+            with at.only_numbers():
+                return np.array([real(x) for x in rows(list(z))])
+        except ArithmeticError:  # where a series says that something is no number
+            return np.array([real(x) for x in rows(list(z))])
 
     def slopes(z: Array) -> Array:
         columns = []

@@ -13,6 +13,7 @@ from math import cos, sin
 from random_models.coordinates import half
 from random_models.driven import ask
 from random_models.operators import add, call, der, divide, element, multiply, negate, subtract, two, vector
+from random_models.quantities import quantity
 from random_models.scope import Scope
 from random_models.tree import (
     ENERGY,
@@ -106,6 +107,12 @@ def _derivative(
     )
 
 
+def _exactly(s: Scope, value: Fraction) -> E:
+    """Write a number by which two formulas mean the same: not in a unit that holds an angle, which would round it."""
+    e = s.literal(NUMBER, value)
+    return e if e.data == value else quantity(value, NUMBER)
+
+
 def _formal(name: str, d: Dim) -> E:
     return reference(name, "formal", d)
 
@@ -121,7 +128,7 @@ def _scalar(s: Scope, n: int) -> dict[str, Answer]:
     body = add(multiply(a, add(half(s, multiply(x, x)), multiply(b, multiply(x, y)))), bent)
     if n == 3:
         body = add(
-            body, multiply(multiply(s.literal(NUMBER, F("0.25")), a), multiply(element(r, 3), element(r, 3)))
+            body, multiply(multiply(_exactly(s, F("0.25")), a), multiply(element(r, 3), element(r, 3)))
         )
     f = _function(s, f"Length r[{n}], Stiffness a, Real b", body)
 
@@ -131,12 +138,12 @@ def _scalar(s: Scope, n: int) -> dict[str, Answer]:
     def gradient(p: E, c: E, k: E) -> E:
         x, y, *z = parts(p)
         slope = multiply(force, call("cos", divide(y, size), value=cos))
-        up = [multiply(multiply(s.literal(NUMBER, F("0.5")), c), v) for v in z]
+        up = [multiply(multiply(_exactly(s, F("0.5")), c), v) for v in z]
         return vector(multiply(c, add(x, multiply(k, y))), add(multiply(c, multiply(k, x)), slope), *up)
 
     def laplacian(p: E, c: E, k: E) -> E:
         bend = multiply(divide(force, size), call("sin", divide(element(p, 2), size), value=sin))
-        whole = multiply(c, s.literal(NUMBER, F("1.5"))) if n == 3 else c
+        whole = multiply(c, _exactly(s, F("1.5"))) if n == 3 else c
         return subtract(whole, bend)
 
     def rise(p: E, c: E, k: E) -> E:
