@@ -32,6 +32,8 @@ SHARE = 0.08
 """Of the models."""
 AT_ONCE = 0.3
 """Of the pairs are apart at the start, and released then."""
+OPENED = 0.15
+"""Of the models with contacts: one of them is let go on the way, and what it held falls through."""
 ASKED = 0.3
 """Of the models with contacts: a law asks whether one of them presses."""
 
@@ -44,6 +46,9 @@ def letting_go(s: Scope, seed: int) -> None:
             _ask(s, s.pick(contacts))
         if s.chance(SHARE):
             _ask(s, _pair(s))
+    with s.apart(f"contact let go of {seed}"):
+        if contacts and s.chance(OPENED):
+            _event(s, "release", s.pick(contacts), s.number(0.05, 0.35))
 
 
 def _ask(s: Scope, name: str) -> None:
@@ -128,16 +133,7 @@ def _pair(s: Scope) -> str:
     if s.chance(0.5):
         _kick(s, s.pick((a, b)), late)
     for word, time in deeds:
-        t = reference("time", "time", TIME, level="t")
-        first = node("initial", "initial()", level="z", type="boolean")
-        s.add(
-            "when",
-            "when ",
-            Slot("when.condition", relation(">", t, s.literal(TIME, time)) if time else first),
-            " then",
-            Seq((statement(word, f"{word} {name};", name=name),)),
-            "end when;",
-        )
+        _event(s, word, name, time)
     out = s.fresh("o")
     force = call("multiplier", reference(name, "constraint"), dim=FORCE, level="qva")
     s.add("output", f"output {out} = ", Slot("output.value", force), ";", name=out)
@@ -150,6 +146,20 @@ def _pair(s: Scope) -> str:
         name=apart,
     )
     return name
+
+
+def _event(s: Scope, word: str, name: str, time: Fraction) -> None:
+    """Let something go, or take hold of it, at a time; at once where that is zero."""
+    t = reference("time", "time", TIME, level="t")
+    first = node("initial", "initial()", level="z", type="boolean")
+    s.add(
+        "when",
+        "when ",
+        Slot("when.condition", relation(">", t, s.literal(TIME, time)) if time else first),
+        " then",
+        Seq((statement(word, f"{word} {name};", name=name),)),
+        "end when;",
+    )
 
 
 def _kick(s: Scope, q: E, late: Fraction) -> None:

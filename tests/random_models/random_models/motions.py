@@ -130,7 +130,12 @@ def by_another_method(text: str, first: Any, random: Random) -> str:
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):
         ran = [by]
     for method, other in ran:
-        if said := difference(first, other) or loose(first, other, method) or slow(text, first, method):
+        said = difference(first, other)
+        if not said and not (
+            method in FIXED and "table(" in text
+        ):  # a curvature that jumps inside of fixed steps
+            said = loose(first, other, method) or slow(text, first, method)
+        if said:
             return f"{method}: {said}"
     return ""
 

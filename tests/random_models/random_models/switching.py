@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from random import Random
 
 from random_models.expressions import Writer
 from random_models.loads import writer
@@ -264,7 +265,7 @@ def friction(s: Scope) -> None:
         s.powers.append(name)
     tail = ', law = "regularized", v_stick = ' if s.chance(0.3) else ""
     options: list[str | Slot] = (
-        [tail, Slot("friction.v_stick", s.literal(over(q.dim, TIME), F("0.05")))] if tail else []
+        [tail, Slot("friction.v_stick", s.literal(over(q.dim, TIME), F("0.05")))] if tail else _usual_law(s)
     )
     static: list[str | Slot] = []
     if s.chance(0.3) and not tail:
@@ -294,8 +295,17 @@ def _rubbing(s: Scope, slips: list[E]) -> list[str | Slot]:
     along = vector(*s.random.sample(slips, 2)) if two_ways else s.pick(slips)
     parts += [" along ", Slot("contact.along", along)]
     if smooth:
-        parts += [', law = "regularized", v_stick = ', Slot("contact.v_stick", s.literal(SPEED, F("0.05")))]
-    return parts
+        return [
+            *parts,
+            ', law = "regularized", v_stick = ',
+            Slot("contact.v_stick", s.literal(SPEED, F("0.05"))),
+        ]
+    return parts + _usual_law(s)
+
+
+def _usual_law(s: Scope) -> list[str | Slot]:
+    """Name now and then the law that holds without a name, by a random number of its own: models keep all else."""
+    return [', law = "stick"'] if Random(hash(s.random.getstate()[1])).random() < 0.25 else []
 
 
 def contact(s: Scope) -> None:
