@@ -124,9 +124,12 @@ def machines(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
 
         file = folder / "scheduler.json"
         scheduler = begun("scheduler", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
-        while not file.exists():
+        address = None
+        while address is None:  # the file is there before all of it is written
             time.sleep(0.1)
-        address = str(json.loads(file.read_text())["address"])
+            assert scheduler.poll() is None, "the scheduler ended"
+            with suppress(FileNotFoundError, json.JSONDecodeError):
+                address = str(json.loads(file.read_text())["address"])
         for _ in range(2):
             begun("worker", address, "--nthreads", "1", "--no-dashboard", "--no-nanny")
         yield address, scheduler
