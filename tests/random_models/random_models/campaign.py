@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from mechc.runtime.native import build
 from mechc.runtime.native.cache import prune_cache
 from random_models.checks import MODES, Disagreement, Report, examined, still
 from random_models.definition import LOOKED, SKIPPED
@@ -147,6 +148,8 @@ def main() -> None:
     if words and words[0] == "explain":
         print(explain(int(words[1]), mode=mode))
     elif words and words[0] == "range":
+        if mode == "states":  # a library that is called a few times
+            build._STRAIGHT = ("-O0",)
         print(json.dumps(results(range(int(words[1]), int(words[2])), mode)))
     elif words and words[0] == "seeds":
         print(json.dumps(results([int(seed) for seed in words[1:]], mode)))
