@@ -6,7 +6,7 @@ What a page leaves open is said as a choice: whether a force that brakes whereve
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,14 +35,22 @@ def dissipated(meaning: Meaning, state: State) -> list[float]:
     open_ones = []
     for load in meaning.flat.loads:
         power = real(load_power(point, load))
-        if is_drag(meaning, load):
+        if _once(meaning, load, is_drag):
             sure -= power
-        elif power <= 0 and brakes(meaning, load):
+        elif power <= 0 and _once(meaning, load, brakes):
             open_ones.append(-power)
     if len(open_ones) > MOST:
         raise NotCovered("many forces that may brake")
     shares = itertools.product(*((0.0, p) for p in open_ones))
     return [sure + sum(share) for share in shares]
+
+
+def _once(meaning: Meaning, load: flat.Load, asked: Callable[[Meaning, flat.Load], bool]) -> bool:
+    """What is asked of a force, which no state changes: found once for all states."""
+    key = asked.__name__, id(load)
+    if key not in meaning.braking:
+        meaning.braking[key] = asked(meaning, load)
+    return meaning.braking[key]
 
 
 def resisted(meaning: Meaning, point: Point) -> float:
@@ -109,12 +117,21 @@ def is_drag(meaning: Meaning, load: flat.Load) -> bool:
         return False
     if any(isinstance(e, flat.Query) or (isinstance(e, flat.Name) and e.name in outside) for e in named):
         return False
-    looks = [(power, speed) for power, speed in _looks(meaning, load) if speed > 1e-6]
-    for exponent in (2, 3):
-        sizes = [power / speed**exponent for power, speed in looks]
-        if len(sizes) == LOOKS and max(sizes) < 0 and max(sizes) - min(sizes) < -_ROUNDING * min(sizes):
-            return True
-    return False
+    sizes: dict[int, list[float]] = {2: [], 3: []}
+    looks = 0
+    for power, speed in _looks(meaning, load):
+        if speed <= 1e-6:
+            return False
+        looks += 1
+        sizes = {k: [*found, power / speed**k] for k, found in sizes.items()}
+        sizes = {k: found for k, found in sizes.items() if max(found) < 0 and _alike(found)}
+        if not sizes:
+            return False
+    return looks == LOOKS
+
+
+def _alike(sizes: list[float]) -> bool:
+    return max(sizes) - min(sizes) < _ROUNDING * max(abs(x) for x in sizes)
 
 
 _OUTSIDE = (flat.Role.INPUT, flat.Role.DISCRETE)

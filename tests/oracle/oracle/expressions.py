@@ -13,12 +13,12 @@ from scipy.interpolate import PchipInterpolator
 
 from mechc.compiler.flat import model as flat
 from oracle import poses
-from oracle.fields import differences
-from oracle.integrals import definite_integral
+from oracle.fields import differences, moved
+from oracle.integrals import ONE_BY_ONE, definite_integral
 from oracle.meshes import solid
 from oracle.poses import Pose, vector
-from oracle.series import FUNCTIONS, Series, angle_of, apply, power, real
-from oracle.values import NotCovered
+from oracle.series import FUNCTIONS, Series, angle_of, apply, known, places, power, real, spread, steps_of
+from oracle.values import NotCovered, Uneven
 
 Value = Any
 RELATIONS: dict[str, tuple[Callable[[Any, Any], bool], int]] = {
@@ -41,6 +41,10 @@ ROUNDING = 1e-11
 
 _OF_RATES = frozenset({"vel", "vel_at", "angvel"})
 """Functions that look at how their arguments go on."""
+
+
+_BY_ONE_NUMBER = frozenset({"equal", "not_equal", "div", "mesh_volume", "mesh_centre", "mesh_inertia"})
+"""Functions that look at the number itself, the same at all places."""
 
 
 def each(f: Callable[[Any], Any], x: Value) -> Value:
@@ -82,6 +86,7 @@ class Evaluator:
         self.local: dict[str, Value] = {}
         self.memo: dict[str, Value] = {}
         self.fixed: dict[tuple[int, bool], Value] | None = None
+        self.many: tuple[int, int] | None = None  # steps and places, where an integral looks at many at once
         self.reached: dict[int, tuple[Any, frozenset[str]]] = {}
         self.previous: Evaluator | None = None
         self.due = 0.0
@@ -96,6 +101,7 @@ class Evaluator:
 
         At an instant that is ``due`` what the time alone decides is as it is right behind it.
         """
+        self.alike(margin)
         if real(margin) == 0:
             EDGES.add(key)
         if self.due and isinstance(margin, Series) and margin.e is None and len(margin.v) > 1:
@@ -110,14 +116,24 @@ class Evaluator:
         self.seen[key] = (margin if choice else -margin, choice)
         return bool(choice)
 
+    def alike(self, margin: Any) -> None:
+        """Leave off where a choice is not the same at all places, or is tied at one."""
+        if self.many and isinstance(margin, Series):
+            sides = margin.v[0].real
+            if self.due or not (np.all(sides > 0) or np.all(sides < 0)):
+                raise Uneven
+
     def bend(self, key: Any, margin: Any, now: bool) -> bool:
         """The side of a bend: a choice that is tied with a derivative has none there."""
+        self.alike(margin)
         if real(margin) == 0 and moves(margin):
             BENDS.add(key)
         return self.decide(key, margin, now)
 
     def whole_below(self, key: Any, x: Any) -> float:
         """The floor of a number, kept up to the next event."""
+        if self.many and steps_of(x) > 1:
+            raise Uneven
         off = abs(real(x) - round(real(x)))
         if off <= ROUNDING and (off or isinstance(x, Series)):
             EDGES.add(key)
@@ -137,10 +153,13 @@ class Evaluator:
             return self.value(e)
         key = id(e), self.numbers_only
         if key not in self.fixed:
-            seen, self.seen = self.seen, {}
-            self.fixed[key] = self.value(e)
-            self.seen = seen
-        return self.fixed[key]
+            outer = self.seen, self.many
+            self.seen, self.many = {}, None
+            try:
+                self.fixed[key] = self.value(e)
+            finally:
+                self.seen, self.many = outer
+        return self.fixed[key] if self.many is None else everywhere(self.fixed[key], self.many)
 
     @contextmanager
     def only_numbers(self, only: bool = True) -> Iterator[None]:
@@ -179,6 +198,8 @@ class Evaluator:
             isinstance(e, flat.Derivative | flat.Query | flat.FieldDerivative)
             or (isinstance(e, flat.Apply) and e.function in _OF_RATES)
         ):
+            if self.many:
+                raise Uneven
             with self.only_numbers(False):
                 return now(self.value(e))
         match e:
@@ -210,6 +231,8 @@ class Evaluator:
                 return self(e.then if self(e.condition) else e.otherwise)
             case flat.Query():
                 return self.question(e)
+            case flat.Quadrature() | flat.FieldDerivative() if self.many:
+                raise Uneven
             case flat.Quadrature() if self.local:
                 return self.quadrature(e)
             case flat.Quadrature():
@@ -272,7 +295,34 @@ class Evaluator:
             except ArithmeticError:  # where a series says that something is no number
                 return body(s)
 
-        return definite_integral(body, plain, lower, upper)
+        def together(start: Any, width: Any, shares: Any, numbers: bool) -> tuple[Any, Any]:
+            """The body at many places at once."""
+            if self.due:
+                raise Uneven
+            steps = 1
+            if numbers:
+                start, width = real(start), real(width)
+            else:
+                steps = max(map(steps_of, (start, width, body(start + width * 0.5)[0])))
+            outer = self.local, self.frozen, self.seen, self.fixed, self.many
+            many = steps, len(shares)
+            along = places(shares, steps, 1 if numbers else 3)
+            at = spread(start, many) + spread(width, many) * along
+            self.local, self.frozen, self.seen = {**self.local, e.variable: at}, Fresh(), {}
+            self.fixed, self.many = fixed, many
+            try:
+                with self.only_numbers(numbers):
+                    found = self(e.body)
+            finally:
+                self.local, self.frozen, self.seen, self.fixed, self.many = outer
+            if not isinstance(found, Series):
+                found = Series(np.full((3, 1), float(found), complex) * np.eye(3, 1))
+            parts = []
+            for x in (found.v, found.e):
+                parts.append(None if x is None else by_place(x, many))
+            return parts[0], parts[1]
+
+        return definite_integral(body, plain, together, lower, upper)
 
     def field_derivative(self, e: flat.FieldDerivative) -> Value:
         """``grad``, ``div``, ``curl``, ``laplacian`` by differences; what is compared is decided at the place itself."""
@@ -288,8 +338,63 @@ class Evaluator:
                 if frozen is not outer[1]:
                     self.frozen, self.seen = outer[1], outer[2]
 
-        field(place, self.frozen)
-        return differences(e.operator, lambda at: field(at, Fresh()), place)
+        here = field(place, self.frozen)
+
+        def combined(index: int | None, distances: list[float], weights: list[float], even: bool) -> Value:
+            try:
+                return self.beside(e, place, here, index, distances, weights, even)
+            except ONE_BY_ONE:
+                sides = [[field(moved(place, index, s * d), Fresh()) for d in distances] for s in (1, -1)]
+                pairs = [(a - here) + (b - here) if even else a - b for a, b in zip(*sides, strict=True)]
+                terms = [pair * w for pair, w in zip(pairs, weights, strict=True)]
+                return sum(terms[1:], terms[0])
+
+        return differences(e.operator, combined, place)
+
+    def beside(
+        self,
+        e: flat.FieldDerivative,
+        place: Value,
+        here: Value,
+        index: int | None,
+        distances: list[float],
+        weights: list[float],
+        even: bool,
+    ) -> Value:
+        """A sum of values of a field on both sides of a place, all at once."""
+        if self.due:
+            raise Uneven
+        n, outer = len(distances), (self.local, self.frozen, self.seen, self.fixed, self.many)
+        steps = max(map(steps_of, [*items(place), *items(here)]))
+        many = steps, 2 * n
+        at = moved(
+            everywhere(place, many), index, places(np.array([*distances, *(-d for d in distances)]), steps)
+        )
+        self.local = {k: everywhere(x, many) for k, x in outer[0].items()} | {e.variable: at}
+        self.frozen, self.seen, self.fixed, self.many = Fresh(), {}, {}, many
+        try:
+            found = self(e.body)
+        finally:
+            self.local, self.frozen, self.seen, self.fixed, self.many = outer
+
+        def added(x: Any, centre: Any) -> Any:
+            if not isinstance(x, Series):
+                return 0.0
+            parts = []
+            for y, c in ((x.v, known(centre)), (x.e, centre.e if isinstance(centre, Series) else None)):
+                if y is not None:
+                    y = by_place(y, many)
+                    if even and c is not None:
+                        y = y - c[: len(y), ..., None]
+                    y = y[..., :n] + (y[..., n:] if even else -y[..., n:])
+                    y = y @ np.array(weights)
+                parts.append(y)
+            return Series(*parts)
+
+        out = np.empty(np.shape(found), object)
+        for i in np.ndindex(*np.shape(found)):
+            out[i] = added(found[i], here[i]) if i else added(found, here)
+        return out if np.shape(found) else out[()]
 
     def apply(self, e: flat.Apply) -> Value:
         f, key = e.function, id(e)
@@ -303,6 +408,8 @@ class Evaluator:
                     raise NotCovered(f"{f}() outside of an event")
                 return self.event(e)
         x = [self(a) for a in e.arguments]
+        if self.many and f in _BY_ONE_NUMBER and any(steps_of(y) > 1 for y in x):
+            raise Uneven
         if f in FUNCTIONS:
             return apply(f, x[0])
         if f in RELATIONS:
@@ -384,7 +491,7 @@ class Evaluator:
                 n = int(real(x[2]))
                 return vector(*(x[0] + (x[1] - x[0]) * (i / (n - 1)) for i in range(n)))
             case "table":
-                return curve(x[0], x[1], x[2])
+                return self.curve(key, *x)
             case "mesh_volume" | "mesh_centre" | "mesh_inertia":
                 return solid(f, x[0], x[1])
             case "trans":
@@ -425,6 +532,27 @@ class Evaluator:
         """In world components; a number in the plane."""
         return der(frame.angle) if frame.angle is not None else poses.spin(frame.R, der(frame.R))
 
+    def curve(self, key: Any, x: Any, xs: Value, ys: Value) -> Any:
+        """``table``: a smooth curve that does not overshoot its points (PCHIP), going on straight outside of them."""
+        piece = _pieces(tuple(map(real, xs)), tuple(map(real, ys)))
+        knots = piece.x
+        at = x.v[0].real if isinstance(x, Series) else np.array([real(x)])
+        index = np.searchsorted(knots, at, side="right")
+        index = np.where(at == knots[-1], len(knots) - 1, index)
+        if np.any(index != index[0]):
+            raise Uneven
+        i = int(index[0]) - 1
+        if isinstance(
+            self.frozen, Fresh
+        ):  # an integral has a piece up to each point: the third derivative jumps there
+            self.seen[key] = 0.0, i
+        if not 0 <= i < len(knots) - 1:
+            end = knots[0] if i < 0 else knots[-1]
+            return float(piece(end)) + (x - end) * float(piece(end, 1))
+        h = x - knots[i]
+        c = piece.c[:, i]
+        return ((c[0] * h + c[1]) * h + c[2]) * h + c[3]
+
     def extreme(self, key: Any, x: list[Value], sign: int) -> Value:
         items = list(np.ravel(x[0])) if len(x) == 1 else x
         best = items[0]
@@ -438,6 +566,25 @@ class Evaluator:
 def now(x: Value) -> Value:
     """The numbers of a value; positions and orientations stay as they are."""
     return x if isinstance(x, Pose) else each(lambda s: s.real if isinstance(s, Series) else s, x)
+
+
+def items(x: Value) -> list[Any]:
+    return list(np.ravel(x)) if isinstance(x, np.ndarray) else [x]
+
+
+def by_place(x: Any, many: tuple[int, int]) -> Any:
+    """Numbers at many places with an axis of their own for these."""
+    if not np.isfinite(x).all():
+        raise Uneven
+    return np.broadcast_to(x, (*x.shape[:-1], many[0] * many[1])).reshape(*x.shape[:-1], *many)
+
+
+def everywhere(x: Value, many: tuple[int, int]) -> Value:
+    """What is the same at all places, as numbers for each."""
+    if isinstance(x, Pose):
+        angle = None if x.angle is None else spread(x.angle, many)
+        return Pose(everywhere(x.R, many), everywhere(x.p, many), angle)
+    return each(lambda y: spread(y, many), x)
 
 
 def moves(x: Any) -> bool:
@@ -477,19 +624,6 @@ def multiply(a: Value, b: Value) -> Value:
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
         return a @ b
     return a * b
-
-
-def curve(x: Any, xs: Value, ys: Value) -> Any:
-    """``table``: a smooth curve that does not overshoot its points (PCHIP), going on straight outside of them."""
-    piece = _pieces(tuple(map(real, xs)), tuple(map(real, ys)))
-    knots = piece.x
-    if not knots[0] <= real(x) <= knots[-1]:
-        end = knots[0] if real(x) < knots[0] else knots[-1]
-        return float(piece(end)) + (x - end) * float(piece(end, 1))
-    i = min(int(np.searchsorted(knots, real(x), side="right")) - 1, len(knots) - 2)
-    h = x - knots[i]
-    c = piece.c[:, i]
-    return ((c[0] * h + c[1]) * h + c[2]) * h + c[3]
 
 
 @cache

@@ -10,37 +10,41 @@ import numpy as np
 from oracle.series import real
 
 Value = Any
-Field = Callable[[Value], Value]
-WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+Combined = Callable[[int | None, list[float], list[float], bool], Value]
+WEIGHTS = [4 / 5, -1 / 5, 4 / 105, -1 / 280]
+"""Of f(place + k step) - f(place - k step) in the derivative, times the step."""
+TWICE = [float(x) for x in np.convolve(*[[*(-w for w in reversed(WEIGHTS)), 0, *WEIGHTS]] * 2)[9:]]
+"""Of f(place + k step) + f(place - k step) - 2 f(place) in the derivative of that, times the square of the step."""
 
 
-def partial(field: Field, place: Value, index: int | None, step: float) -> Value:
-    """Return the derivative by one component of the place, or by the place where it is one number."""
-
-    def beside(distance: float) -> Value:
-        if index is None:
-            return field(place + distance)
-        moved = np.array(place, object)
-        moved[index] = moved[index] + distance
-        return field(moved)
-
-    pairs = [(beside(k * step) - beside(-k * step)) * (w / step) for k, w in enumerate(WEIGHTS, 1)]
-    return sum(pairs[1:], pairs[0])
+def moved(place: Value, index: int | None, distance: Any) -> Value:
+    """Return a place moved along one component, or the number that it is."""
+    if index is None:
+        return place + distance
+    out = np.array(place, object)
+    out[index] = out[index] + distance
+    return out
 
 
-def differences(operator: str, field: Field, place: Value) -> Value:
-    """Return what an operator makes of a field at a place."""
+def differences(operator: str, combined: Combined, place: Value) -> Value:
+    """Return what an operator makes of a field at a place.
+
+    ``combined(index, distances, weights, even)``: the sum of the weights times f(place + d) - f(place - d), or, even,
+    f(place + d) + f(place - d) - 2 f(place).
+    """
     single = not isinstance(place, np.ndarray)
     size = abs(real(place)) if single else max(abs(real(x)) for x in place)
     step = 0.02 * (size or 1.0)
     indices = [None] if single else list(range(len(place)))
+
+    def derived(index: int | None, weights: list[float], order: int) -> Value:
+        distances = [step * k for k in range(1, len(weights) + 1)]
+        return combined(index, distances, [w / step**order for w in weights], order == 2)
+
     if operator == "laplacian":
-        twice = [
-            partial(lambda at, k=k: partial(field, at, k, step), place, k, step)  # type: ignore[misc]
-            for k in indices
-        ]
+        twice = [derived(k, TWICE, 2) for k in indices]
         return sum(twice[1:], twice[0])
-    slopes = [partial(field, place, k, step) for k in indices]
+    slopes = [derived(k, WEIGHTS, 1) for k in indices]
     if single:
         return slopes[0]
     if operator == "curl":

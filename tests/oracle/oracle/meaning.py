@@ -71,6 +71,8 @@ class Meaning:
         self.kinds: dict[tuple[str, int], str] = {}
         self.rates_by_text: dict[int, bool] = {}
         self.force_names: dict[Any, list[str]] = {}
+        self.starts: dict[float, State] = {}
+        self.braking: dict[tuple[str, int], bool] = {}
         self.plain = True
         self.law_questions = self._law_questions()
         self.felt = self._felt()
@@ -479,7 +481,11 @@ class Meaning:
         return start.project(self, self.fill(state))
 
     def start(self, time: float = 0.0, beside: State | None = None) -> State:
-        return start.assemble(self, time, beside)
+        if beside is not None:
+            return start.assemble(self, time, beside)
+        if time not in self.starts:
+            self.starts[time] = start.assemble(self, time)
+        return dict(self.starts[time])
 
     def random(self, rng: np.random.Generator, spread: float = 0.3) -> State:
         return start.random(self, rng, spread)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,7 +80,10 @@ class Point:
         m, s = self.meaning, self.state
         for name, shape, elements, rates, first in m.coordinate_layout:
             if shape is None:
-                self._rotation(names, name, [s[x] for x in elements], [s[x] for x in rates], first)
+                q, w = [s[x] for x in elements], [s[x] for x in rates]
+                turned = cache(lambda q=q, w=w, first=first: self._rotation(q, w, first))
+                for k, what in enumerate(("", " quaternion", " rate")):
+                    self.at.lazy[name + what] = lambda turned=turned, k=k: turned()[k]  # type: ignore[misc]
                 continue
             items = []
             for i, (q, v) in enumerate(zip(elements, rates, strict=True)):
@@ -110,10 +114,8 @@ class Point:
             raise NotCovered(f"a part of the input {name}")
         return Series(np.array([[given(self.time)]], complex)) if callable(given) else float(given)
 
-    def _rotation(
-        self, names: dict[str, Value], name: str, q: list[float], w: list[float], first: int
-    ) -> None:
-        """The quaternion along q' = 1/2 q (0, w), turned in the body by each displacement."""
+    def _rotation(self, q: list[float], w: list[float], first: int) -> tuple[Value, Value, Value]:
+        """A rotation, its quaternion along q' = 1/2 q (0, w), turned in the body by each displacement, and its rate."""
         a = self.unknowns.a[first : first + 3]
         length = np.sqrt(sum(x * x for x in q))
         q0 = vector(*(np.atleast_1d(x / length + 0j) for x in q))
@@ -127,10 +129,8 @@ class Point:
             vector(0.0, *(Series(np.zeros((3, 1), complex), self.slopes(first + k) / 2) for k in range(3))),
         )
         quaternion = vector(*(x + y for x, y in zip(whole, turned, strict=True)))
-        names[name] = poses.quaternion(quaternion)
-        names[f"{name} quaternion"] = quaternion
         back = vector(quaternion[0], *(-x for x in quaternion[1:]))
-        names[f"{name} rate"] = 2 * poses.times(back, der(quaternion))[1:]
+        return poses.quaternion(quaternion), quaternion, 2 * poses.times(back, der(quaternion))[1:]
 
     def _unknowns(self) -> dict[str, Value]:
         """The outputs that equations determine, found once."""

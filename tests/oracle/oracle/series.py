@@ -87,6 +87,32 @@ class Series:
     __rmul__ = __mul__
 
 
+def spread(x: Any, many: tuple[int, int]) -> Any:
+    """The same number at each of many places: the last axis goes through the steps and, within each, through the places."""
+    if not isinstance(x, Series) or many[0] == 1:
+        return x
+    v, e = x.v, x.e
+    if v.shape[-1] == many[0]:
+        v = np.repeat(v, many[1], axis=-1)
+    if e is not None and e.shape[-1] == many[0]:
+        e = np.repeat(e, many[1], axis=-1)
+    return Series(v, e)
+
+
+def places(shares: Array, steps: int, orders: int = 3) -> Series:
+    """Numbers that differ from place to place, the same for each step."""
+    v = np.zeros((orders, steps * len(shares)), complex)
+    v[0] = np.tile(shares, steps)
+    return Series(v)
+
+
+def steps_of(x: Any) -> int:
+    """How many complex steps a number has."""
+    if not isinstance(x, Series):
+        return 1
+    return max(x.v.shape[-1], 1 if x.e is None else x.e.shape[-1])
+
+
 def product(a: Array, b: Array) -> Array:
     """The product of two series in time, as far as both are known."""
     k = min(len(a), len(b))

@@ -422,7 +422,7 @@ _AHEAD = 1e-5
 
 def random(meaning: Meaning, rng: np.random.Generator, spread: float) -> State:
     """A state near the start, moved at random and put back on the constraints."""
-    base = assemble(meaning, 0.0)
+    base = meaning.start()
     for attempt in range(40):
         size = spread * 0.8**attempt
         state = {**base, "time": float(rng.uniform(0, 1)) * spread}

@@ -13,3 +13,7 @@ class Undetermined(Exception):
 
 class Several(Undetermined):
     """Several motions satisfy the laws."""
+
+
+class Uneven(Exception):
+    """Say that places of an integral differ in what is decided at them, so that each has to be looked at by itself."""

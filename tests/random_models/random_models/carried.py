@@ -42,6 +42,15 @@ def closes_elsewhere(refused: Refused, base: Compiled) -> bool:
     return base.constrained and set(refused.codes) <= CLOSING
 
 
+def momenta_differ(twin: Twin, base: Compiled, other: Compiled) -> bool:
+    """Whether a model asks for momenta, each of which is of what its coordinate carries while the others stay, and others stay
+    in a twin whose loops other joints close."""
+    mine = {renamed_name(twin, n) for n in base.states if not _account(n)}
+    return (
+        base.constrained and "momentum(" in base.text and mine != {n for n in other.states if not _account(n)}
+    )
+
+
 def carried(twin: Twin, base: Compiled, other: Compiled, state: Values) -> Values | None:
     """Return a state of the model as one of the twin; None where it cannot be told."""
     there = {renamed_name(twin, n): v for n, v in state.items()}
