@@ -178,7 +178,7 @@ class Run:
             t0,
             y0,
             end,
-            max_step=10 * self.scan,
+            max_step=self.scan,
             rtol=max(self.tolerance, 3e-14),
             atol=self.tolerance * 1e-1,
         )

@@ -35,7 +35,7 @@ def bends(s: Scope, seed: int) -> None:
     """Write a body that rubs on a belt, a bead on a bent wire, or a bar that falls flat. Their random numbers are their own: models keep all else."""
     with s.apart(f"bends of {seed}"):
         if s.chance(SHARE):
-            s.weighted(((2, _belt), (2, _wire), (1, _flat)))(s)
+            s.weighted(((2, _belt), (2, _wire), (1, _flat), (1, _floor)))(s)
 
 
 def _belt(s: Scope) -> None:
@@ -67,6 +67,38 @@ def _belt(s: Scope) -> None:
     out = s.fresh("o")
     asked = call("power", reference(name, "load"), level="qva")
     s.add("output", f"output {out} = ", Slot("output.value", asked), ";", name=out)
+
+
+def _floor(s: Scope) -> None:
+    """A body that stands on a floor that moves, and bends in time or place."""
+    x, y = coordinate(s, s.number(-0.2, -0.05), s.pick((F(0), s.number(0.5, 1.2)))), coordinate(s, F(0), F(0))
+    mass = s.value(MASS, s.number(0.5, 2))
+    for q in (x, y):
+        energy = half(s, mass, square(der(q)))
+        s.add("energy", "kinetic ", Slot("kinetic", energy), ";", data={"what": "kinetic"})
+    weight = multiply(multiply(mass, s.literal(ACCELERATION, F("9.81"))), y)
+    s.add("energy", "potential ", Slot("potential", weight), ";", data={"what": "potential"})
+    late = subtract(reference("time", "time", TIME, level="t"), s.literal(TIME, s.number(0.05, 0.25)))
+    zero = node("number", "0", value=lambda: 0)
+    moved = s.pick(
+        (
+            multiply(s.literal(SPEED, s.number(0.3, 2)), call("max", zero, late, dim=TIME)),
+            multiply(s.literal(SPEED, s.number(0.3, 2)), call("abs", late, dim=TIME)),
+            multiply(s.literal(NUMBER, s.number(0.2, 0.6)), call("abs", x, dim=LENGTH)),
+        )
+    )
+    name, rough = s.fresh("C"), s.literal(NUMBER, s.number(0.05, 0.4))
+    s.add(
+        "contact",
+        f"contact {name}: ",
+        Slot("contact.gap", y),
+        " friction ",
+        Slot("contact.friction", rough),
+        " along ",
+        Slot("contact.along", der(subtract(x, moved))),
+        ";",
+        name=name,
+    )
 
 
 def _wire(s: Scope) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from msgspec.structs import replace
 
 import mechc
-from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.case import Case, SimulationOptions, inputs_at, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.kernel import load_kernel
@@ -144,10 +144,7 @@ class Compiled:
         t = state.get("time", 0.0)
         u = np.empty(0)
         if self.problem.inputs:
-            assert self.functions.inputs is not None
-            u = np.array(
-                self.functions.inputs(t, y, np.zeros(len(self.problem.inputs)), self._z, self.case.p)
-            )
+            u = inputs_at(self.case, t)  # as the experiment sets them
             u = np.array([state.get(q.name, v) for q, v in zip(self.problem.inputs, u, strict=True)])
         return y, u, t
 

@@ -24,6 +24,8 @@ from random_models.landing import landing
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.measured import measured
+from random_models.narrow import narrow
+from random_models.orbits import orbits
 from random_models.orientations import orientations
 from random_models.parts import parts
 from random_models.quantities import quantity
@@ -42,6 +44,8 @@ from random_models.unknown import unknowns
 
 LATE = 0.05
 """Of the models say when their output begins."""
+TOLD = 0.4
+"""Of the models with inputs have one that their experiment sets."""
 F = Fraction
 
 
@@ -85,6 +89,8 @@ def skeleton(seed: int) -> Scope:
         landing,
         everyday,
         timed,
+        narrow,
+        orbits,
     ):
         further(s, seed)
     return s
@@ -103,6 +109,7 @@ def finished(s: Scope, seed: int) -> Model:
         "experiment(stop = ",
         Slot("experiment.stop", quantity(s.pick(("0.5", "1", "1.5")), TIME, s.random)),
         *_beginning(s, seed),
+        *_told(s, seed),
         ");",
         name="",
     )
@@ -118,6 +125,21 @@ def _beginning(s: Scope, seed: int) -> tuple[str | Slot, ...]:
         return ", start = ", Slot(
             "experiment.start", s.literal(TIME, s.pick((F("-0.25"), F("0.125"), F("0.3"))))
         )
+
+
+def _told(s: Scope, seed: int) -> tuple[str | Slot, ...]:
+    """Let a run set an input, over what the model says of it. The random numbers are its own: models keep all else."""
+    with s.apart(f"told to {seed}"):
+        inputs = [
+            st for st in s.statements if st.kind == "input" and "input.value" in {x.place for x in st.slots}
+        ]
+        if not inputs or not s.chance(TOLD):
+            return ()
+        one = s.pick(inputs)
+        value = next(x.expression for x in one.slots if x.place == "input.value")
+        if value.shape or value.type != "real":
+            return ()
+        return f", {one.name} = ", Slot("experiment.input", s.literal(value.dim, s.number(-1, 1) or F(1)))
 
 
 def generate(seed: int) -> Model:

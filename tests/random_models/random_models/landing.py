@@ -63,6 +63,8 @@ class _Landing(Chain):
             kind="contact",
         )
         either = f"(closed({c}a) or closed({c}b))"
+        if s.chance(0.7):
+            self.output(f"multiplier({c})", f"(multiplier({c}a) + multiplier({c}b))")
         self.output(f"(if closed({c}) then 1 else 0)", f"(if {either} then 1 else 0)")
         if s.chance(0.6):
             self.say(f"damping (if closed({c}) then {b:g} kg/s else 0.05 kg/s) on {x};",

@@ -58,6 +58,7 @@ AT_STATES = (
     "values",
     "oracle",
     "integrals",
+    "counted",
     "structured",
     "spelled out",
     "by element",

@@ -116,7 +116,9 @@ def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere)
     return ""
 
 
-def by_another_method(text: str, first: Any, random: Random) -> str:
+def by_another_method(
+    text: str, first: Any, random: Random, sharp: bool = False, narrow: bool = False
+) -> str:
     """Say how a motion differs from those by other methods that take the model and come to an end, or nothing.
 
     Of every model that is separable one is ``verlet``, of every other model one that keeps momenta and that of Taylor series; else,
@@ -130,10 +132,12 @@ def by_another_method(text: str, first: Any, random: Random) -> str:
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):
         ran = [by]
     for method, other in ran:
-        said = difference(first, other)
+        if narrow and not method.startswith("dop"):  # only these are looked at for what is narrow
+            continue
+        said = "" if sharp and method in FIXED else difference(first, other)
         if not said and not (
-            method in FIXED and "table(" in text
-        ):  # a curvature that jumps inside of fixed steps
+            method in FIXED and (sharp or "table(" in text)
+        ):  # what is narrow, or a curvature that jumps, inside of fixed steps
             said = loose(first, other, method) or slow(text, first, method)
         if said:
             return f"{method}: {said}"
