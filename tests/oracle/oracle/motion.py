@@ -60,9 +60,11 @@ class Motion:
 class Run:
     """A motion on its way: state, modes of contacts and friction, branches of laws, conditions."""
 
-    def __init__(self, meaning: Meaning, stop: float, state: State, tolerance: float, scan: float) -> None:
+    def __init__(
+        self, meaning: Meaning, stop: float, state: State, tolerance: float, scan: float, longest: float
+    ) -> None:
         self.m, self.stop, self.state = meaning, stop, state
-        self.tolerance, self.scan = tolerance, scan
+        self.tolerance, self.scan, self.longest = tolerance, scan, longest
         self.motion = Motion()
         self.frozen: dict[Any, Any] = {}
         self.modes: dict[str, str] = {}
@@ -178,7 +180,7 @@ class Run:
             t0,
             y0,
             end,
-            max_step=self.scan,
+            max_step=self.longest,
             rtol=max(self.tolerance, 3e-14),
             atol=self.tolerance * 1e-1,
         )
@@ -522,8 +524,11 @@ def move(
     state: State | None = None,
     tolerance: float = 1e-11,
     scan: float | None = None,
+    longest: float | None = None,
 ) -> Motion:
+    """The motion up to a time; ``scan``: how closely is looked for events [s], ``longest``: step of the integrator [s]."""
     state = (
         meaning.start(start) if state is None else meaning.fill({**state, "time": state.get("time", start)})
     )
-    return Run(meaning, stop, state, tolerance, scan or (stop - state["time"]) / 200).go()
+    scan = scan or (stop - state["time"]) / 200
+    return Run(meaning, stop, state, tolerance, scan, longest or 10 * scan).go()

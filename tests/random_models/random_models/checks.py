@@ -47,6 +47,7 @@ from random_models.nesting import NESTED, by_element
 from random_models.rolled import in_loops
 from random_models.said_otherwise import along_motions, at_states
 from random_models.settings import settings
+from random_models.sizes import sized
 from random_models.spelled_out import said_plainly
 from random_models.structure import STRUCTURES
 from random_models.tabled import meant, tables
@@ -408,7 +409,8 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         told = "the motion slides along it" in first.message or ends_rightly(base, first)
         return None if told else [Disagreement("motion", "failed", first.message)]
     sharp, narrow = is_marked(model, "narrow", "sharp"), is_marked(model, "narrow")
-    if not narrow and (said := difference(first, run(model.text(), "radau5"))):
+    own = sized(model)
+    if not narrow and (said := difference(first, run(model.text(), "radau5"), sizes=own)):
         found.append(Disagreement("motion", "method", said))
     if narrow and max(errors(first).values(), default=0.0) > VAGUE:
         found.append(Disagreement("motion", "vague", f"errors {errors(first)}"))
@@ -416,7 +418,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         found.append(Disagreement("motion", "another method", said))
     if seed % 4 == 1 and not base.switches:  # others are compared with their events
         short = run(model.text(), stop=base.case.begin + UNTIL, begin=base.case.begin)
-        found += [Disagreement("motion", f"by definition: {k}", said) for k, said in moved(base, short)]
+        found += [Disagreement("motion", f"by definition: {k}", said) for k, said in moved(base, short, own)]
     said_along = along(base, first, ignored(model))
     found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
     random = Random(seed)
@@ -431,7 +433,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
             if closes_elsewhere(refused, base):
                 continue
             raise
-        if said := difference(first, run(twin.model.text()), twin, edges_along(base, first)):
+        if said := difference(first, run(twin.model.text()), twin, edges_along(base, first), own):
             found.append(Disagreement("motion", make.__name__, said + "\n" + twin.model.text()))
     return found
 
@@ -444,7 +446,7 @@ def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     solution = run(model.text(), stop=begin + UNTIL, begin=begin)
     found = [Disagreement("events", kind, said) for kind, said in doubts(solution)]
     if ended(solution):
-        found += [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
+        found += [Disagreement("events", kind, said) for kind, said in moved(base, solution, sized(model))]
     return found + _hits(model, base, seed)
 
 
@@ -462,7 +464,7 @@ def _hits(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
         return []
     if solution.time[0] != begin:  # what is told begins behind the hit
         return []
-    told = doubts(solution) + (moved(base, solution) if ended(solution) else [])
+    told = doubts(solution) + (moved(base, solution, sized(model)) if ended(solution) else [])
     return [Disagreement("events", f"{kind} of a hit", said) for kind, said in told]
 
 
@@ -488,7 +490,8 @@ def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
         return edges_along(base, native)
 
     return [
-        Disagreement("exports", what, said) for what, said in exported(model.text(), units=False, edges=edges)
+        Disagreement("exports", what, said)
+        for what, said in exported(model.text(), units=False, edges=edges, sizes=sized(model))
     ]
 
 
@@ -496,7 +499,10 @@ def _units(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
     """Compare FMUs of both versions and kinds with the run; what is narrow, these do not look for."""
     if is_marked(model, "narrow"):
         return None
-    return [Disagreement("units", what, said) for what, said in exported(model.text(), units=True)]
+    return [
+        Disagreement("units", what, said)
+        for what, said in exported(model.text(), units=True, sizes=sized(model))
+    ]
 
 
 def _given(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:

@@ -39,15 +39,19 @@ KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel
 
 
 def exported(
-    text: str, *, units: bool, edges: Callable[[Any], Edged] = lambda _: nowhere
+    text: str,
+    *,
+    units: bool,
+    edges: Callable[[Any], Edged] = lambda _: nowhere,
+    sizes: Collection[str] = (),
 ) -> list[tuple[str, str]]:
     """List (what, how it differs from the run) of the programs that a model is exported to, or of its FMUs (``units``).
 
-    ``edges`` tells of a run where outputs may jump.
+    ``edges`` tells of a run where outputs may jump; ``sizes`` are states that are compared over their own size.
     """
     model = mechc.loads(text)
     given = _given(model, text) if units else {}
-    own = _told(model, text, units=True) if units else {}
+    own = _told(model, text, units=True) if units and not sizes else {}  # another start is no size of theirs
     if own.keys() & set(_BEGINNING.findall(text)):  # the start is found anew for it alone
         given = {}
     try:
@@ -62,11 +66,11 @@ def exported(
         warnings.simplefilter("ignore")
         here = Path(folder)
         if units:
-            return _units(text, native, here, given, own)
+            return _units(text, native, here, given, own, sizes)
         if native.events == () or not native.events:
-            found += _said("python", native, _python(model, here, {}), edges(native))
-            found += _with_parameters(model, text, here)
-        found += _said("c", native, _program(model, here), edges(native))
+            found += _said("python", native, _python(model, here, {}), edges(native), sizes)
+            found += [] if sizes else _with_parameters(model, text, here)
+        found += _said("c", native, _program(model, here), edges(native), sizes)
     return found
 
 
@@ -83,7 +87,11 @@ def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]
 
 
 def _said(
-    what: str, native: Any, other: dict[str, Any] | str, edged: Edged = nowhere
+    what: str,
+    native: Any,
+    other: dict[str, Any] | str,
+    edged: Edged = nowhere,
+    sizes: Collection[str] = (),
 ) -> list[tuple[str, str]]:
     if isinstance(other, str):
         return [(what, other)] if other else []
@@ -98,7 +106,7 @@ def _said(
         if name not in other or x.ndim != 1:
             continue
         y = other[name]
-        scale = 1 + float(np.max(np.abs(x[np.isfinite(x)]), initial=0.0))
+        scale = (0 if name in sizes else 1) + float(np.max(np.abs(x[np.isfinite(x)]), initial=0.0))
         for t, here in zip(native.time, x, strict=True):
             k = int(np.argmin(np.abs(times - t)))
             if abs(times[k] - t) > 1e-9 or any(abs(t - e) < 1e-3 for e in events) or not np.isfinite(here):
@@ -227,7 +235,12 @@ def _told(model: Any, text: str, *, units: bool = False) -> dict[str, float]:
 
 
 def _units(
-    text: str, native: Any, here: Path, given: dict[str, float], parameter: dict[str, float]
+    text: str,
+    native: Any,
+    here: Path,
+    given: dict[str, float],
+    parameter: dict[str, float],
+    sizes: Collection[str],
 ) -> list[tuple[str, str]]:
     """Export both versions, which checks them, and simulate both kinds by fmpy, which sets some inputs as they go on."""
     found: list[tuple[str, str]] = []
@@ -256,7 +269,7 @@ def _units(
             other["time"] = np.asarray(result["time"])
             found += [
                 (f"{unit.parent.name} {kind}", said)
-                for _, said in _said(f"{unit.parent.name} {kind}", native, other)
+                for _, said in _said(f"{unit.parent.name} {kind}", native, other, sizes=sizes)
             ]
     return found
 

@@ -32,6 +32,7 @@ from random_models.quantities import quantity
 from random_models.quiet import is_quiet, quiet
 from random_models.scope import File, Scope
 from random_models.signals import signals
+from random_models.sizes import sizes
 from random_models.slider import slider
 from random_models.stepped import stepped
 from random_models.steps import steps
@@ -91,6 +92,7 @@ def skeleton(seed: int) -> Scope:
         timed,
         narrow,
         orbits,
+        sizes,
     ):
         further(s, seed)
     return s

@@ -82,7 +82,7 @@ class _Landing(Chain):
         """A ball that meets a rough floor with two slips: at the edge of the cone of friction, within or beyond it."""
         s, c = self.s, self.s.fresh("C")
         u, m, height = self.numbers(3, 0.5, 1.5)
-        ratio = s.pick((0.6, 0.9, 1.0, 1.1))
+        ratio = s.pick((0.3, 0.6, 0.9, 1.0, 1.1))
         drop = 0.05 + 0.05 * height
         x, y = self.coordinate(0, u), self.coordinate(0, u * ratio * s.pick((-1, 1)))
         z = self.coordinate(drop, 0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -74,8 +74,13 @@ def errors(solution: Any) -> Values:
     return {} if error is None else {k: float(v) for k, v in error.by_state.items()}
 
 
-def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere) -> str:
-    """Say how two motions differ, or nothing; each may claim its own estimated error. Outputs may jump where ``edged``."""
+def difference(
+    a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere, sizes: Collection[str] = ()
+) -> str:
+    """Say how two motions differ, or nothing; each may claim its own estimated error. Outputs may jump where ``edged``.
+
+    ``sizes``: states that are compared over their own size, others over one and theirs.
+    """
     if str(a.outcome) != str(b.outcome):
         return f"outcome {a.outcome} ({a.message}), then {b.outcome} ({b.message})"
     if str(a.outcome) == "Outcome.FAILED":
@@ -104,7 +109,7 @@ def difference(a: Any, b: Any, twin: Twin | None = None, edged: Edged = nowhere)
         x, y = x[mine], cb[other][there]
         if x.shape != y.shape:
             return f"{name}: shape {x.shape}, then {y.shape}"
-        scale = 1 + np.max(np.abs(x[np.isfinite(x)]), initial=0.0)
+        scale = (0 if name in sizes else 1) + np.max(np.abs(x[np.isfinite(x)]), initial=0.0)
         off = np.where(np.isfinite(x - y), np.abs(x - y), 0.0)
         far = off > allowed * scale * (100 if asked(name) else 1)
         rows = list(np.flatnonzero(far.reshape(len(far), -1).any(axis=1))) if far.size else []
