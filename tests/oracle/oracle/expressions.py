@@ -81,7 +81,7 @@ class Evaluator:
         self.names, self.definitions, self.space = names, definitions, space
         self.frame, self.question = frame, question
         self.frozen = frozen
-        self.seen: dict[Any, tuple[Series, Any]] = {}
+        self.seen: dict[Any, tuple[Any, Any]] = {}
         self.floors: dict[Any, float] = {}
         self.local: dict[str, Value] = {}
         self.memo: dict[str, Value] = {}

@@ -13,7 +13,8 @@ Value = Any
 Combined = Callable[[int | None, list[float], list[float], bool], Value]
 WEIGHTS = [4 / 5, -1 / 5, 4 / 105, -1 / 280]
 """Of f(place + k step) - f(place - k step) in the derivative, times the step."""
-TWICE = [float(x) for x in np.convolve(*[[*(-w for w in reversed(WEIGHTS)), 0, *WEIGHTS]] * 2)[9:]]
+_BOTH = np.array([*(-w for w in reversed(WEIGHTS)), 0, *WEIGHTS])
+TWICE = [float(x) for x in np.convolve(_BOTH, _BOTH)[9:]]
 """Of f(place + k step) + f(place - k step) - 2 f(place) in the derivative of that, times the square of the step."""
 
 

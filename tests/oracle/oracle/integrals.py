@@ -118,11 +118,12 @@ def _piece(f: Callable[[Any], Any], together: Together, start: Any, width: Any, 
             v, e = together(start, width, _share(np.ravel(x)), False)
         except ONE_BY_ONE:
             return [gauss(a, b) for a, b in panels]
-        added = [None if y is None else (y.reshape(*y.shape[:-1], *w.shape) * w).sum(axis=-1) for y in (v, e)]
-        return [
-            Series(added[0][..., k], None if added[1] is None else added[1][..., k])
-            for k in range(len(panels))
-        ]
+
+        def added(y: Any) -> Any:
+            return (y.reshape(*y.shape[:-1], *w.shape) * w).sum(axis=-1)
+
+        v, e = added(v), None if e is None else added(e)
+        return [Series(v[..., k], None if e is None else e[..., k]) for k in range(len(panels))]
 
     def refine(a: float, b: float, whole: Any, depth: int) -> Any:
         middle = (a + b) / 2

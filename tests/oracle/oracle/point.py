@@ -80,8 +80,8 @@ class Point:
         m, s = self.meaning, self.state
         for name, shape, elements, rates, first in m.coordinate_layout:
             if shape is None:
-                q, w = [s[x] for x in elements], [s[x] for x in rates]
-                turned = cache(lambda q=q, w=w, first=first: self._rotation(q, w, first))
+                places, speeds = [s[x] for x in elements], [s[x] for x in rates]
+                turned = cache(lambda q=places, w=speeds, first=first: self._rotation(q, w, first))
                 for k, what in enumerate(("", " quaternion", " rate")):
                     self.at.lazy[name + what] = lambda turned=turned, k=k: turned()[k]  # type: ignore[misc]
                 continue

@@ -110,7 +110,7 @@ def steps_of(x: Any) -> int:
     """How many complex steps a number has."""
     if not isinstance(x, Series):
         return 1
-    return max(x.v.shape[-1], 1 if x.e is None else x.e.shape[-1])
+    return int(max(x.v.shape[-1], 1 if x.e is None else x.e.shape[-1]))
 
 
 def product(a: Array, b: Array) -> Array:

@@ -197,10 +197,7 @@ def solve_in(
             raise Undetermined("accelerations that no law tells")
         shown = np.abs(loose[n : n + len(names)]).max(axis=1, initial=0) > 1e-6
         superfluous = frozenset(name for name, free in zip(names, shown, strict=True) if free)
-    if quick:
-        point = Point(meaning, state, unpack(z[:, None] + 0j), frozen=frozen, modes=modes)
-    else:
-        point, _ = look(z, np.zeros((N, 1)))
+    point, _ = look(z, np.zeros((N, 1)))
     return Solution(point, point.unknowns, dict(modes), superfluous)
 
 
