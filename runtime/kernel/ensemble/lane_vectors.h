@@ -48,8 +48,21 @@ LANE SM single_raw(S x) { return (SM)x; }
 LANE S single_value(SM m) { return (S)m; }
 LANE S single_pick(SM m, S a, S b) { return (S)((m & (SM)a) | (~m & (SM)b)); }
 LANE S single(double x) { return (float)x - (S){0}; }
+#if MECH_LANE_WIDTH == 8 && !defined(__AVX512F__) /* GCC 12 fails where it converts vectors wider than those of the processor */
+LANE void lane_narrow(S *to, int room, V from)
+{
+    for (int l = 0; l < WIDTH; l++) ((float *)to)[room * WIDTH + l] = (float)from[l];
+}
+LANE V lane_widened(const S *from, int room)
+{
+    V wide;
+    for (int l = 0; l < WIDTH; l++) wide[l] = (double)((const float *)from)[room * WIDTH + l];
+    return wide;
+}
+#else
 LANE void lane_narrow(S *to, int room, V from) { ((lane_part *)to)[room] = __builtin_convertvector(from, lane_part); }
 LANE V lane_widened(const S *from, int room) { return __builtin_convertvector(((const lane_part *)from)[room], V); }
+#endif
 LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & lane_raw(b))); }
 
 #if defined(__FMA__) || defined(__ARM_FEATURE_FMA)

@@ -408,7 +408,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     if str(first.outcome) == "Outcome.FAILED":
         told = "the motion slides along it" in first.message or ends_rightly(base, first)
         return None if told else [Disagreement("motion", "failed", first.message)]
-    sharp, narrow = is_marked(model, "narrow", "sharp"), is_marked(model, "narrow")
+    sharp, narrow = is_marked(model, "narrow", "sharp", "sized"), is_marked(model, "narrow")
     own = sized(model)
     if not narrow and (said := difference(first, run(model.text(), "radau5"), sizes=own)):
         found.append(Disagreement("motion", "method", said))
