@@ -15,6 +15,8 @@ from random_models.tree import E, Model, map_expression
 
 _UNREAD = ("function.body", "experiment.", "draw.")
 """Places of what may have no effect on the mechanics, or that keeps its numbers elsewhere."""
+_CHOSEN = {"index", "max", "min", "clamp", "deadzone", "abs", "mod", "floor", "ceil", "sign", "table"}
+"""Of the numbers in these one may be chosen already, as of a row, or of several constants."""
 MOST = 6
 """Numbers of a model that are changed to see whether anything else follows."""
 
@@ -41,7 +43,7 @@ def _literals(model: Model) -> list[tuple[str, E]]:
     return [
         (slot.place, e)
         for slot in slots
-        if all(e.kind != "index" for e in slot.expression.walk())  # of rows one element of which counts
+        if all(e.kind not in _CHOSEN for e in slot.expression.walk())
         for e in slot.expression.walk()
         if e.kind == "quantity" and e.data is not None
     ]
