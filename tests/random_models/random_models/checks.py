@@ -519,6 +519,8 @@ def _said_otherwise(model: Model, base: Compiled, seed: int) -> list[Disagreemen
 
 def _twins(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare a motion with those of twins that mechc makes itself."""
+    if is_marked(model, "sized"):  # shakes are shares of one
+        return None
     found = along_motions(base, seed)
     return None if found is None else [Disagreement("twins", name, said) for name, said in found]
 
