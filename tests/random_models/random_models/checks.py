@@ -408,14 +408,16 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     if str(first.outcome) == "Outcome.FAILED":
         told = "the motion slides along it" in first.message or ends_rightly(base, first)
         return None if told else [Disagreement("motion", "failed", first.message)]
-    sharp, narrow = is_marked(model, "narrow", "sharp", "sized"), is_marked(model, "narrow")
+    narrow, sharp = is_marked(model, "narrow"), is_marked(model, "sharp", "sized")
     own = sized(model)
-    if not narrow and (said := difference(first, run(model.text(), "radau5"), sizes=own)):
-        found.append(Disagreement("motion", "method", said))
-    if narrow and max(errors(first).values(), default=0.0) > VAGUE:
-        found.append(Disagreement("motion", "vague", f"errors {errors(first)}"))
-    if said := by_another_method(model.text(), first, Random(f"method of {seed}"), sharp, narrow):
-        found.append(Disagreement("motion", "another method", said))
+    if narrow:  # what other methods do not look for
+        if max(errors(first).values(), default=0.0) > VAGUE:
+            found.append(Disagreement("motion", "vague", f"errors {errors(first)}"))
+    else:
+        if said := difference(first, run(model.text(), "radau5"), sizes=own):
+            found.append(Disagreement("motion", "method", said))
+        if said := by_another_method(model.text(), first, Random(f"method of {seed}"), sharp):
+            found.append(Disagreement("motion", "another method", said))
     if seed % 4 == 1 and not base.switches:  # others are compared with their events
         short = run(model.text(), stop=base.case.begin + UNTIL, begin=base.case.begin)
         found += [Disagreement("motion", f"by definition: {k}", said) for k, said in moved(base, short, own)]

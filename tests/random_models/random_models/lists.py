@@ -40,7 +40,9 @@ def _row(values: Row, unit: str) -> str:
 
 
 class Chain:
-    """Writes what belongs to one chain of masses."""
+    """Writes what belongs to one chain of masses; ``mark`` says in the data of its statements of what kind it is."""
+
+    mark = ""
 
     def __init__(self, s: Scope) -> None:
         self.s = s
@@ -58,7 +60,7 @@ class Chain:
     ) -> None:
         """Write a statement, and what it means; ``wrong``: an element, what it is, and a declaration that says otherwise."""
         meaning = tuple(statement(kind, line, name=name) for line in plain)
-        data: dict[str, object] = {"plain": meaning}
+        data: dict[str, object] = {"plain": meaning} | ({self.mark: True} if self.mark else {})
         if wrong is not None:
             data["wrong"] = wrong
         self.s.add(kind, text, name=name, data=data)

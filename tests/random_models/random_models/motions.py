@@ -121,12 +121,10 @@ def difference(
     return ""
 
 
-def by_another_method(
-    text: str, first: Any, random: Random, sharp: bool = False, narrow: bool = False
-) -> str:
+def by_another_method(text: str, first: Any, random: Random, sharp: bool = False) -> str:
     """Say how a motion differs from those by other methods that take the model and come to an end, or nothing.
 
-    Of every model that is separable one is ``verlet``, of every other model one that keeps momenta and that of Taylor series; else,
+    ``sharp``: steps of one size promise nothing. Of every model that is separable one is ``verlet``, of every other model one that keeps momenta and that of Taylor series; else,
     and where none of them takes it, any.
     """
     every = [m for m in KERNEL_METHODS if m not in ("auto", "radau5", first.statistics.method)]
@@ -137,8 +135,6 @@ def by_another_method(
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):
         ran = [by]
     for method, other in ran:
-        if narrow and not method.startswith("dop"):  # only these are looked at for what is narrow
-            continue
         said = "" if sharp and method in FIXED else difference(first, other)
         if not said and not (
             method in FIXED and (sharp or "table(" in text)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from random_models.lists import Chain
 from random_models.scope import Scope
-from random_models.tree import Model, statement
+from random_models.tree import Model
 
 SHARE = 0.06
 """Of the models."""
@@ -25,26 +25,7 @@ def is_marked(model: Model, *marks: str) -> bool:
     return any(s.data and mark in s.data for s in model.statements() for mark in marks)
 
 
-class Sharp(Chain):
-    """Writes what steps of one size promise nothing of; ``mark`` says of what kind it is."""
-
-    mark = "sharp"
-
-    def say(
-        self,
-        text: str,
-        *plain: str,
-        name: str = "",
-        wrong: tuple[str, str, str] | None = None,
-        kind: str = "list",
-    ) -> None:
-        """Write a statement, and what it means."""
-        assert wrong is None
-        meaning = tuple(statement(kind, line, name=name) for line in plain)
-        self.s.add(kind, text, name=name, data={"plain": meaning, self.mark: True})
-
-
-class _Narrow(Sharp):
+class _Narrow(Chain):
     """Writes a body that moves freely but for what is narrow."""
 
     mark = "narrow"

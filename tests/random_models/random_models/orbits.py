@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from random_models.narrow import Sharp
+from random_models.lists import Chain
 from random_models.scope import Scope
 
 SHARE = 0.06
@@ -16,8 +16,10 @@ def orbits(s: Scope, seed: int) -> None:
             _Orbit(s).write()
 
 
-class _Orbit(Sharp):
+class _Orbit(Chain):
     """Writes a body in the plane or in space, and what draws it."""
+
+    mark = "sharp"
 
     def write(self) -> None:
         s = self.s

@@ -5,7 +5,7 @@ Each is compared over its own size, as runs promise.
 
 from __future__ import annotations
 
-from random_models.narrow import Sharp
+from random_models.lists import Chain
 from random_models.scope import Scope
 from random_models.tree import Model
 
@@ -33,7 +33,7 @@ def sized(model: Model) -> frozenset[str]:
     return frozenset((*names, *(f"der({n})" for n in names)))
 
 
-class _Sizes(Sharp):
+class _Sizes(Chain):
     """Writes masses on springs that grow stiffer."""
 
     mark = "sized"
