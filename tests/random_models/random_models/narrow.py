@@ -55,7 +55,7 @@ class _Narrow(Chain):
         form = s.pick(
             (
                 f"exp(-{u}^2)",
-                f"1/cosh({u})^2",
+                f"(1 - tanh({u})^2)",
                 f"(1 + tanh({u}))/2",
                 f"(0.5 + atan({u}^3)/pi)",
                 f"table({u}, {{-9, -3, -1, 0, 1, 3, 9}}, {{0, 0, 0.4, 1, 0.4, 0, 0}})",
@@ -73,7 +73,7 @@ class _Narrow(Chain):
         q, m = self._body(s.pick((0.0, 0.0, 0.6)))
         width = s.pick((1.0, 2.0, 4.0))
         u = f"((time - {late:g} s)/{width:g} ms)"
-        form = s.pick((f"exp(-{u}^2)", f"1/cosh({u})^2", f"(1 - tanh({u})^2)", f"exp(-abs({u}))"))
+        form = s.pick((f"exp(-{u}^2)", f"(1 - tanh({u})^2)", f"exp(-abs({u}))"))
         self.same(f"force {200 * m:g} N*{form} on {q};")
         if s.chance(0.5):
             x = s.fresh("x")
