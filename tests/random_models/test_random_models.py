@@ -13,10 +13,7 @@ from random_models.shrink import shrunk
 from random_models.tree import E, Model, map_expression
 from random_models.twins import Twin
 
-KNOWN: dict[int, str] = {
-    39: "the twin that shakes the start moves what is a nanometre large by more than its size",
-    47: "outputs that ask for energies lose digits beside what is a hundred kilometres large",
-}
+KNOWN: dict[int, str] = {}
 """Seeds that disagree today, with the reason."""
 _EXPORTS = ("exports", "units")
 _SLOW = ("oracle", "motion", "twins", *_EXPORTS)

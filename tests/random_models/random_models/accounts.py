@@ -1,4 +1,4 @@
-"""Whether what a model books as dissipated is what its forces may take (docs/events.md, section 8)."""
+"""Whether what a model books as dissipated is what its forces, and what happens at an instant, may take (docs/events.md, section 8)."""
 
 from __future__ import annotations
 
@@ -25,3 +25,35 @@ def misbooked(base: Compiled, meaning: Any, here: Values, state: Values) -> str:
     return (
         f"{lost:.9g} W are booked as dissipated, {near:.9g} W by definition, the nearest of {len(allowed)}\n"
     )
+
+
+HAPPENING = frozenset({"when", "impact"})
+"""Kinds of events that take and give by themselves; laws that jump elsewhere supply what they bring, of either sign."""
+
+
+def misbooked_at_events(solution: Any) -> str:
+    """Say how the accounts change at an instant at which one thing happens, where it is not as the energy does."""
+    if not {"energy.total", "energy.supplied", "energy.dissipated"} <= set(solution):
+        return ""
+    total, supplied, lost = (np.asarray(solution[f"energy.{n}"]) for n in ("total", "supplied", "dissipated"))
+    time = np.asarray(solution.time)
+    moving = [
+        np.asarray(solution[q.name]) for q in solution.problem.states if not q.name.startswith("energy.")
+    ]
+    kinds: dict[float, list[str]] = {}
+    for event in solution.events:
+        kinds.setdefault(float(event.time), []).append(event.kind)
+    for k in np.flatnonzero(np.diff(time) == 0):
+        here = kinds.get(float(time[k]), [])
+        if len(here) != 1 or not set(here) <= HAPPENING or not any(x[k] != x[k + 1] for x in moving):
+            continue  # where nothing is thrown, a law jumps at this instant
+        gain = total[k + 1] - total[k]
+        want = max(gain, 0.0), max(-gain, 0.0)
+        got = supplied[k + 1] - supplied[k], lost[k + 1] - lost[k]
+        size = 1 + abs(total[k]) + abs(total[k + 1]) + abs(supplied[k]) + abs(lost[k])
+        if np.isfinite(gain) and any(abs(x - y) > RELATIVE * size for x, y in zip(want, got, strict=True)):
+            return (
+                f"at {time[k]:.6g} s a {here[0]} changes the energy by {gain:.9g} J, what is supplied by {got[0]:.9g} J "
+                f"and what is dissipated by {got[1]:.9g} J"
+            )
+    return ""

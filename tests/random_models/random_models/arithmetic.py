@@ -12,6 +12,8 @@ from random_models.tree import statement
 
 SHARE = 0.16
 """Of the models."""
+CHOOSING = 0.4
+"""Of these choose by the number of masses; as many begin with one that follows another."""
 ENDING = 0.12
 """Of these end by themselves."""
 
@@ -19,13 +21,25 @@ ENDING = 0.12
 def arithmetic(s: Scope, seed: int) -> None:
     """Write some of it about a few masses. Their random numbers are their own: models keep all else."""
     with s.apart(f"arithmetic of {seed}"):
-        if s.chance(SHARE):
-            _Arithmetic(s).write()
+        if not s.chance(SHARE):
+            return
+        chain = _Arithmetic(s)
+        chain.write()
+    with s.apart(f"choices of {seed}"):
+        if s.chance(CHOOSING):
+            chain.first_of()
+        if s.chance(CHOOSING):
+            chain.follow_once()
 
 
-def following(s: Scope) -> None:
+def following(s: Scope, seed: int) -> None:
     """Write masses that begin where others say."""
-    _Arithmetic(s).follow()
+    with s.apart(f"following of {seed}"):
+        once = s.chance(0.4)
+    if once:
+        _Arithmetic(s).follow_once()
+    else:
+        _Arithmetic(s).follow()
 
 
 class _Arithmetic(Chain):
@@ -142,6 +156,43 @@ class _Arithmetic(Chain):
                  f"else force 7 N on {x}[1]; end if;", f"force 0.2 N on {x}[2];")  # fmt: skip
         self.output(f"(if {self.N} > 1 then {x}[2] else {x}[{self.N} - 5])", f"{x}[2]")
 
+    def first_of(self) -> None:
+        """Structural conditions of which several hold, or none: the first that does counts, and before `else` all that are known."""
+        s, x, N = self.s, self.x, self.N
+        a, b, c = (f"{v:g}" for v in self.numbers(3, 0.2, 0.9))
+        holds = [
+            f"{N} > {self.n - 1}",
+            f"{N} < {self.n + 2}",
+            f"{N} == {self.n}",
+            f"mod({N}, {self.n}) == 0",
+            "true",
+        ]
+        fails = [f"{N} > {self.n}", f"{N} < 2", f"{N} <> {self.n}", "false"]
+        for text in ("({0} N)", "({0} N/m*" + x + "[1])"):
+            kinds = s.pick(("hh", "fh", "hf", "ff", "fhh", "hfh"))
+            conditions = [s.pick(holds if k == "h" else fails) for k in kinds]
+            values = s.random.sample((a, b, c, "1.1"), len(kinds) + 1)
+            said = " elseif ".join(
+                f"{k} then {text.format(v)}" for k, v in zip(conditions, values, strict=False)
+            )
+            chosen = values[kinds.find("h")]
+            self.say(
+                f"force (if {said} else {text.format(values[-1])}) on {x}[2];",
+                f"force {text.format(chosen)} on {x}[2];",
+            )
+        kinds = s.pick(("hh", "fhh", "hfh", "fh"))
+        laws = s.random.sample((f"force 0.3 N on {x}[1];", f"damping 0.2 kg/s on {x}[2];", f"force -0.4 N on {x}[2] from {x}[1];",
+                                f"potential 0.2 N/m*{x}[1]*{x}[2];"), len(kinds) + 1)  # fmt: skip
+        said = " elseif ".join(
+            f"{s.pick(holds if k == 'h' else fails)} then {law}" for k, law in zip(kinds, laws, strict=False)
+        )
+        self.say(f"if {said} else {laws[-1]} end if;", laws[kinds.find("h")])
+        moving = f"{x}[1] > 0.05 m"
+        self.say(
+            f"force (if {fails[0]} then 9 N elseif {moving} then {a} N elseif {holds[0]} then {b} N elseif {x}[2] > 0 m then 8 N else 7 N) on {x}[1];",
+            f"force (if {moving} then {a} N else {b} N) on {x}[1];",
+        )
+
     def _of_one(self) -> None:
         """Functions of arrays and of one argument."""
         x, xs = self.x, [f"{self.x}[{k}]" for k in range(1, self.n + 1)]
@@ -247,6 +298,19 @@ class _Arithmetic(Chain):
         )
         self.same(f"initial der({a}) = {rate:g} m/s;")
         self.same(f"potential 0.3 N/m*{a}*{c};")
+        return b
+
+    def follow_once(self) -> str:
+        """One start that is stated with one other."""
+        s = self.s
+        first, factor = self.numbers(2, 0.2, 0.9)
+        a, b = s.fresh("q"), s.fresh("q")
+        for q, text, value in s.random.sample(
+            ((a, f"{first:g} m", first), (b, f"{factor:g}*{a}", factor * first)), 2
+        ):
+            self.say(f"coordinate Length {q} = {text};", f"coordinate Length {q} = {value:.17g} m;", name=q)
+            self.same(f"kinetic 1/2*{self.numbers(1)[0]:g} kg*der({q})^2;", f"force -0.7 N/m*{q} on {q};")
+        self.same(f"potential 0.3 N/m*{a}*{b};")
         return b
 
     def _conditions(self) -> None:

@@ -236,8 +236,7 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             if differences(both, there):
                 break
         try:
-            base.settle(state)
-            other.settle(there)
+            state, there = base.settle(state), other.settle(there)
         except NoMotion:
             continue
         mine = {renamed_name(twin, n): v for n, v in base.everything(state).items()}
@@ -284,7 +283,7 @@ def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
     found += [Disagreement("targets", "start", str(wrong[:3]))] if wrong else []
     for state in base.random_states(rng, 5):
         try:
-            one.settle(state)
+            state = one.settle(state)
         except NoMotion:
             continue
         two.z = one.z
@@ -309,7 +308,7 @@ def _loops(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
     rng = np.random.default_rng(seed)
     for state in base.random_states(rng, 3):
         try:
-            base.settle(state)
+            state = base.settle(state)
         except NoMotion:
             continue
         other.z = base.z

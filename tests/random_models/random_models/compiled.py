@@ -16,6 +16,7 @@ from mechc.runtime.case import Case, SimulationOptions, inputs_at, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.kernel import load_kernel
+from random_models.states import on_constraints
 
 Values = dict[str, float]
 """Numbers by the names that results have."""
@@ -43,6 +44,8 @@ class Compiled:
     case: Case
     z: Any = None
     text: str = ""
+    told: bool = False
+    """Whether it was given values, which its own text does not say."""
 
     @property
     def switches(self) -> bool:
@@ -54,10 +57,13 @@ class Compiled:
         """Whether its flags at a state are known: there are none, or it is compiled, so that a run can begin there."""
         return not self.switches or self.problem.library is not None
 
-    def settle(self, state: Values) -> None:
-        """Let a run begin at a state, and keep what it decides: what touches, sticks, and on which side all is."""
+    def settle(self, state: Values) -> Values:
+        """Let a run begin at a state, and keep what it decides: what touches, sticks, on which side all is, and what ticks then.
+
+        Returns the state behind the events of this instant; raises ``NoMotion`` where there is none.
+        """
         if not self.switches:
-            return
+            return state
         self.z = None
         y, _, t = self._arguments(state)
         case = replace(self.case, y0=y, begin=t, stop=t, grid=np.array([t]))
@@ -66,9 +72,9 @@ class Compiled:
             if status < 0:
                 raise NoMotion(status.name)
             after, self.z = solver.report()[1], solver.discretes()
-        own = [k for k, q in enumerate(self.problem.discretes) if q.kind != "mode"]
-        if not np.allclose(after, y, rtol=1e-9, atol=1e-9) or any(self.z[own] != self.case.z[own]):
-            raise NoMotion("an event at the start")
+        if np.allclose(after, y, rtol=1e-9, atol=1e-9):
+            return state
+        return state | dict(zip(self.states, map(float, after), strict=True))
 
     @property
     def relative(self) -> float:
@@ -149,10 +155,14 @@ class Compiled:
         return y, u, t
 
     def random_states(self, rng: np.random.Generator, n: int) -> list[Values]:
-        """Return states near the start; on the constraints, where there are any, only the start itself."""
+        """Return states near the start; on the constraints, where there are any, the start and another one."""
         states = [self.start()]
         if self.constrained:
-            return states
+            return (
+                states
+                if self.told
+                else states + on_constraints(self.model.compilation.flat, self.states, rng)
+            )
         for _ in range(n):
             y = self.case.y0 + 0.3 * rng.standard_normal(len(self.case.y0))
             for r in self.rotations:
@@ -189,7 +199,7 @@ def prepared(
     except Exception as error:
         error.add_note(text)
         raise
-    return Compiled(model, problem, functions, case, text=text)
+    return Compiled(model, problem, functions, case, text=text, told=bool(values))
 
 
 def differences(

@@ -70,12 +70,12 @@ def undone(
         for where, state in looks(meaning, rng, states):
             here = {n: state.get(n, 0.0) for n in base.states} | {"time": state.get("time", 0.0)}
             try:
-                base.settle(here)
+                here = base.settle(here)
             except NoMotion as reason:
                 SKIPPED[f"{where}: {reason}"] += 1
                 continue
             LOOKED[where] += 1
-            state = state | base.released()
+            begun, state = state, state | here | base.discretes() | base.released()
             there = by_definition(meaning, state)
             near = [base.everything(shaken(here, rng)) for _ in range(2)]
             wrong = differences(base.everything(here), there, near, ignored, base.relative)
@@ -85,7 +85,7 @@ def undone(
             if wrong:
                 lines = "".join(f"{n}: {x:.12g} compiled, {y:.12g} by definition\n" for n, x, y in wrong[:6])
                 return [(kind_of(wrong[0][0]), f"{lines}{where}, at {state}")]
-            if where == "start" and (said := _other_start(base, meaning, state)):
+            if where == "start" and (said := _other_start(base, meaning, begun)):
                 return [("start", said)]
             if not ignored and (said := unaccounted(base, here)) and not _edges(meaning, state):
                 return [("balance", f"{said}{where}, at {state}")]

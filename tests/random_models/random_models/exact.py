@@ -27,7 +27,7 @@ def badly_known(model: Model, base: Compiled, seed: int) -> list[str]:
     found = []
     for state in base.random_states(np.random.default_rng(seed), 2) if names else ():
         try:
-            base.settle(state)
+            state = base.settle(state)
         except NoMotion:
             continue
         told = base.outputs(state)

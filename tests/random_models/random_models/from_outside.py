@@ -72,12 +72,11 @@ def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> l
     rng = np.random.default_rng(seed)
     for state in [] if wrong else one.random_states(rng, 2):
         try:
-            one.settle(state)
-            other.settle(state)
+            here, there = one.settle(state), other.settle(state)
         except NoMotion:
             continue
-        near = [one.everything(shaken(state, rng)) for _ in range(2)]
-        wrong += differences(one.everything(state), other.everything(state), near, relative=one.relative)
+        near = [one.everything(shaken(here, rng)) for _ in range(2)]
+        wrong += differences(one.everything(here), other.everything(there), near, relative=one.relative)
     lines = "".join(f"{n}: {x:.12g}, by the text {y:.12g}\n" for n, x, y in wrong[:6])
     return [("value", f"{given}\n{lines}")] if wrong else []
 

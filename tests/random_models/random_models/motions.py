@@ -12,6 +12,7 @@ import numpy as np
 
 import mechc
 from mechc.runtime.methods import KERNEL_METHODS
+from random_models.accounts import misbooked_at_events
 from random_models.compiled import Refused, Values
 from random_models.twins import Twin, renamed_name
 
@@ -243,6 +244,8 @@ def doubts(solution: Any) -> list[tuple[str, str]]:
     """List (what, in words) that a run tells against itself: energies that do not add up, any of its own checks."""
     said = unbalanced(solution)
     found = [("balance", said)] if said else []
+    if said := misbooked_at_events(solution):
+        found.append(("booked", said))
     if str(solution.outcome) == "Outcome.DOUBTFUL":
         found.append(("doubtful", solution.message))
     return found

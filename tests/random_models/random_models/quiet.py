@@ -43,7 +43,7 @@ def quiet(seed: int) -> Scope:
     _output(s, der(places[0], 2))
     with s.apart(f"followers of {seed}"):
         if s.chance(0.4):
-            following(s)
+            following(s, seed)
         elif s.chance(0.5):
             starting(s)
     return s

@@ -71,8 +71,7 @@ def _compared(base: Compiled, twin: Twin, seed: int) -> list[str]:
         there = {n: x * sizes.get(n, 1.0) for n, x in state.items() if n in other.states or n == "time"}
         there = dict.fromkeys(other.states, 0.0) | there  # accounts of energies
         try:
-            base.settle(state)
-            other.settle(there)
+            state, there = base.settle(state), other.settle(there)
         except NoMotion:
             continue
         mine = _booked(base.everything(state), apart)

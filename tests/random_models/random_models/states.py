@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from oracle import Undetermined
+from oracle import Meaning, NotCovered, Undetermined
 from oracle.series import real
 from oracle.start import project
 
@@ -34,6 +34,15 @@ def looks(meaning: Any, rng: np.random.Generator, n: int) -> Iterator[tuple[str,
             moving = sliding(meaning, touching, contact, rng) if contact.friction is not None else None
             if moving is not None:
                 yield "sliding", moving
+
+
+def on_constraints(flat: Any, names: Sequence[str], rng: np.random.Generator) -> list[Values]:
+    """Return a random state on the constraints of a model, or none where the definition finds none."""
+    try:
+        state = _floats(Meaning(flat, experiment="").random(rng))
+    except (NotCovered, Undetermined):
+        return []
+    return [{n: state.get(n, 0.0) for n in names} | {"time": state.get("time", 0.0)}]
 
 
 def at_rest(meaning: Any, state: Values) -> Values:
