@@ -27,12 +27,12 @@ def misbooked(base: Compiled, meaning: Any, here: Values, state: Values) -> str:
     )
 
 
-HAPPENING = frozenset({"when", "impact"})
-"""Kinds of events that take and give by themselves; laws that jump elsewhere supply what they bring, of either sign."""
-
-
 def misbooked_at_events(solution: Any) -> str:
-    """Say how the accounts change at an instant at which one thing happens, where it is not as the energy does."""
+    """Say how the accounts change at an instant, where it is not as the energy does.
+
+    Laws that jump supply what they bring, of either sign; so looked at is what one `when` throws. What hits what time moves
+    is pushed, too, and loses nothing less.
+    """
     if not {"energy.total", "energy.supplied", "energy.dissipated"} <= set(solution):
         return ""
     total, supplied, lost = (np.asarray(solution[f"energy.{n}"]) for n in ("total", "supplied", "dissipated"))
@@ -45,11 +45,13 @@ def misbooked_at_events(solution: Any) -> str:
         kinds.setdefault(float(event.time), []).append(event.kind)
     for k in np.flatnonzero(np.diff(time) == 0):
         here = kinds.get(float(time[k]), [])
-        if len(here) != 1 or not set(here) <= HAPPENING or not any(x[k] != x[k + 1] for x in moving):
+        if here not in (["when"], ["impact"]) or not any(x[k] != x[k + 1] for x in moving):
             continue  # where nothing is thrown, a law jumps at this instant
         gain = total[k + 1] - total[k]
         want = max(gain, 0.0), max(-gain, 0.0)
         got = supplied[k + 1] - supplied[k], lost[k + 1] - lost[k]
+        if here == ["impact"] and got[1] >= 0:
+            want = gain + got[1], got[1]
         size = 1 + abs(total[k]) + abs(total[k + 1]) + abs(supplied[k]) + abs(lost[k])
         if np.isfinite(gain) and any(abs(x - y) > RELATIVE * size for x, y in zip(want, got, strict=True)):
             return (

@@ -40,6 +40,7 @@ from random_models.exports import exported
 from random_models.from_outside import differs_from_text
 from random_models.lists import element_by_element
 from random_models.meaning import Meaning
+from random_models.members import members_differ, sweep_differs
 from random_models.modes import MODES, Target
 from random_models.motions import Edged, by_another_method, difference, doubts, ended, errors, run
 from random_models.narrow import is_marked
@@ -482,6 +483,14 @@ def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     return [Disagreement("tabled", kind, said) for kind, said in along(base, solution, ignored(model), given)]
 
 
+def _members(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare an ensemble and a sweep with single runs."""
+    if is_marked(model, "narrow", "sized"):
+        return None
+    told = ("member", members_differ(base, seed)), ("sweep", sweep_differs(base, seed))
+    return [Disagreement("members", kind, said) for kind, said in told if said]
+
+
 def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare the exported Python module and C program with the run; what is narrow, these do not look for."""
     if is_marked(model, "narrow"):
@@ -549,6 +558,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("twins", _twins),
     ("events", _events),
     ("tabled", _tabled),
+    ("members", _members),
     ("exports", _exports),
 )
 UNITS: tuple[tuple[str, Check], ...] = (("units", _units),)

@@ -20,6 +20,7 @@ import numpy as np
 import mechc
 from mechc.fmu.export import FmuOptions, export_fmu
 from random_models.compiled import Refused, prepared
+from random_models.handled import mishandled, pushed
 from random_models.motions import Edged, asked, columns, errors, nowhere, run
 
 RELATIVE = 1e-4
@@ -35,6 +36,8 @@ _NUMBER = re.compile(
 """A parameter that is a number."""
 _BEGINNING = re.compile(r"(?:coordinate|state|initial) [^;=]*= -?(?:2\*)?(p\d+)[;^ ]")
 """A start that is a parameter, or nearly."""
+_STEPPED = re.compile(r'\binput (?:\w+ )?(\w+)\(interpolation = "step"\)')
+"""An input that steps from row to row."""
 KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
@@ -52,6 +55,8 @@ def exported(
     model = mechc.loads(text)
     given = _given(model, text) if units else {}
     own = _told(model, text, units=True) if units and not sizes else {}  # another start is no size of theirs
+    if own and len(text) % 2:
+        text = _set_otherwise(model, text, own)
     if own.keys() & set(_BEGINNING.findall(text)):  # the start is found anew for it alone
         given = {}
     try:
@@ -75,8 +80,14 @@ def exported(
 
 
 def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]:
-    """Compare a Python module that is given a parameter or a start with the run that is given it, of two models of three."""
+    """Compare a Python module that is given a parameter or a start with the run that is given it, of two models of three.
+
+    Of every other of them the experiment sets another value, over which the one from outside counts.
+    """
     given = _told(model, text)
+    if len(text) % 2:
+        text = _set_otherwise(model, text, given)
+        model = mechc.loads(text)
     try:
         native = run(text, values=given)
     except Refused:
@@ -84,6 +95,14 @@ def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]
     if not given or native.events or str(native.outcome) != "Outcome.COMPLETED":
         return []
     return _said("python", native, _python(model, here, given))
+
+
+def _set_otherwise(model: Any, text: str, given: dict[str, float]) -> str:
+    """Let the experiment of a text set what is given, too, to other values."""
+    problem = model.problem("python")
+    units = {q.name: q.unit for q in (*problem.parameters, *problem.states)}
+    told = "".join(f", {name} = {0.9 * value!r} {units[name]}".rstrip() for name, value in given.items())
+    return re.sub(r"^( *experiment\(.*)\);", rf"\1{told});", text, count=1, flags=re.M)
 
 
 def _said(
@@ -250,6 +269,8 @@ def _units(
         return [("fmu", f"export fails: {mechc.render(error.diagnostics)[-800:]}")]
     except (mechc.SimulationError, mechc.UsageMistake) as error:
         return [("fmu", f"export fails: {error}")]
+    ramps = _ramps(given, text)
+    driven = _driven(text, ramps, parameter, here) if ramps else None
     for unit in sorted(here.rglob("*.fmu")):
         watched = _watched(unit, columns(native).keys())
         for kind in ("ModelExchange", "CoSimulation"):
@@ -267,11 +288,36 @@ def _units(
             )
             other = {n: np.asarray(result[there]) for n, there in watched.items()}
             other["time"] = np.asarray(result["time"])
-            found += [
-                (f"{unit.parent.name} {kind}", said)
-                for _, said in _said(f"{unit.parent.name} {kind}", native, other, sizes=sizes)
-            ]
+            what = f"{unit.parent.name} {kind}"
+            found += _said(what, native, other, sizes=sizes)
+        if unit.parent.name == "fmi2" and (said := mishandled(unit)):
+            found.append(("fmi2 handled", said))
+        if unit.parent.name == "fmi2" and driven is not None:
+            found += _said("fmi2 pushed", driven, pushed(unit, ramps, parameter, watched), sizes=sizes)
     return found
+
+
+def _ramps(given: dict[str, float], text: str) -> dict[str, tuple[float, float]]:
+    """Let inputs that are set change evenly, where all of them may."""
+    stepped = set(_STEPPED.findall(text))
+    return (
+        {}
+        if stepped & given.keys()
+        else {n: (v, v + 0.1 + 0.05 * k) for k, (n, v) in enumerate(given.items())}
+    )
+
+
+def _driven(text: str, ramps: dict[str, tuple[float, float]], values: dict[str, float], here: Path) -> Any:
+    """Return the motion under these inputs, or nothing where it does not come to its end, or has events."""
+    units = {q.name: q.unit for q in mechc.loads(text).problem("python").inputs}
+    paths = {name: here / f"ramp{k}.csv" for k, name in enumerate(ramps)}
+    for name, (first, last) in ramps.items():
+        paths[name].write_text(f"time [s],{name} [{units[name] or '1'}]\n0,{first!r}\n1,{last!r}\n")
+    try:
+        solution = run(text, inputs=paths, values=values)
+    except Refused:
+        return None
+    return None if solution.events or str(solution.outcome) != "Outcome.COMPLETED" else solution
 
 
 def _watched(unit: Path, names: Collection[str]) -> dict[str, str]:

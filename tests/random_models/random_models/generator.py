@@ -42,6 +42,7 @@ from random_models.together import together
 from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
 from random_models.unknown import unknowns
+from random_models.weights import weights
 
 LATE = 0.05
 """Of the models say when their output begins."""
@@ -93,6 +94,7 @@ def skeleton(seed: int) -> Scope:
         narrow,
         orbits,
         sizes,
+        weights,
     ):
         further(s, seed)
     return s

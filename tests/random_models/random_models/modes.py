@@ -47,6 +47,8 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
             return seed % 10 == 0 or (base.switches and seed % 2 == 1)
         case "events" | "tabled":
             return seed % 4 == 3
+        case "members":
+            return seed % 20 == 13
         case "exports":
             return seed % 80 == 47
         case "units":
@@ -71,11 +73,13 @@ AT_STATES = (
     "loops",
 )
 MODES = {
-    "mixed": Mode("c", (*AT_STATES, "motion", "twins", "events", "tabled", "exports", "units"), _some),
+    "mixed": Mode(
+        "c", (*AT_STATES, "motion", "twins", "events", "tabled", "members", "exports", "units"), _some
+    ),
     "states": Mode("c", AT_STATES, _one),
     "quick": Mode("python", AT_STATES, _one, recompiled=True),
     "events": Mode("python", ("events", "tabled")),
-    "motions": Mode("c", ("motion", "twins", "events", "tabled", "exports")),
+    "motions": Mode("c", ("motion", "twins", "events", "tabled", "members", "exports")),
     "units": Mode("python", ("units",)),
 }
 """``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``motions``: short motions, Python modules, C programs; FMUs."""

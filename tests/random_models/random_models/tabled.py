@@ -14,6 +14,11 @@ from scipy.interpolate import CubicSpline
 from random_models.compiled import Compiled
 
 ROWS = 6
+SECOND = {"s": 1.0, "ms": 1000.0, "min": 1 / 60}
+SECONDS = tuple(SECOND)
+PART = {"": 1.0, ".cm/m": 100.0, ".g/mg": 0.001}
+PARTS = tuple(PART)
+"""Units of the columns: how many of them are one of SI."""
 _READ = re.compile(r'\binput (?:\w+ )?(\w+)(?:\[[^\]]*\])?\(interpolation = "(\w+)"\)')
 
 
@@ -23,9 +28,13 @@ def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for q in chosen:
         times = [0.0, *sorted({round(random.uniform(0.05, 0.95), 3) for _ in range(ROWS - 2)}), 1.0]
-        rows = [f"{t!r},{round(random.uniform(-1, 1), 3)!r}" for t in times]
+        second, one = random.choice(SECONDS), random.choice(PARTS)
+        rows = [
+            f"{t * SECOND[second]:.12g},{round(random.uniform(-1, 1), 3) * PART[one]:.12g}" for t in times
+        ]
         found[q.name] = folder / f"{len(found)}.csv"
-        found[q.name].write_text("\n".join((f"time [s],{q.name} [{q.unit or '1'}]", *rows)) + "\n")
+        unit = f"{q.unit or '1'}{one}".removeprefix("1.")
+        found[q.name].write_text("\n".join((f"time [{second}],{q.name} [{unit}]", *rows)) + "\n")
     return found
 
 
@@ -33,9 +42,16 @@ def meant(base: Compiled, paths: Mapping[str, Path]) -> dict[str, Callable[[floa
     """Return the same tables as functions of time, in SI, read as the text says."""
     kinds = dict(_READ.findall(base.text))
     return {
-        name: _function(np.loadtxt(p, delimiter=",", skiprows=1), kinds.get(name.partition("[")[0], "linear"))
-        for name, p in paths.items()
+        name: _function(_rows(p), kinds.get(name.partition("[")[0], "linear")) for name, p in paths.items()
     }
+
+
+def _rows(path: Path) -> Any:
+    """Return the rows of a table in SI."""
+    head = path.read_text().partition("\n")[0]
+    second = next(s for s in SECONDS if f"time [{s}]" in head)
+    one = next((p for p in PARTS if p and head.endswith(f"{p[1:]}]")), "")
+    return np.loadtxt(path, delimiter=",", skiprows=1) / [SECOND[second], PART[one]]
 
 
 def _function(rows: Any, kind: str) -> Callable[[float], float]:
