@@ -74,6 +74,7 @@ class Meaning:
         self.starts: dict[float, State] = {}
         self.braking: dict[tuple[str, int], bool] = {}
         self.plain = True
+        self.affine: bool | None = None  # whether laws that ask for forces have been affine along a motion
         self.law_questions = self._law_questions()
         self.felt = self._felt()
         self._kinds()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import DOP853
+from scipy.integrate import DOP853, RK45
 
 from mechc.compiler.flat import model as flat
 from oracle import impacts
@@ -19,7 +19,7 @@ from oracle.poses import Pose
 from oracle.series import real
 from oracle.solving import Solution, choices, margins, solve, solve_in
 from oracle.start import project
-from oracle.values import NotCovered, Undetermined
+from oracle.values import Bent, NotCovered, Undetermined
 
 if TYPE_CHECKING:
     from oracle.meaning import Meaning
@@ -84,12 +84,12 @@ class Run:
         }
         return self.m.fill({**loose, **dict(zip(self.order, map(float, y), strict=True)), "time": t})
 
-    def solution(self, state: State, quick: bool = False) -> Solution:
-        return solve_in(self.m, state, self.modes, self.frozen, quick)
+    def solution(self, state: State, quick: bool = False, seen: bool = True) -> Solution:
+        return solve_in(self.m, state, self.modes, self.frozen, quick, seen=seen)
 
     def rhs(self, t: float, y: Any) -> Any:
         state = self.unpacked(t, y)
-        s, rate = self.solution(state, quick=True), State()
+        s, rate = self.solution(state, quick=True, seen=False), State()
         for _, shape, elements, rates, first in self.m.coordinate_layout:
             v = [state[x] for x in rates]
             if shape is None:
@@ -175,7 +175,8 @@ class Run:
         y0 = np.array([self.state[x] for x in self.order])
         if not len(y0):
             y0 = np.zeros(0)
-        solver = DOP853(
+        method = RK45 if self.longest <= self.scan else DOP853  # where steps are short, few stages are enough
+        solver = method(
             self.rhs,
             t0,
             y0,
@@ -192,24 +193,50 @@ class Run:
             look = np.linspace(left, right, max(3, math.ceil((right - left) / self.scan) + 1))[1:]
             look = look if self.switching else look[:0]
             for t in look:
-                low = self.fallen(self.unpacked(t, dense(t)))
+                low = self.below(self.unpacked(t, dense(t)))
                 if low:
-                    while t - left > 4e-16 * max(1.0, abs(t)):
-                        middle = (left + t) / 2
-                        if not left < middle < t:
-                            break
-                        fallen = self.fallen(self.unpacked(middle, dense(middle)))
-                        left, t, low = (left, middle, fallen) if fallen else (middle, t, low)
+                    t, low = self.first_below(left, t, low, dense)
                     self.arrive(solver.t_old, t, dense)
-                    return low
+                    return list(low)
                 left = t
             self.arrive(solver.t_old, solver.t, dense)
             y = np.array([self.state[x] for x in self.order])
             solver.y, solver.f = y, self.rhs(solver.t, y)
         return []
 
-    def fallen(self, state: State) -> list[Any]:
-        return [k for k, value in self.surfaces(self.solution(state, quick=True)).items() if value < -MARGIN]
+    def below(self, state: State) -> dict[Any, float]:
+        values = self.surfaces(self.solution(state, quick=True))
+        return {k: value for k, value in values.items() if value < -MARGIN}
+
+    def first_below(
+        self, left: float, t: float, low: dict[Any, float], dense: Any
+    ) -> tuple[float, dict[Any, float]]:
+        """Cut next to where straight lines fall through zero, or halve, until nothing is between both sides."""
+        whole = t - left
+        above = self.surfaces(self.solution(self.unpacked(left, dense(left)), quick=True))
+
+        def cut(middle: float) -> bool:
+            nonlocal left, t, low, above
+            if not left < middle < t:
+                return False
+            values = self.surfaces(self.solution(self.unpacked(middle, dense(middle)), quick=True))
+            fallen = {k: value for k, value in values.items() if value < -MARGIN}
+            if fallen:
+                t, low = middle, fallen
+            else:
+                left, above = middle, values
+            return True
+
+        while t - left > 4e-16 * max(1.0, abs(t)):
+            width = t - left
+            if all(k[0] not in ("when", "lost") and above.get(k, 0.0) > -MARGIN for k in low):
+                falls = ((above.get(k, 0.0) + MARGIN) / (above.get(k, 0.0) - x) for k, x in low.items())
+                zero, around = left + width * min(falls), min(0.02 * width, 10 * width * width / whole)
+                cut(zero - around)
+                cut(zero + around)
+            if t - left > 0.5 * width and not cut((left + t) / 2):
+                break
+        return t, low
 
     def arrive(self, t0: float, t: float, dense: Any) -> None:
         """Go to a time on the way, back onto all constraints."""
@@ -531,4 +558,8 @@ def move(
         meaning.start(start) if state is None else meaning.fill({**state, "time": state.get("time", start)})
     )
     scan = scan or (stop - state["time"]) / 200
-    return Run(meaning, stop, state, tolerance, scan, longest or 10 * scan).go()
+    meaning.affine = None
+    try:
+        return Run(meaning, stop, state, tolerance, scan, longest or 10 * scan).go()
+    except Bent:
+        return Run(meaning, stop, state, tolerance, scan, longest or 10 * scan).go()

@@ -14,7 +14,7 @@ from oracle.expressions import der
 from oracle.point import Point, Unknowns, at_order, now
 from oracle.questions import answer, key_of, known_now
 from oracle.series import STEP, real
-from oracle.values import Several, Undetermined
+from oracle.values import Bent, Several, Undetermined
 
 if TYPE_CHECKING:
     from oracle.meaning import Meaning
@@ -100,8 +100,12 @@ def solve_in(
     frozen: dict[Any, Any] | None,
     quick: bool = False,
     angle: float = 0.1,
+    seen: bool = True,
 ) -> Solution:
-    """Newton's method on all unknowns at once; where the laws are affine it ends after one step."""
+    """Newton's method on all unknowns at once; where the laws are affine it ends after one step.
+
+    Not ``seen``: the unknowns alone are asked for, and at the point of the solution nothing has been evaluated.
+    """
     key = (*modes.items(), *((k, v) for k, v in state.items() if k.startswith("held(")))
     if key not in meaning.force_names:
         bare = Point(meaning, state, Unknowns(meaning.unasked), frozen=frozen, modes=modes)
@@ -161,7 +165,7 @@ def solve_in(
             if (attempt and np.abs(dz).max() <= 1e-13 * (np.abs(z).max() + 1e-300)) or not r.any():
                 break
             z = z - dz
-            if quick and meaning.plain and not any(m == "slip*" for m in modes.values()):
+            if quick and (meaning.plain or meaning.affine) and not any(m == "slip*" for m in modes.values()):
                 break
             if attempt >= 1 and (np.abs(r) <= 1e-13 * size).all():
                 break
@@ -169,6 +173,8 @@ def solve_in(
             if N:
                 raise Undetermined("no accelerations that satisfy the laws")
         bends = first is not None and np.abs(J - first).max(initial=0) > 1e-6 * np.abs(first).max(initial=0)
+        if quick and attempt:
+            meaning.affine = meaning.affine is None and not bends
         return z, r, J, loose, bool(bends)
 
     z, superfluous = np.zeros(N), frozenset[str]()
@@ -197,7 +203,14 @@ def solve_in(
             raise Undetermined("accelerations that no law tells")
         shown = np.abs(loose[n : n + len(names)]).max(axis=1, initial=0) > 1e-6
         superfluous = frozenset(name for name, free in zip(names, shown, strict=True) if free)
-    point, _ = look(z, np.zeros((N, 1)))
+    if seen:
+        point, rows = look(z, np.zeros((N, 1)))
+        size = np.abs(J) @ np.abs(z) + np.abs(r) + 1e-12
+        if quick and meaning.affine and N and (np.abs(rows[:, 0]) > 1e-7 * size).any():
+            meaning.affine = False
+            raise Bent
+    else:
+        point = Point(meaning, state, unpack(z[:, None] + 0j), frozen=frozen, modes=modes)
     return Solution(point, point.unknowns, dict(modes), superfluous)
 
 

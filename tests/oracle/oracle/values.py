@@ -17,3 +17,7 @@ class Several(Undetermined):
 
 class Uneven(Exception):
     """Say that places of an integral differ in what is decided at them, so that each has to be looked at by itself."""
+
+
+class Bent(Exception):
+    """Say that laws that were affine so far, so that one step of Newton's method was enough, are it no more."""

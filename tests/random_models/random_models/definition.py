@@ -283,7 +283,7 @@ def moved(base: Compiled, solution: Any, sizes: Collection[str] = ()) -> list[tu
             motion = meaning.motion(
                 until,
                 state=start | {"time": begin},
-                tolerance=1e-9,
+                tolerance=1e-8,
                 scan=UNTIL / 20,
                 longest=UNTIL / 20 if SHARP.search(base.text) else None,
             )
