@@ -2,6 +2,6 @@
 
 from oracle.meaning import Meaning
 from oracle.motion import Happening, Motion
-from oracle.values import NotCovered, Undetermined
+from oracle.values import Ambiguous, NotCovered, Undetermined
 
-__all__ = ["Happening", "Meaning", "Motion", "NotCovered", "Undetermined"]
+__all__ = ["Ambiguous", "Happening", "Meaning", "Motion", "NotCovered", "Undetermined"]

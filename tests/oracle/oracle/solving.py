@@ -14,13 +14,15 @@ from oracle.expressions import der
 from oracle.point import Point, Unknowns, at_order, now
 from oracle.questions import answer, key_of, known_now
 from oracle.series import STEP, real
-from oracle.values import Bent, Several, Undetermined
+from oracle.values import Ambiguous, Bent, Several, Undetermined
 
 if TYPE_CHECKING:
     from oracle.meaning import Meaning
 
 Array = Any
 NEAR = 1e-9
+CLEARLY = 1e-6
+"""By how much the conditions of a mode hold, as shares of what acts, where nothing is tied."""
 AWAY = (3, -3, 1, -1, 0.3, -0.3, 0.1, -0.1)
 """Where other answers to questions in laws are looked for, as shares of their size."""
 
@@ -351,7 +353,9 @@ def solve(
     for other in others:
         a, b = first.unknowns.a[:, 0].real, other.unknowns.a[:, 0].real
         if np.abs(a - b).max(initial=0) > 1e-6 * (1 + np.abs(a).max(initial=0)):
-            raise Undetermined("several combinations of touching, sticking and sliding fit")
+            barely = min(abs(x) for s in (first, other) for x in margins(meaning, s, options).values())
+            kind = Ambiguous if barely > CLEARLY else Undetermined
+            raise kind("several combinations of touching, sticking and sliding fit")
     if frozen is not None:
         solve_in(meaning, state, first.modes, frozen)
     stuck = {name: "stick" if "stick" in ways else first.modes[name] for name, ways in options.items()}

@@ -15,6 +15,10 @@ class Several(Undetermined):
     """Several motions satisfy the laws."""
 
 
+class Ambiguous(Undetermined):
+    """Several combinations of touching, sticking and sliding fit, none of them barely."""
+
+
 class Uneven(Exception):
     """Say that places of an integral differ in what is decided at them, so that each has to be looked at by itself."""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
-from oracle import Meaning, NotCovered, Undetermined
+from oracle import Ambiguous, Meaning, NotCovered, Undetermined
 from oracle.expressions import BENDS, EDGES
 
 from random_models.accounts import misbooked
@@ -73,6 +73,8 @@ def undone(
                 here = base.settle(here)
             except NoMotion as reason:
                 SKIPPED[f"{where}: {reason}"] += 1
+                if str(reason) == "NO_MODE" and _goes_on(meaning, state):
+                    return [("no motion", f"refused, goes on by definition\n{where}, at {state}")]
                 continue
             LOOKED[where] += 1
             begun, state = state, state | here | base.discretes() | base.released()
@@ -91,6 +93,8 @@ def undone(
                 return [("balance", f"{said}{where}, at {state}")]
             if said := misbooked(base, meaning, here, state):
                 return [("account", f"{said}{where}, at {state}")]
+    except Ambiguous as reason:
+        return [("no motion", f"goes on, {reason} by definition\n{where}, at {state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
     except Exception as error:
@@ -98,6 +102,15 @@ def undone(
             raise OracleFails(repr(error)[:200]) from error
         raise
     return []
+
+
+def _goes_on(meaning: Any, state: Values) -> bool:
+    """Whether one motion goes on from a state by the definition, where nothing is tied."""
+    try:
+        by_definition(meaning, state)
+    except (NotCovered, Undetermined):
+        return False
+    return not _edges(meaning, state)
 
 
 def _other_start(base: Compiled, meaning: Any, state: Values) -> str:

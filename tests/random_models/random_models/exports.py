@@ -20,7 +20,7 @@ import numpy as np
 import mechc
 from mechc.fmu.export import FmuOptions, export_fmu
 from random_models.compiled import Refused, prepared
-from random_models.handled import mishandled, pushed
+from random_models.handled import misdescribed, mishandled, pushed
 from random_models.motions import Edged, asked, columns, errors, nowhere, run
 
 RELATIVE = 1e-4
@@ -290,6 +290,8 @@ def _units(
             other["time"] = np.asarray(result["time"])
             what = f"{unit.parent.name} {kind}"
             found += _said(what, native, other, sizes=sizes)
+        if said := misdescribed(unit):
+            found.append((f"{unit.parent.name} described", said))
         if unit.parent.name == "fmi2" and (said := mishandled(unit)):
             found.append(("fmi2 handled", said))
         if unit.parent.name == "fmi2" and driven is not None:

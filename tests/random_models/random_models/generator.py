@@ -21,6 +21,7 @@ from random_models.grids import grids
 from random_models.growing import growing
 from random_models.hanging import hanging
 from random_models.landing import landing
+from random_models.leaning import leaning
 from random_models.letting_go import letting_go
 from random_models.lists import lists
 from random_models.measured import measured
@@ -95,6 +96,7 @@ def skeleton(seed: int) -> Scope:
         orbits,
         sizes,
         weights,
+        leaning,
     ):
         further(s, seed)
     return s

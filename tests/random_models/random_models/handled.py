@@ -1,4 +1,4 @@
-"""An FMU in the hands of an importer: states that are saved and come back, a new beginning, and the derivatives that it offers."""
+"""An FMU in the hands of an importer: what it says of units, states that are saved and come back, a new beginning, derivatives, inputs that change."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ from ctypes import POINTER, c_double
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 from scipy.integrate import solve_ivp
+
+from random_models.measures import measured
 
 STEP = 1e-6
 """Of a value of the size of one; central differences are off by 1e-12 of a third derivative, and by 1e-10 of the values for rounding."""
@@ -33,6 +37,27 @@ def mishandled(unit: Path) -> str:
             name = about.modelExchange.modelIdentifier
             said = _with(FMU2Model(modelIdentifier=name, **common), about, _derivatives)
         return said
+
+
+def misdescribed(unit: Path) -> str:
+    """Say which unit of measurement is described wrongly, by its definition, or nothing."""
+    with ZipFile(unit) as file:
+        root = ElementTree.fromstring(file.read("modelDescription.xml"))
+    for one in root.iter("Unit"):
+        name, base = one.get("name", ""), one.find("BaseUnit")
+        try:
+            size, exponents = measured(name)
+            told = {q: float(base.get(q, 0)) for q in ("kg", "m", "s", "A")} if base is not None else {}
+            wrong = base is not None and [*told.values()] != [float(x) for x in exponents]
+            if wrong or (base is not None and abs(float(base.get("factor", 1)) / size - 1) > 1e-12):
+                return f"the unit {name} is {size} of {told} here: {ElementTree.tostring(one)!r}"
+            for shown in one.iter("DisplayUnit"):
+                factor, there = float(shown.get("factor", 1)), measured(shown.get("name", ""))
+                if there[1] != exponents or abs(factor * there[0] / size - 1) > 1e-12:
+                    return f"{shown.get('name')} for {name} has the factor {factor}, {size / there[0]} by definition"
+        except (KeyError, StopIteration):  # no unit that is known here
+            continue
+    return ""
 
 
 def pushed(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 from math import pi
@@ -42,6 +43,23 @@ def sized(symbol: str, random: Random) -> tuple[str, Fraction]:
     size, _, prefixes = UNITS[symbol]
     prefix = random.choice(("", *prefixes))
     return prefix + symbol, size * F(10) ** _TEN[prefix]
+
+
+def measured(text: str) -> tuple[float, tuple[Fraction, ...]]:
+    """Return the size in SI of a unit, and its exponents of kg, m, s and A; raises KeyError for what is none of these units."""
+    size, exponents, below = 1.0, [F(0)] * len(_BASE), False
+    for sign, name, power in re.findall(r"([./]?)([A-Za-z]+)(?:\^\(?(-?\d+(?:/\d+)?)\)?)?", text):
+        below = sign == "/"
+        exponent = F(power or 1) * (-1 if below else 1)
+        symbol, prefix = next(
+            (u, name[: len(name) - len(u)])
+            for u in sorted(UNITS, key=len, reverse=True)
+            if name.endswith(u) and name[: len(name) - len(u)] in ("", *UNITS[u][2])
+        )
+        one, own, _ = UNITS[symbol]
+        size *= float(one * F(10) ** _TEN[prefix]) ** float(exponent)
+        exponents = [a + exponent * b for a, b in zip(exponents, own, strict=True)]
+    return size, tuple(exponents)
 
 
 def put_together(d: Dim, random: Random) -> tuple[str, Fraction]:
