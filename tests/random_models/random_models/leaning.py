@@ -27,6 +27,10 @@ class _Leaning(Chain):
         m, l = self.numbers(2, 0.5, 1.5)
         angle, mu = self.numbers(1, 0.5, 1.4)[0], s.pick((0.2, 0.5, 1, 2, 3, 4))
         slides, turns = self.numbers(1, -8, 8)[0], self.numbers(1, -1, 4)[0]
+        if s.chance(
+            0.5
+        ):  # turns so fast that it would rise by itself, and rough enough to be held down by its own friction
+            slides, turns, mu = self.numbers(1, -9, -3)[0], self.numbers(1, 3.5, 6)[0], s.pick((2, 3, 4))
         above = s.pick((0, 0, 0.01))
         height, falls = l * math.sin(angle) + above, l * math.cos(angle) * turns
         for text in (

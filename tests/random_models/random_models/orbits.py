@@ -57,3 +57,17 @@ class _Orbit(Chain):
             c = f"{self.numbers(1, 0.02, 0.1)[0]:g} kg"
             self.say(f"force -{c}*norm(der({r}))*der({r}[1])/(1 m) on {r}[1];",
                      f"force -{c}*sqrt({' + '.join(f'der({r}[{i}])^2' for i in range(1, n + 1))})*der({r}[1])/(1 m) on {r}[1];")  # fmt: skip
+        if s.chance(0.6):
+            u, c = f"({d}/(1 m)^2)", self.numbers(1, 0.1, 0.4)[0]
+            roots = (
+                f"sqrt(sqrt({u}))",
+                f"{u}^0.25",
+                f"1/sqrt(1/sqrt({u}))",
+                f"(1/{u}^1.5)^(-1/6)",
+                f"sqrt({u}^0.5)",
+                f"sqrt(sqrt(1/{u}))^-1",
+            )
+            text, plain = s.random.sample(roots, 2)
+            self.say(
+                f"force -{c:g} N/m*{text}*{r}[1] on {r}[1];", f"force -{c:g} N/m*{plain}*{r}[1] on {r}[1];"
+            )
