@@ -5,7 +5,7 @@ from __future__ import annotations
 from random_models.bodies import WORLD, given, joint_kinds, mod
 from random_models.closing import direction, hung, placed, push
 from random_models.driven import ask
-from random_models.operators import call, vector
+from random_models.operators import call, der, vector
 from random_models.parts import frame_of, told
 from random_models.scope import Scope
 from random_models.tree import (
@@ -87,10 +87,17 @@ def _welded(s: Scope) -> None:
     name, weld = s.fresh("b"), s.fresh("j")
     told(s, "Body", name, [*_inertia(s)])
     second = frame_of(f"{name}.a")
-    ends = [Slot("component.from", placed(s, first)), Slot("component.to", second)]
+    with s.apart(f"turned {weld} of {len(s.statements)}"):
+        turn = s.pick(("rotx", "roty", "rotz")) if n == 3 else "rot"
+        angle = s.literal(NUMBER, s.number(-2, 2), angle=True)
+        turned = call(turn, angle, type="pose") if s.chance(0.7) else None
+    ends = [Slot("component.from", placed(s, first, turned)), Slot("component.to", second)]
     told(s, "Weld", weld, [statement("bind", ends[0], " -> ", ends[1], name="->")])
     push(s, second)
     _loads(s, weld)
+    with s.apart(f"accelerations of {weld}"):
+        for frame in (first, second):
+            ask(s, der(call("pos", placed(s, frame), dim=LENGTH, shape=(n,), level="q", type="real"), 2))
     asked = s.pick((first, second))
     ask(s, call("mass_centre", asked, dim=LENGTH, shape=(n,), level="q"))
     ask(
