@@ -15,7 +15,7 @@ from random_models.tree import E, Model, map_expression
 
 _UNREAD = ("function.body", "experiment.", "draw.")
 """Places of what may have no effect on the mechanics, or that keeps its numbers elsewhere."""
-_CHOSEN = {"index", "max", "min", "clamp", "deadzone", "abs", "mod", "floor", "ceil", "sign", "table"}
+_CHOSEN = {"index", "max", "min", "clamp", "deadzone", "abs", "mod", "div", "floor", "ceil", "sign", "table"}
 """Of the numbers in these one may be chosen already, as of a row, or of several constants."""
 MOST = 6
 """Numbers of a model that are changed to see whether anything else follows."""

@@ -94,7 +94,9 @@ def undone(
             if said := misbooked(base, meaning, here, state):
                 return [("account", f"{said}{where}, at {state}")]
     except Ambiguous as reason:
-        return [("no motion", f"goes on, {reason} by definition\n{where}, at {state}")]
+        if "closed(" not in base.text:  # by such laws a contact may hold itself, or keep itself open
+            return [("no motion", f"goes on, {reason} by definition\n{where}, at {state}")]
+        SKIPPED[str(reason)[:60]] += 1
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
     except Exception as error:
