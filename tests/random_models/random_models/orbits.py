@@ -58,7 +58,7 @@ class _Orbit(Chain):
             self.say(f"force -{c}*norm(der({r}))*der({r}[1])/(1 m) on {r}[1];",
                      f"force -{c}*sqrt({' + '.join(f'der({r}[{i}])^2' for i in range(1, n + 1))})*der({r}[1])/(1 m) on {r}[1];")  # fmt: skip
         if s.chance(0.6):
-            u, c = f"({d}/(1 m)^2)", self.numbers(1, 0.1, 0.4)[0]
+            u, k = f"({d}/(1 m)^2)", self.numbers(1, 0.1, 0.4)[0]
             roots = (
                 f"sqrt(sqrt({u}))",
                 f"{u}^0.25",
@@ -69,5 +69,5 @@ class _Orbit(Chain):
             )
             text, plain = s.random.sample(roots, 2)
             self.say(
-                f"force -{c:g} N/m*{text}*{r}[1] on {r}[1];", f"force -{c:g} N/m*{plain}*{r}[1] on {r}[1];"
+                f"force -{k:g} N/m*{text}*{r}[1] on {r}[1];", f"force -{k:g} N/m*{plain}*{r}[1] on {r}[1];"
             )
