@@ -193,7 +193,7 @@ class Run:
             look = np.linspace(left, right, max(3, math.ceil((right - left) / self.scan) + 1))[1:]
             look = look if self.switching else look[:0]
             for t in look:
-                low = self.below(self.unpacked(t, dense(t)))
+                low = self.heights(t, dense)[1]
                 if low:
                     t, low = self.first_below(left, t, low, dense)
                     self.arrive(solver.t_old, t, dense)
@@ -204,23 +204,22 @@ class Run:
             solver.y, solver.f = y, self.rhs(solver.t, y)
         return []
 
-    def below(self, state: State) -> dict[Any, float]:
-        values = self.surfaces(self.solution(state, quick=True))
-        return {k: value for k, value in values.items() if value < -MARGIN}
+    def heights(self, t: float, dense: Any) -> tuple[dict[Any, float], dict[Any, float]]:
+        """What stays above zero up to the next event, at a time on the way, and what of it is below."""
+        values = self.surfaces(self.solution(self.unpacked(t, dense(t)), quick=True))
+        return values, {k: value for k, value in values.items() if value < -MARGIN}
 
     def first_below(
         self, left: float, t: float, low: dict[Any, float], dense: Any
     ) -> tuple[float, dict[Any, float]]:
         """Cut next to where straight lines fall through zero, or halve, until nothing is between both sides."""
-        whole = t - left
-        above = self.surfaces(self.solution(self.unpacked(left, dense(left)), quick=True))
+        whole, above = t - left, self.heights(left, dense)[0]
 
         def cut(middle: float) -> bool:
             nonlocal left, t, low, above
             if not left < middle < t:
                 return False
-            values = self.surfaces(self.solution(self.unpacked(middle, dense(middle)), quick=True))
-            fallen = {k: value for k, value in values.items() if value < -MARGIN}
+            values, fallen = self.heights(middle, dense)
             if fallen:
                 t, low = middle, fallen
             else:

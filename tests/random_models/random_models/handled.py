@@ -164,7 +164,6 @@ def _again(fmu: Any, about: Any) -> str:
     first = _ran(fmu, 0.0, watched)
     fmu.reset()
     _begin(fmu)
-    saved = None
     for k in range(round(LATER / COMMUNICATION)):
         fmu.doStep(currentCommunicationPoint=k * COMMUNICATION, communicationStepSize=COMMUNICATION)
     saved = fmu.getFMUState()
