@@ -403,7 +403,8 @@ class Meaning:
     def solution(self, state: Mapping[str, float], **others: Any) -> Solution:
         if others:
             return solve(self, self.fill(state), **others)
-        asked = tuple(sorted(state.items()))
+        # accounts of energy, which a run adds to its states, enter no law
+        asked = tuple(sorted((k, v) for k, v in state.items() if not k.startswith("energy.")))
         if self.solved is None or self.solved[0] != asked:
             self.solved = asked, solve(self, self.fill(state))
         return self.solved[1]
@@ -488,8 +489,8 @@ class Meaning:
             self.starts[time] = start.assemble(self, time)
         return dict(self.starts[time])
 
-    def random(self, rng: np.random.Generator, spread: float = 0.3) -> State:
-        return start.random(self, rng, spread)
+    def random(self, rng: np.random.Generator, spread: float = 0.3, moves: bool = True) -> State:
+        return start.random(self, rng, spread, moves)
 
     def motion(self, stop: float, start: float = 0.0, **options: Any) -> Motion:
         return move(self, stop, start, **options)

@@ -60,6 +60,7 @@ class Point:
         self.size = meaning.size + self.extra
         self.nudge = np.broadcast_to(nudge, (2 * self.extra, np.shape(nudge)[-1] if np.shape(nudge) else 1))
         self.asked: set[Any] = set()  # questions whose answers are being formed
+        self.loads: dict[tuple[str, frozenset[str]], list[Series]] = {}  # of joints that were cut
         self._found: dict[str, Value] | None = None
         self.time = state.get("time", 0.0)
         t = Series(np.array([[self.time], [1.0], [0.0]], complex))

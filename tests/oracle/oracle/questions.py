@@ -124,7 +124,7 @@ def formed(meaning: Meaning, point: Point, q: flat.Query) -> Value:
             count = int(np.prod(shape))
             return shaped([force_of(point, f"drive {q.target}[{k + 1}]") for k in range(count)], shape)
         case "reaction" | "moment":
-            load = cut_load(meaning, point, q.target)
+            load = load_at(meaning, point, q.target)
             d = point.space
             if q.function == "reaction":
                 return vector(*load[:d])
@@ -157,6 +157,14 @@ def multiplier(meaning: Meaning, point: Point, target: str) -> Value:
     if any(c.name == target for c in meaning.flat.contacts):
         return force_of(point, target)
     raise NotCovered(f"the multiplier of {target}")
+
+
+def load_at(meaning: Meaning, point: Point, joint: str) -> list[Series]:
+    """The load of a cut, formed once at a point: force and moment are asked for by themselves."""
+    key = joint, meaning.superfluous
+    if key not in point.loads:
+        point.loads[key] = cut_load(meaning, point, joint)
+    return point.loads[key]
 
 
 def cut_load(meaning: Meaning, point: Point, joint: str) -> list[Series]:

@@ -147,6 +147,17 @@ def solve_in(
             return np.full(N, np.nan), np.full((N, N), np.nan)
         return rows[:, 0].real, rows.imag / STEP
 
+    def stays(z: Array, J: Array) -> Array | None:
+        """The residual after a step, where a further one with the same slopes would change nothing: the laws are affine."""
+        nonlocal last
+        try:
+            last = z, *look(z, np.zeros((N, 1)))
+        except ValueError:
+            return None
+        r = last[2][:, 0].real
+        small = np.isfinite(r).all() and (np.abs(r) <= 1e-13 * (np.abs(J) @ np.abs(z))).all()
+        return r if small and np.abs(least(J, r)[0]).max() <= 1e-13 * np.abs(z).max() else None
+
     def root(z: Array, steps: int = 80) -> tuple[Array, Array, Array, Array, bool]:
         """Newton's method from z: where it ends with residual, Jacobian and the directions left open, and whether it bends."""
         dz, loose, r, J = np.zeros(N), np.zeros((0, N)), np.zeros(N), np.zeros((N, N))
@@ -169,6 +180,9 @@ def solve_in(
             z = z - dz
             if quick and (meaning.plain or meaning.affine) and not any(m == "slip*" for m in modes.values()):
                 break
+            if not attempt and not quick and (settled := stays(z, J)) is not None:
+                r = settled
+                break
             if attempt >= 1 and (np.abs(r) <= 1e-13 * size).all():
                 break
         else:
@@ -179,6 +193,7 @@ def solve_in(
             meaning.affine = meaning.affine is None and not bends
         return z, r, J, loose, bool(bends)
 
+    last: tuple[Array, Point, Array] | None = None
     z, superfluous = np.zeros(N), frozenset[str]()
     z[n : n + len(names)] = [
         angle if name.endswith("/angle") else 0.0 if meaning.plain else 1.0 for name in names
@@ -206,7 +221,7 @@ def solve_in(
         shown = np.abs(loose[n : n + len(names)]).max(axis=1, initial=0) > 1e-6
         superfluous = frozenset(name for name, free in zip(names, shown, strict=True) if free)
     if seen:
-        point, rows = look(z, np.zeros((N, 1)))
+        point, rows = last[1:] if last is not None and last[0] is z else look(z, np.zeros((N, 1)))
         size = np.abs(J) @ np.abs(z) + np.abs(r) + 1e-12
         if quick and meaning.affine and N and (np.abs(rows[:, 0]) > 1e-7 * size).any():
             meaning.affine = False

@@ -420,8 +420,8 @@ def _of_forces(point: Point, c: flat.InitialCondition) -> Array:
 _AHEAD = 1e-5
 
 
-def random(meaning: Meaning, rng: np.random.Generator, spread: float) -> State:
-    """A state near the start, moved at random and put back on the constraints."""
+def random(meaning: Meaning, rng: np.random.Generator, spread: float, moves: bool) -> State:
+    """A state near the start, moved at random and put back on the constraints, from which, where it ``moves``, a motion goes on."""
     base = meaning.start()
     for attempt in range(40):
         size = spread * 0.8**attempt
@@ -443,7 +443,8 @@ def random(meaning: Meaning, rng: np.random.Generator, spread: float) -> State:
             state = project(meaning, {k: float(v) for k, v in state.items()})
             point = meaning.point(state)
             if all(real(point.at(c.gap)) > 0 for c in meaning.flat.contacts):
-                meaning.outputs(state)
+                if moves:
+                    meaning.outputs(state)
                 return state
         except (Undetermined, ValueError, ZeroDivisionError):
             continue

@@ -148,7 +148,7 @@ def main() -> None:
     if words and words[0] == "explain":
         print(explain(int(words[1]), mode=mode))
     elif words and words[0] == "range":
-        if mode == "states":  # a library that is called a few times
+        if mode in ("states", "sparse"):  # a library that is called a few times
             build._STRAIGHT = ("-O0",)
         print(json.dumps(results(range(int(words[1]), int(words[2])), mode)))
     elif words and words[0] == "seeds":

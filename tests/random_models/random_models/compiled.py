@@ -46,6 +46,8 @@ class Compiled:
     text: str = ""
     told: bool = False
     """Whether it was given values, which its own text does not say."""
+    elsewhere: list[Values] | None = None
+    """A random state on its constraints, or none, once it was looked for."""
 
     @property
     def switches(self) -> bool:
@@ -158,11 +160,10 @@ class Compiled:
         """Return states near the start; on the constraints, where there are any, the start and another one."""
         states = [self.start()]
         if self.constrained:
-            return (
-                states
-                if self.told
-                else states + on_constraints(self.model.compilation.flat, self.states, rng)
-            )
+            if self.elsewhere is None:
+                flat = self.model.compilation.flat
+                self.elsewhere = [] if self.told else on_constraints(flat, self.states, rng)
+            return states + self.elsewhere
         for _ in range(n):
             y = self.case.y0 + 0.3 * rng.standard_normal(len(self.case.y0))
             for r in self.rotations:

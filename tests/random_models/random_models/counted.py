@@ -9,7 +9,10 @@ import bisect
 from fractions import Fraction
 from typing import Any
 
-import mechc
+from mechc.compiler.flat.flatten import flatten
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.source import SourceFile
 from random_models.quantities import quantity
 from random_models.tree import E, Model, map_expression
 
@@ -59,7 +62,8 @@ def _changed(model: Model, one: E) -> Model:
 
 
 def _flat(model: Model) -> Any:
-    return mechc.loads(model.text()).compilation.flat
+    reporter = Reporter()
+    return flatten(parse(SourceFile("model.mech", model.text()), reporter), reporter)
 
 
 def _numbers(flat: Any) -> set[float]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from random_models.compiled import Compiled, NoMotion, Refused, compiled, differences, shaken
+import mechc
+from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
 from random_models.meaning import Meaning
 from random_models.modes import Target
 from random_models.quantities import quantity
@@ -63,7 +65,8 @@ def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str
 
 def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> list[tuple[str, str]]:
     target: Target = "python" if base.problem.library is None else "c"
-    one, other = _refused(base.text, target, given), _refused(text, target, {})
+    one = _refused(lambda: base.model, base.text, target, given)
+    other = _refused(lambda: mechc.loads(text), text, target)
     if isinstance(one, Refused) or isinstance(other, Refused):
         both = isinstance(one, Refused) and isinstance(other, Refused)
         return [] if both else [("refused", f"{given}: {one}\n{other}")]
@@ -81,8 +84,10 @@ def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> l
     return [("value", f"{given}\n{lines}")] if wrong else []
 
 
-def _refused(text: str, target: Target, values: dict[str, float]) -> Any:
+def _refused(
+    made: Callable[[], Any], text: str, target: Target, values: dict[str, float] | None = None
+) -> Any:
     try:
-        return compiled(text, target, values)
+        return prepared(made, target, values, text)
     except Refused as refused:
         return refused

@@ -41,6 +41,14 @@ def _one(name: str, seed: int, base: Compiled) -> bool:
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
+_ALWAYS = ("values", "oracle", "integrals", "counted")
+
+
+def _sparse(name: str, seed: int, base: Compiled) -> bool:
+    """Whether a seed gets a check where each model gets the definition and one twin in turn."""
+    return name in _ALWAYS or name == _TWINS[seed % len(_TWINS)]
+
+
 def _some(name: str, seed: int, base: Compiled) -> bool:
     match name:
         case "motion" | "twins":
@@ -72,14 +80,16 @@ AT_STATES = (
     "targets",
     "loops",
 )
+_TWINS = tuple(name for name in AT_STATES if name not in _ALWAYS)
 MODES = {
     "mixed": Mode(
         "c", (*AT_STATES, "motion", "twins", "events", "tabled", "members", "exports", "units"), _some
     ),
     "states": Mode("c", AT_STATES, _one),
+    "sparse": Mode("c", AT_STATES, _sparse),
     "quick": Mode("python", AT_STATES, _one, recompiled=True),
     "events": Mode("python", ("events", "tabled")),
     "motions": Mode("c", ("motion", "twins", "events", "tabled", "members", "exports")),
     "units": Mode("python", ("units",)),
 }
-"""``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
+"""``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``sparse``: the definition and one twin in turn; ``motions``: short motions, Python modules, C programs; FMUs."""

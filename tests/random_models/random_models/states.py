@@ -23,12 +23,12 @@ def looks(meaning: Any, rng: np.random.Generator, n: int) -> Iterator[tuple[str,
         yield "random", _floats(meaning.random(rng))
     dry = [c for c in meaning.flat.contacts if c.friction is not None]
     if meaning.flat.frictions or dry:
-        state = _floats(meaning.random(rng))
+        state = _floats(meaning.random(rng, moves=False))
         yield "at rest", at_rest(meaning, state)
     contacts = list(meaning.flat.contacts)
     if contacts:
         contact = contacts[int(rng.integers(len(contacts)))]
-        touching = on(meaning, at_rest(meaning, _floats(meaning.random(rng))), contact)
+        touching = on(meaning, at_rest(meaning, _floats(meaning.random(rng, moves=False))), contact)
         if touching is not None:
             yield "on a contact", touching
             moving = sliding(meaning, touching, contact, rng) if contact.friction is not None else None
@@ -90,7 +90,7 @@ def approaching(meaning: Any, rng: np.random.Generator) -> Values | None:
     """Move towards a contact that will touch within some hundredths of a second; nothing where that cannot be done."""
     contacts = list(meaning.flat.contacts)
     contact = contacts[int(rng.integers(len(contacts)))]
-    state = on(meaning, at_rest(meaning, _floats(meaning.random(rng))), contact)
+    state = on(meaning, at_rest(meaning, _floats(meaning.random(rng, moves=False))), contact)
     if state is None:
         return None
     pairs = [p for p in zip(meaning.coordinates, meaning.rates, strict=False) if p[1] == f"der({p[0]})"]
