@@ -52,6 +52,7 @@ def circles(n: int) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 def test_nothing_that_grows_with_the_model_stays_in_circles(monkeypatch: pytest.MonkeyPatch) -> None:
     lowering = importlib.import_module(
         "mechc.compiler.program.lower"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from page_blocks import blocks, follow, steps, unlike
+from slow_params import slow_among
 
 from mechc.runtime.ensembles.device import find_device
 from mechc.runtime.outcome import SimulationError
@@ -24,6 +25,11 @@ LONG = {
     "device",
     "batches_of_gradients",
     "long_results",
+    "basins",
+    "controller_that_knows_the_model",
+    "forces_of_measured_motion",
+    "reproducible_runs",
+    "how_equations_are_formed",
 }
 """Pages that build libraries or pages, begin processes, or run for long."""
 
@@ -53,7 +59,11 @@ def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert follow(page.read_text(encoding="utf-8")) > 0
 
 
-@pytest.mark.parametrize("page", EXPLANATIONS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "page",
+    slow_among([p for p in EXPLANATIONS if p.stem in LONG], EXPLANATIONS),
+    ids=lambda path: path.stem,
+)
 def test_explanation(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     text = page.read_text(encoding="utf-8")

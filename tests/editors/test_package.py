@@ -157,6 +157,7 @@ Module._load = (name, ...rest) => name === 'vscode' ? vscode
 """
 
 
+@pytest.mark.slow
 def test_commands_start_what_they_say() -> None:
     """With a stand-in for the editor, which notes what it is asked for."""
     node = shutil.which("node")

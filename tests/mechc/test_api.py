@@ -246,7 +246,12 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
             {"dop853.c", "solver.h"},
             {*EVENTS, *IMPLICIT, *CONSERVING, "verlet.c", "rk4.c"},
         ),
-        ("contact c: x; experiment(stop = 1 s);", {"dop853.c", *EVENTS}, {*IMPLICIT, *CONSERVING, "rk4.c"}),
+        pytest.param(
+            "contact c: x; experiment(stop = 1 s);",
+            {"dop853.c", *EVENTS},
+            {*IMPLICIT, *CONSERVING, "rk4.c"},
+            marks=pytest.mark.slow,
+        ),
         ('experiment(stop = 1 s, method = "radau5");', IMPLICIT, {*EVENTS, *CONSERVING, "dop853.c"}),
         (
             'experiment(stop = 1 s, method = "gauss4", step = 10 ms);',

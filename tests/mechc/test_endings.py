@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from slow_params import slow_but
 
 import mechc
 from mechc.cli.main import run as command_line
@@ -165,7 +166,7 @@ def test_the_command_writes_the_runs_of_an_interrupted_sweep(
 
 
 @posix
-@pytest.mark.parametrize("closed", ["1>&-", "2>&-", "0<&-", "0<&- 1>&- 2>&-"])
+@pytest.mark.parametrize("closed", slow_but(["0<&- 1>&- 2>&-"], ["1>&-", "2>&-", "0<&-", "0<&- 1>&- 2>&-"]))
 def test_closed_streams_are_taken_as_nobody(closed: str, tmp_path: Path) -> None:
     (tmp_path / "m.mech").write_text(OSCILLATOR.replace("1e9 s", "1 s"))
     line = f'"{sys.executable}" -m mechc run m.mech --target python -o m.csv {closed}'
@@ -225,7 +226,7 @@ def nested(begin: str, end: str) -> Callable[[int], str]:
         pytest.param(chain_of_names, 30_000, 1, marks=pytest.mark.slow),
         (nested("(", ")"), 30_000, 1),
         (nested("-", ""), 30_000, 1),
-        (nested("sin(", ")"), 30_000, 1),
+        pytest.param(nested("sin(", ")"), 30_000, 1, marks=pytest.mark.slow),
     ],
     ids=["heirs", "names", "many heirs", "many names", "parentheses", "signs", "calls"],
 )

@@ -252,6 +252,7 @@ def test_values_that_are_set_count() -> None:
     assert f.accelerations(f.start) == -3.5
 
 
+@pytest.mark.slow
 def test_python_gives_the_same(arm: Functions, random: np.random.Generator) -> None:
     other = Functions(mechc.loads(ARM), "python")
     y, a = random.normal(size=(3, len(arm.states))), random.normal(size=(3, 3))

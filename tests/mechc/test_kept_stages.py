@@ -155,6 +155,7 @@ FORMS = (
 """What forms, reads or draws a model: none of it belongs to a run of what was kept."""
 
 
+@pytest.mark.slow
 def test_a_run_of_what_was_kept_imports_nothing_that_forms(tmp_path: Path, own_cache: None) -> None:
     file = write(tmp_path, 4)
     told = f"import sys; sys.argv = ['mechc', 'run', {str(file)!r}]; from mechc.cli.main import run; run(); print(*sys.modules)"

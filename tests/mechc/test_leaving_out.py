@@ -43,6 +43,7 @@ end Tree;
 """
 
 
+@pytest.mark.slow
 def test_planar_tree_is_at_least_30_percent_smaller() -> None:
     made = savings(mechc.loads(PLANAR_TREE))
     assert made.lean.size is not None and made.everything.size is not None

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from c_programs import build
+from slow_params import slow_but
 
 import mechc
 from mechc.compiler.targets.python import emit_python
@@ -127,6 +128,7 @@ def check_module(model: mechc.Model) -> None:
     np.testing.assert_allclose(sizes[0], nominal, rtol=0.03 if by_pilot else 1e-9, atol=0)
 
 
+@pytest.mark.slow
 def test_known_values_stay(tmp_path: Path, objects: Path) -> None:
     names, rows = rows_of_program(mechc.loads(CIRCLE), tmp_path, objects)
     assert names[:3] == ["time", "x", "y"] and rows[0, :3].tolist() == [0, 3, 4]
@@ -150,7 +152,9 @@ def test_modules_of_all_examples() -> None:
             check_module(model)
 
 
-@pytest.mark.parametrize("name", ["four_bar", "heavy_top_rotation", "sampled_controller"])
+@pytest.mark.parametrize(
+    "name", slow_but(["four_bar"], ["four_bar", "heavy_top_rotation", "sampled_controller"])
+)
 def test_rows(name: str, tmp_path: Path, objects: Path) -> None:
     check_rows(mechc.load(EXAMPLES / f"{name}.mech"), tmp_path, objects)
 
@@ -208,6 +212,7 @@ def test_steps_without_a_row_of_the_output(tmp_path: Path, objects: Path) -> Non
     assert (many.returncode, many.stderr) == (2, "a row every 3 of 1e+09 are too many\n")
 
 
+@pytest.mark.slow
 def test_sizes_that_a_first_run_gives(tmp_path: Path, objects: Path) -> None:
     text = (
         "coordinate x = 0 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*1 N/m*x^2;"
@@ -277,6 +282,7 @@ CRANK = (
 )
 
 
+@pytest.mark.slow
 def test_a_unit_whose_parameters_are_set_begins_as_a_run(tmp_path: Path) -> None:
     """The constraint, and a condition at the start that a unit did not meet with other parameters."""
     fmpy = pytest.importorskip("fmpy")

@@ -304,6 +304,7 @@ def test_no_error_estimate(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(out)["accuracy"]["estimated_error"] is None
 
 
+@pytest.mark.slow
 def test_both_targets_agree(capsys: pytest.CaptureFixture[str]) -> None:
     """Bit for bit in their functions (tests/compiler/targets); here to rounding, through the whole run."""
     options = ["--reproducible", "--method", "rk4", "--step", "10 ms"]

@@ -48,6 +48,7 @@ def test_a_pendulum_slows_down_as_its_length_grows() -> None:
     np.testing.assert_allclose(energy, -9.81 / 2, atol=2e-8)  # m g l cos(60 deg) at the start
 
 
+@pytest.mark.slow
 def test_the_command_line_gives_it_everywhere(tmp_path: Path) -> None:
     (tmp_path / "pendulum.mech").write_text(PENDULUM)
     arguments = ["run", str(tmp_path / "pendulum.mech"), "--sensitivity", "l,theta,der(theta)"]

@@ -289,6 +289,7 @@ def test_contact_over_an_edge_lets_go() -> None:
     assert motion.states[-1]["y"] == pytest.approx(-5 * 0.05**2, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_potential_step_refracts_and_reflects() -> None:
     text = (
         "coordinate Length x = -1 m; coordinate Length y = 0 m; initial der(x) = %s m/s; initial der(y) = 1 m/s;"

@@ -117,6 +117,7 @@ def test_vortex() -> None:
     assert found["circulation"] == pytest.approx(2 * math.pi, rel=1e-13)
 
 
+@pytest.mark.slow
 def test_curl_of_field() -> None:
     """U36: c = 1/2, and of y with a sign in the place of x y, -x y - z^4/4 for plus alone; U37: a = c = 0 alone, and -x y z."""
     found = example("curl_of_field").field(vary="c").details
@@ -426,6 +427,7 @@ def test_coriolis() -> None:
 # ---------------------------------------------------------------- Hamilton's mechanics
 
 
+@pytest.mark.slow
 def test_hamilton_spring() -> None:
     """U146, P15: H = p^2/(2 m) + k q^2/2; U148, T24, P16: exchange is canonical; T25: I = E/w; U65: m a = -dV/dx,
     and the action from the start is -(k q0^2/4 w) sin(2 w t)."""

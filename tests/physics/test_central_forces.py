@@ -418,6 +418,7 @@ end Table;
 """
 
 
+@pytest.mark.slow
 def test_masses_of_the_string_through_a_table() -> None:
     """U113: U = l^2/(2 m r^2) + M g r, r0^3 = l^2/(m M g), radial frequency^2 = 3 M g/((M + m) r0), and
     2 pi sqrt((M + m)/(3 m)) from one innermost point to the next."""

@@ -231,6 +231,7 @@ def test_pendulum_from_the_horizontal() -> None:
     check_estimate(solution, {names[k]: v for k, v in point["values"].items() if k in names})
 
 
+@pytest.mark.slow
 def test_fekete_points() -> None:
     """Twenty particles on a sphere at rest after 1000: the published positions have ten digits, multipliers -19/4."""
     solution = closed("fekete")
@@ -259,6 +260,7 @@ def test_chain_that_is_thrown() -> None:
     assert np.ptp(solution["span"]) > 0.1
 
 
+@pytest.mark.slow
 def test_freedoms_of_jointed_chains() -> None:
     """U42: 2 N + 1 of N particles in space, N + 1 in the plane."""
     space = mechc.load(EXAMPLES / "jointed_chain.mech")

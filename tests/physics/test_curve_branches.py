@@ -52,6 +52,7 @@ def test_where_the_soap_film_tears(film: Any) -> None:
     assert all(p["stationary"] > 2 * math.pi for p in near)
 
 
+@pytest.mark.slow
 def test_the_minimum_and_the_saddle_are_one_branch(film: Any) -> None:
     (branch,) = film.branches
     directions = [p["negative_directions"] for p in branch["points"]]

@@ -137,6 +137,7 @@ def test_ends_of_components_are_named_with_them(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_convergence_over_unknowns(tmp_path: Path) -> None:
     """Values converge with twice the degree of the elements."""
     rows = json.loads(told("bench", str(CURVES / "half_plane_geodesic.mech"), "--json", "-"))["meshes"]

@@ -40,6 +40,7 @@ def chain(length: float, end: float) -> float:
     return float(10 * area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("guess", "length", "end"),
     [("0 m", 3, 0), ("0 m", 20, 0), ("x/2", 4, 1), ("0.1 m*sin(pi*x/1 m)", 6, 0)],
@@ -90,6 +91,7 @@ end Film;
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("guess", ["2 m", pytest.param("2 m - x*(2 m - x)/1 m", marks=pytest.mark.slow)])
 def test_both_films_are_found_from_either_side(guess: str) -> None:
     exact = []
@@ -124,6 +126,7 @@ def elastica(p: float, mode: int) -> float:
     return float(p * (2 * mean - end))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "guess",
     ["0", pytest.param("1", marks=pytest.mark.slow), pytest.param("sin(pi*s/2)", marks=pytest.mark.slow)],

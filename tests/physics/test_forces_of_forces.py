@@ -16,6 +16,7 @@ from fmu_models import written
 from native_code import compiler
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from slow_params import slow_but
 
 import mechc
 from mechc.runtime.outcome import Outcome
@@ -97,6 +98,7 @@ def test_motion(name: str, method: str, target: Literal["c", "python"]) -> None:
     assert found == pytest.approx(expected, rel=1e-6 if method == "gauss4" else NEAR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param("sled", marks=pytest.mark.slow), "pump"])
 def test_standalone_c(name: str, tmp_path: Path) -> None:
     text, names, expected = MODELS[name]
@@ -116,8 +118,9 @@ def test_standalone_c(name: str, tmp_path: Path) -> None:
     assert found == pytest.approx(expected, rel=NEAR)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [pytest.param("pump", marks=pytest.mark.slow), "sled"])
-@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+@pytest.mark.parametrize("kind", slow_but(["ModelExchange"], ["CoSimulation", "ModelExchange"]))
 def test_fmu(name: str, kind: str, tmp_path: Path) -> None:
     text, names, expected = MODELS[name]
     file, _ = written(tmp_path, text, 3)
@@ -172,6 +175,7 @@ def test_friction_of_two_components() -> None:
     assert solution["der(x)"][-1] == pytest.approx(3 - 0.1 * math.hypot(4, 9.81), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_coefficient_of_friction_that_falls_with_the_force() -> None:
     """mu = 0.3 (N/10 N)^-0.2 on a slope whose normal force depends on the friction through a bar across."""
     text = """

@@ -7,6 +7,7 @@ import pytest
 from gallery import load
 from scipy.integrate import quad
 from scipy.optimize import nnls
+from slow_params import slow_but
 
 import mechc
 from mechc.runtime.outcome import Outcome
@@ -48,7 +49,7 @@ def pile(rows: int, rng: np.random.Generator) -> np.ndarray:
     return np.array(places)
 
 
-@pytest.mark.parametrize("tilt", [0.0, 0.3, 1.2])
+@pytest.mark.parametrize("tilt", slow_but([0.3], [0.0, 0.3, 1.2]))
 def test_accelerations_of_a_pile_are_those_of_least_constraint(tilt: float) -> None:
     """Gauss: a is the nearest to free fall, weighed by masses, that opens no contact; non-negative least squares of its dual."""
     rng = np.random.default_rng(7)
@@ -138,7 +139,7 @@ experiment(stop = 2 s);
 """
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", slow_but([0], range(3)))
 def test_heaps_of_few_balls_settle_as_formulas_have_it(seed: int) -> None:
     """The same model with and without contacts that never touch, from random starts; energies while balls still roll about."""
     rng = np.random.default_rng(seed)
@@ -240,6 +241,7 @@ experiment(stop = 2 s);
 """
 
 
+@pytest.mark.slow
 def test_twenty_bouncing_balls_come_to_rest_in_a_close_packing() -> None:
     """Rigid patches, where contacts depend on each other: no gap opens downwards, energy balances, what lies is in equilibrium."""
     model = mechc.loads(TWENTY)

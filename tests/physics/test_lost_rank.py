@@ -76,6 +76,7 @@ RollingDisk roll{n}(world -> wheel{n}.a, r = 0.4 m, axis = {{0, 1, 0}});
 """
 
 
+@pytest.mark.slow
 def test_two_cambered_disks_on_one_axle() -> None:
     """Upright they roll on; cambered each would turn about another point of the ground."""
     text = AXLE + "".join(DISK.format(n=n, side=side) for n, side in ((1, ""), (2, "-")))

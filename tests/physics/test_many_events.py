@@ -87,6 +87,7 @@ def test_no_impact_is_missed_on_a_plate_that_vibrates_fast(w: float, amplitude: 
     assert closes(solution, 1e-9)
 
 
+@pytest.mark.slow
 def test_ten_thousand_cycles_of_stick_and_slip() -> None:
     """Each cycle slips for 2 pi - 2 atan(1/2) and sticks for 1: see test_friction."""
     period = 2 * math.pi - 2 * math.atan(0.5) + 1

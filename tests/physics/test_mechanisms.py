@@ -63,6 +63,7 @@ def test_squeezing_mechanism() -> None:
         assert solution[name][-1] == pytest.approx(expected[f"lambda{k}"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_bricard() -> None:
     """Six hinges that count to no freedom have one. P3 at 10 s to 1e-7."""
     solution = run("bricard")
@@ -93,6 +94,7 @@ def test_nothing_is_softened_without_need(name: str) -> None:
     assert "singular positions" not in topics
 
 
+@pytest.mark.slow
 def test_stewart_platform_closes() -> None:
     """Eighteen equations of six ball joints: each leg spans the distance of its ends, all alike by symmetry."""
     solution = run("stewart_platform")

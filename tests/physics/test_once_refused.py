@@ -113,6 +113,7 @@ def test_the_nearest_place_of_a_curve_is_a_coordinate_without_mass() -> None:
     assert energy_drift(solution) < 1e-7
 
 
+@pytest.mark.slow
 def test_a_spatial_loop_that_begins_far_from_closed() -> None:
     """Revolute, two spherical joints, revolute; all angles are guessed."""
     solution = run(

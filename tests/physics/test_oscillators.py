@@ -237,6 +237,7 @@ def test_resonance_with_a_force_of_any_phase() -> None:
     assert solution["x"] == pytest.approx(0.4 * t * sin(5 * t + 1.1) / 20, abs=0.4 * 300e-10)
 
 
+@pytest.mark.slow
 def test_rod_of_many_masses_carries_waves() -> None:
     """P17: pi v/L is the lowest frequency of a rod of length L = (N + 1) d, for v = sqrt(Y/mu) = d sqrt(k/m) (Y = k d, mu = m/d): off by
     (pi/(N + 1))^2/24 with N masses."""

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 from random_hybrid import FAMILIES, HybridModel
+from slow_params import slow_but
 
 import mechc
 from mechc.runtime.integrate.events import Event
@@ -93,7 +94,7 @@ def explore(family: Family, count: int) -> None:
     every()
 
 
-@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.__name__)
+@pytest.mark.parametrize("family", slow_but(FAMILIES[1:-1], FAMILIES), ids=lambda family: family.__name__)
 def test_random_models(family: Family) -> None:
     explore(family, 2)
 

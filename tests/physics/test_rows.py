@@ -29,6 +29,7 @@ def triple(found: Mapping[str, Any], name: str) -> np.ndarray[Any, Any]:
 # ---------------------------------------------------------------- vectors and similarity
 
 
+@pytest.mark.slow
 def test_products_of_vectors() -> None:
     """U1: a x (b x c) = b (a.c) - c (a.b), also against NumPy's products."""
     text = """\
@@ -458,6 +459,7 @@ end Plane;
     assert found["energy.kinetic"] == pytest.approx(-found["virial"] / 2, abs=2 * error)
 
 
+@pytest.mark.slow
 def test_fall_to_the_centre() -> None:
     """T4: it reaches the centre if r^2 U -> -c with c > M^2/(2 m): of U = -1/r^2 - 1/r below the speed sqrt(2) across."""
     text = """\

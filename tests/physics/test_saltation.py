@@ -221,6 +221,7 @@ def test_what_both_do_at_once_may_change_together() -> None:
     np.testing.assert_allclose(both.tangents[-1, :2, 0], alone.tangents[-1, 0, 0], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_ball_that_slips_in_two_directions_rolls_with_its_closed_derivatives() -> None:
     """Where slip vanishes, its direction is that of errors: friction keeps that in which it came. Rolling at
     v = (5 v0 + 2 r w x up)/7, whatever mu, m and g are."""

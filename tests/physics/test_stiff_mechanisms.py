@@ -64,7 +64,11 @@ def test_stiff_loop_moves_like_a_rigid_one(tolerance: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "values"), [("governor", {"k": 8e7, "c": 4e6}), ("four_bar", {"k": 1e10, "c": 1.4e5})]
+    ("name", "values"),
+    [
+        ("governor", {"k": 8e7, "c": 4e6}),
+        pytest.param("four_bar", {"k": 1e10, "c": 1.4e5}, marks=pytest.mark.slow),
+    ],
 )
 def test_auto_goes_over_to_the_implicit_method(name: str, values: dict[str, float]) -> None:
     model = mechc.load(MODELS / f"{name}.mech")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from slow_params import slow_but
 
 import mechc
 from mechc.runtime.outcome import Outcome
@@ -103,7 +104,7 @@ def on_legs(mu: float, initial: str = "") -> mechc.Model:
     return mechc.loads(TABLE + legs)
 
 
-@pytest.mark.parametrize("mu", [0, 0.6])
+@pytest.mark.parametrize("mu", slow_but([0], [0, 0.6]))
 def test_a_table_falls_on_four_legs(mu: float) -> None:
     """Three legs determine the impact; the fourth one hits as well, and the table rests at once."""
     solution = on_legs(mu).simulate(stop=0.4, estimate_error=False)
@@ -113,6 +114,7 @@ def test_a_table_falls_on_four_legs(mu: float) -> None:
     assert solution["R[1]"][-1] == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [1, 4])
 def test_a_table_that_moves_on_falls_on_four_legs(speed: float) -> None:
     """Legs that are alike push alike, so that it goes straight on: all stick, or it slides and tips onto the front ones."""

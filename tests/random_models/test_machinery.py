@@ -114,6 +114,7 @@ def test_faults_are_read() -> None:
     assert faults(text) == {3: ("units", "--- a/x\n+++ b/x\n")}
 
 
+@pytest.mark.slow
 def test_gravity_that_overrules_stays_the_nearest() -> None:
     model = generate(514)
     base = compiled(model.text())
@@ -125,6 +126,7 @@ def test_gravity_that_overrules_stays_the_nearest() -> None:
         assert compare_twin(base, twin, k) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [363, 11604])
 def test_initial_values_of_elements_stay_with_that_of_the_whole(seed: int) -> None:
     """What an heir says of the whole overrules what its base says of elements: they move together, and none is said of it."""
@@ -139,6 +141,7 @@ def test_initial_values_of_elements_stay_with_that_of_the_whole(seed: int) -> No
         assert twin is not None and not compare_twin(base, twin, 1)
 
 
+@pytest.mark.slow
 def test_values_of_elements_are_stated_beside_components_too() -> None:
     """What is said of one element goes before what is said of the whole, of a joint's coordinates and rates as well."""
     models = (m for m in map(generate, range(400)) if "planar" in m.text())
@@ -168,6 +171,7 @@ def test_what_a_run_tells_against_itself_is_a_disagreement() -> None:
     assert doubts(_Run()) == [("doubtful", "a drift")]
 
 
+@pytest.mark.slow
 def test_twins_of_a_seed_are_searched_with_it() -> None:
     there = [seed for seed in range(60) if "extends B" in texts(seed)]
     assert there and not any("extends B" in generate(seed).text() for seed in there)
@@ -185,6 +189,7 @@ def test_heirs_leave_what_is_due_together_in_turn() -> None:
             assert re.findall(r"when .*? then", twin.model.text()) == whens
 
 
+@pytest.mark.slow
 def test_of_several_nearest_starts_each_is_right_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """From the guesses two chains of steps end at two places, nearer both than all around them."""
     for kind in ("arithmetic", "orientations"):  # found before there were any

@@ -26,6 +26,7 @@ SEED = 119
 FORMULA = r"parameter [^;\n]*= [^;\n]*\bp\d"
 
 
+@pytest.mark.slow
 def test_units_are_what_they_are_by_definition() -> None:
     """Every unit with every prefix, alone and put together with others, has the size that the tables of the language give it."""
     random, seen = Random(1), set()
@@ -39,6 +40,7 @@ def test_units_are_what_they_are_by_definition() -> None:
     assert seen == set(UNIT_NAMES)
 
 
+@pytest.mark.slow
 def test_models_are_written_in_many_units() -> None:
     written = "\n".join(generate(seed).text() for seed in range(200))
     assert all(
@@ -73,6 +75,7 @@ def test_runs_are_given_what_a_text_may_say() -> None:
     assert differs_from_text(model, compiled(base.text.replace("sin(", "cos(")), SEED)
 
 
+@pytest.mark.slow
 def test_inputs_go_on_with_time() -> None:
     written = [generate(seed).text() for seed in range(120)]
     own = [t for t in written if re.search(r"input [^;]*\btime\b", t)]
@@ -104,6 +107,7 @@ def test_other_words_are_the_same_model() -> None:
     assert all(compare_twin(base, twin, 1) == [] for twin in twins if twin is not None)
 
 
+@pytest.mark.slow
 def test_every_list_can_be_written() -> None:
     written = [generate(seed).text() for seed in range(600)]
     assert sum("structural parameter Integer N" in text for text in written) > 25

@@ -47,6 +47,7 @@ def test_nothing_large_is_kept() -> None:
     ] == []
 
 
+@pytest.mark.slow
 def test_source_distributions_hold_no_tests(tmp_path: Path) -> None:
     """And all that an installation needs, as it was tracked."""
     if int(version("setuptools").partition(".")[0]) < 77:

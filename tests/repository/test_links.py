@@ -60,6 +60,7 @@ def run(without_links: Path, *command: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+@pytest.mark.slow
 def test_a_command_runs_in_the_copy(without_links: Path) -> None:
     ran = run(without_links, sys.executable, "-c", "import mechc.lang.parser as p; print(p.__file__)")
     assert Path(ran.stdout.strip()) == without_links / "build" / "linked" / "mechc" / "lang" / "parser.py"

@@ -115,6 +115,7 @@ def test_a_guess_that_passes_to_another_solution() -> None:
     assert (*jump.before, *jump.after) == pytest.approx((y, -y), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("kepler", "its equations step"), pytest.param(tuple(QUIET), marks=pytest.mark.slow)], ids=["few", "all"])  # fmt: skip
 def test_what_changes_fast_or_by_itself_is_no_jump(names: tuple[str, ...]) -> None:
     solution = ran(" ".join(QUIET[name] for name in names), 20.0)
@@ -123,6 +124,7 @@ def test_what_changes_fast_or_by_itself_is_no_jump(names: tuple[str, ...]) -> No
     assert not [r for r in solution.remarks if "solution" in r]
 
 
+@pytest.mark.slow
 def test_events_are_no_jumps() -> None:
     """The rate of a bouncing ball changes its sign, and with it what the equation says."""
     text = (
@@ -147,6 +149,7 @@ def assemblies(t: float) -> list[tuple[float, float]]:
     return found
 
 
+@pytest.mark.slow
 def test_both_assemblies_of_a_four_bar() -> None:
     solution = ran(ROD, 6.0)
     (several,) = solution.further_solutions

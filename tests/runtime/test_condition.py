@@ -77,6 +77,7 @@ def test_chaos_has_the_known_exponent_and_tells_when_runs_part() -> None:
     )  # the norm is at most theirs together, at least the largest
 
 
+@pytest.mark.slow
 def test_events_and_rotations_are_part_of_it() -> None:
     """A ball that bounces: its fall by difference of two runs; a top: three directions for its rotation."""
     ball = mechc.load("examples/bouncing_ball.mech").simulate(stop="1 s", condition=True)

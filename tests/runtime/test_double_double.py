@@ -99,6 +99,7 @@ def test_second_run_steps_elsewhere() -> None:
     assert 0 < made.doubt.max() < ENOUGH
 
 
+@pytest.mark.slow
 def test_start_on_constraints_to_all_digits() -> None:
     """A start in doubles is off its constraints by 1e-17, and what a step makes of that would depend on its length."""
     model = mechc.load(EXAMPLES / "universal_joint_shaft.mech")

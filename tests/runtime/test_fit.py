@@ -72,6 +72,7 @@ def test_the_values_come_back_from_data_without_noise(model: mechc.Model, motion
     assert found.details["unseen"] == [] and found.outcome.value == "completed"
 
 
+@pytest.mark.slow
 def test_the_minimum_is_that_of_equations_by_hand(model: mechc.Model, motion: dict[str, Array]) -> None:
     data = noisy(motion, 3, theta=0.01)
 
@@ -176,6 +177,7 @@ def test_outliers_count_less_under_a_robust_loss(model: mechc.Model, motion: dic
     assert abs(robust["theta"] - 0.6) < 0.02 < abs(plain["theta"] - 0.6)
 
 
+@pytest.mark.slow
 def test_several_files_with_starts_of_their_own_gaps_and_inputs(
     model: mechc.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

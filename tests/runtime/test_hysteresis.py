@@ -103,6 +103,7 @@ def by_scipy(values: list[float], a: float, gamma: float, rounds: int) -> list[f
     return found
 
 
+@pytest.mark.slow
 def test_a_forced_pendulum_folds_over() -> None:
     """U88, U152: the resonance of a strongly forced pendulum has two branches, going up and going down."""
     values = [0.87, 0.89, 0.91, 0.93]

@@ -110,6 +110,7 @@ def test_what_is_not_as_it_was_written_is_never_loaded_but_made_anew(way: str, t
     assert build_shared(SOURCE, model_flags()) == again, "without a warning"
 
 
+@pytest.mark.slow
 def test_a_run_makes_kernel_and_model_anew_and_says_so(tmp_path: Path) -> None:
     model = tmp_path / "m.mech"
     model.write_text(MODEL)
@@ -272,6 +273,7 @@ def test_clearing_and_pruning_leave_what_others_work_with(tmp_path: Path) -> Non
     assert list(cache_folder().iterdir()) == []
 
 
+@pytest.mark.slow
 def test_clearing_beside_running_builds_disturbs_none(tmp_path: Path) -> None:
     script = (
         "import ctypes, sys\n"
@@ -307,6 +309,7 @@ def test_a_build_that_ends_early_leaves_nothing_but_the_sources_of_a_failure(
     assert (kept / "a.c").read_text() == "wrong"
 
 
+@pytest.mark.slow
 def test_a_reference_that_cannot_be_kept_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     from mechc.measurement.benchmark import benchmark
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slow_params import slow_among
 
 import mechc
 from mechc.compiler import lanes as compiled_lanes
@@ -148,7 +149,7 @@ def test_threads_batches_and_neighbours_change_no_bit(
     np.testing.assert_array_equal(few.numbers, beside.numbers[[41, 7, 23]])
 
 
-@pytest.mark.parametrize("method", ["dop853", "taylor"])
+@pytest.mark.parametrize("method", slow_among(["taylor"], ["dop853", "taylor"]))
 def test_all_widths_give_the_same_bits(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = {**WHIRL_ASKED, "method": method}
     beside = mechc.loads(WHIRL).ensemble(**asked)
@@ -263,7 +264,7 @@ end Means;
 
 
 @pytest.mark.parametrize("lanes", ["on", "off"])
-@pytest.mark.parametrize("method", ["dop853", "taylor"])
+@pytest.mark.parametrize("method", slow_among(["taylor"], ["dop853", "taylor"]))
 def test_means_are_as_good_as_the_motion(method: str, lanes: str) -> None:
     """Against states that are their integrals; the steps of Taylor's method are long."""
     runs = mechc.loads(MEANS).ensemble(
@@ -345,6 +346,7 @@ def test_an_interrupted_ensemble_leaves_no_half_members(driven: mechc.Model) -> 
     assert np.isnan(part["final(x)"][waiting]).all() and np.isfinite(part["final(x)"][~waiting]).all()
 
 
+@pytest.mark.slow
 def test_lanes_are_compiled_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
     whole = compiled_lanes.build_lanes
@@ -414,6 +416,7 @@ end Moon;
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "vary"), [(PUSHED, "w ~ uniform(1, 5)"), (MOON, "m ~ uniform(5.5e24 kg, 6.5e24 kg)")]
 )

@@ -308,6 +308,7 @@ def test_python_control() -> None:
     assert np.abs(np.sort(control.zeros(system).real) - np.sort(found.zeros.real)).max() < 1e-9
 
 
+@pytest.mark.slow
 def test_what_has_no_linear_system_is_refused() -> None:
     well = "model W dimensionless; coordinate x = {start}; kinetic 1/2*der(x)^2; {more} end W;"
 

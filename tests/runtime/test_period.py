@@ -66,6 +66,7 @@ def test_a_rotor_of_twice_the_energy() -> None:
         assert found.summary()["turning_points"] == [] and found.summary()["turns"]
 
 
+@pytest.mark.slow
 def test_turning_points_and_the_series_of_a_rotor() -> None:
     """U75: a pendulum turns at acos(-e), its period is 4 int dx/sqrt(2 (e + cos(x))), endless at e = 1; U76: (pi/sqrt(2 e)) (2 +
     3/8 e^-2 + 105/512 e^-4) is 2.0021455 at e = 5, 3.3089883 at 2."""

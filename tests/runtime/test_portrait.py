@@ -44,6 +44,7 @@ def test_pendulum_has_a_centre_saddles_and_separatrices_between_them() -> None:
         assert path["period"] == pytest.approx(float(exact) / w, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_damping_makes_a_focus_and_then_a_node() -> None:
     """U85: the roots of s^2 + c s + 1 at the bottom, of s^2 + c s - 1 at the top."""
     for c, kind in ((1.9, "stable focus"), (2.1, "stable node")):
@@ -87,6 +88,7 @@ def test_double_well_and_its_separatrix() -> None:
         assert np.abs(v**2 - x**2 + x**4 / 2).max() < 1e-7  # so that v = 0 at x^2 = 2
 
 
+@pytest.mark.slow
 def test_cyclic_coordinates_are_reduced() -> None:
     """The effective potential of the Kepler problem: a centre at r = l^2/(m k) with the angular frequency k^2 m/l^3."""
     found = portrait("orbit_equation")
@@ -99,6 +101,7 @@ def test_cyclic_coordinates_are_reduced() -> None:
     assert sum(path["closed"] for path in found["levels"]) > 4
 
 
+@pytest.mark.slow
 def test_a_driven_hoop_has_centres_though_its_energy_changes() -> None:
     """The motion goes back the same way with the opposite rate: U109 at w = 5."""
     found = portrait("rotating_hoop", paths=4)
@@ -107,6 +110,7 @@ def test_a_driven_hoop_has_centres_though_its_energy_changes() -> None:
     assert np.abs(centres) == pytest.approx(math.acos(9.81 / 25), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_states_of_first_order() -> None:
     """Prey and predators: a saddle at the origin, a linear centre where both stay, which may be a focus."""
     text = """\

@@ -21,6 +21,7 @@ def portrait(text: str, **settings: Any) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_a_pendulum_of_two_tied_coordinates() -> None:
     """Neither x nor y tells where it is: the picture is over the length along the circle, from the start on."""
     found = portrait(
@@ -119,6 +120,7 @@ def energies_of_four_bar(angle: float) -> tuple[float, float]:
     return V, inertia
 
 
+@pytest.mark.slow
 def test_paths_of_a_four_bar_are_levels_of_its_energy() -> None:
     """Over the crank, which goes round: the loop is solved by hand."""
     found = portrait(FOUR_BAR, paths=2)

@@ -140,6 +140,7 @@ def test_the_region_of_an_energy_ends_at_walls() -> None:
     assert "ends at the contacts: wall" in said(found)
 
 
+@pytest.mark.slow
 def test_the_region_in_the_plane_ends_at_walls() -> None:
     """Half of the circle of radius 1; the area is counted on a grid, to half a cell along the border."""
     model = mechc.loads(

@@ -236,6 +236,7 @@ end Free;
     assert tied["stable"] is one["stable"] is True
 
 
+@pytest.mark.slow
 def test_governor_of_library_parts() -> None:
     """An arm on a turning shaft, from the horizontal: sin = 3 g/(2 l w^2) where the sleeve stands at the hinge and pulls at nothing."""
     found = [one for one in steady_of(PARTS) if abs(math.cos(one["values"]["hinge.angle"])) > 1e-6]
@@ -287,6 +288,7 @@ def test_a_disk_stands_up_from_a_speed_on() -> None:
         assert (largest**2).real == pytest.approx(-expected, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_circular_orbit_in_plane_coordinates() -> None:
     """r = L^2 and W = 1/L^3; the start of an ellipse has velocities that no move has, and its momentum is held."""
     (one,) = steady("kepler")
@@ -308,7 +310,7 @@ def test_what_leaves_a_family_is_refused() -> None:
             "no cyclic coordinate: its forces depend on q1, q2, and no shift of them and no turn",
         ),
         ("pendulum_cartesian", {}, "no cyclic coordinate: its forces depend on x, y"),
-        ("rolling_coin", {}, "has rotations"),
+        pytest.param("rolling_coin", {}, "has rotations", marks=pytest.mark.slow),
         ("stick_slip_belt", {}, "switches"),
         ("lorenz", {}, "states of first order"),
         ("governor", {"vary": "phi"}, "'phi' cannot be sought"),

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from slow_params import slow_among
 from studied_models import WELL, model_of, settings_of_kind, write_measured
 from syntax import parse_text
 
@@ -27,9 +28,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow if n == "curves" else ()) for n in STUDIES]
-)
+@pytest.mark.parametrize("name", slow_among(["curves", "portrait"], STUDIES))
 def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its settings, its page, its command, its method and its JSON object go through the table."""
     kind = STUDIES[name]
@@ -249,6 +248,7 @@ def test_options_of_a_run_that_mean_nothing_are_refused(
     assert said in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.slow
 def test_actions_are_within_their_errors_which_hold_those_of_the_run() -> None:
     """q = A cos(w t) with m = 1: S and W in closed form, I = E/w; at a tolerance that is anything but tight."""
     text = (
@@ -285,7 +285,7 @@ def test_divergence_and_curl_at_the_start() -> None:
     assert not exact
 
 
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("name", slow_among(["curves"], STUDIES))
 def test_a_file_states_it(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -252,6 +252,7 @@ STIFFENED = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*
 EXPERIMENT = 'experiment(stop = 2 s, tolerance = 1e-12, method = "taylor");'
 
 
+@pytest.mark.slow
 def test_c_program(tmp_path: Path) -> None:
     """Duffing's oscillator x'' = -x - x^3 from 1 by its elliptic function, from a program that stands alone."""
     model = mechc.loads(STIFFENED.format("1 N/m^3") + EXPERIMENT)

@@ -187,6 +187,7 @@ def test_ladder_ends_where_a_run_is_given_up_or_accurate_enough() -> None:
         assert len(points) < 3 and points[-1].given_up and "given up after" in points[-1].failure
 
 
+@pytest.mark.slow
 def test_numbers_of_the_processor_take_over_where_the_reference_takes_too_long(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

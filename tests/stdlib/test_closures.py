@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from library_joints import Joint, joints
+from slow_params import slow_but
 
 import mechc
 
@@ -131,7 +132,7 @@ def test_same_reaction(joint: Joint, settings: str) -> None:
     assert held == (max(np.max(np.abs(tree[name])) for name in names) > 0.1)
 
 
-@pytest.mark.parametrize("angle", [30, 90, 120, 170])
+@pytest.mark.parametrize("angle", slow_but([120], [30, 90, 120, 170]))
 def test_a_weld_that_closes_a_loop_is_not_put_on_back_to_front(angle: int) -> None:
     """Of the positions in which the axes of both sides are parallel only one is meant, however far the guess is."""
     planar = f"""
@@ -154,7 +155,7 @@ def test_a_weld_that_closes_a_loop_is_not_put_on_back_to_front(angle: int) -> No
         assert s["axis[2]"][0] == pytest.approx(math.sin(math.radians(angle)), abs=1e-9)
 
 
-@pytest.mark.parametrize("angle", [30, 100, 150])
+@pytest.mark.parametrize("angle", slow_but([100], [30, 100, 150]))
 @pytest.mark.parametrize("joint", ["Revolute", "Cylindrical", "Planar", "Prismatic", "Translation"])
 def test_axes_of_a_joint_that_closes_a_loop_point_the_same_way(joint: str, angle: int) -> None:
     text = f"""

@@ -103,6 +103,7 @@ cut Planar c(b4.a * trans({0.770, 0.152, 0.227} m)*rotx(1.59 rad)*rotz(-0.43 rad
 """
 
 
+@pytest.mark.slow
 def test_long_loop_whose_definitions_lose_their_order() -> None:
     """Unknowns that exchange rows leave definitions that depend on younger ones; sweeps may meet one of them twice."""
     solution = mechc.loads(LONG_LOOP).simulate(

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from compiled import compiled, outcome
 from msgspec import Struct
+from slow_params import slow_among
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 TOLERANCE = 1e-12
@@ -197,7 +198,11 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+@pytest.mark.parametrize(
+    "case",
+    slow_among([c for c in CASES if c.name == "rod and particle in space"], CASES),
+    ids=lambda c: c.name,
+)
 def test_equals_lagranges_method(case: Case) -> None:
     q = [dynamicsymbols(f"q{k}") for k in range(len(case.coordinates))]
     lagrangian = case.lagrangian(*q)

@@ -25,6 +25,7 @@ def operations(file: str, n: int) -> int:
 
 
 # bounds are the counts reached, rounded up: worse means that something was lost
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "sizes", "bound"),
     [

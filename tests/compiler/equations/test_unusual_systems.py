@@ -58,6 +58,7 @@ def test_formulas_without_a_symbol_do_not_keep_it() -> None:
     assert set(equations.graph.support(*outputs)) <= set(equations.layout)
 
 
+@pytest.mark.slow
 def test_driven_rotation_gives_its_torque_in_the_body() -> None:
     """Spun about a fixed axis at a constant rate: M = w x J w (Euler)."""
     model = compiled(

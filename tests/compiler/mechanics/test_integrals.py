@@ -14,6 +14,7 @@ import pytest
 from compiled import compiled, outcome
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
+from slow_params import slow_among
 
 import mechc
 from mechc.compiler.graph import operations as ops
@@ -57,12 +58,10 @@ CLOSED: dict[str, Callable[[float, float, float], float]] = {
 }
 
 
-NESTED = "integral(integral(s*t for t in 0:s) for s in 0:c)"
+LONG = [e for e in CLOSED if "integral(integral" in e or "max(" in e or "sqrt(-s)" in e]
 
 
-@pytest.mark.parametrize(
-    "integral", [pytest.param(i, marks=pytest.mark.slow if i == NESTED else ()) for i in CLOSED]
-)
+@pytest.mark.parametrize("integral", slow_among(LONG, CLOSED))
 def test_integrals_that_are_known(integral: str) -> None:
     """Kinks and jumps at places linear in the variable, ends that are singular, bounds that move and that are turned."""
     source = random.Random(integral)
@@ -218,6 +217,7 @@ def test_an_integral_of_a_table_bends_at_its_points() -> None:
         assert solution["a"][0] == pytest.approx(float(curve(1 - x) - curve(-x)), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "most"), [("cos(x/(1 m)*s)", 3 * 24), ("cos(40*s)", 3 * 100)])
 def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> None:
     """Three pieces lie within the bounds. They take what they need, and the value keeps its digits as the points move."""
@@ -282,6 +282,7 @@ def test_what_is_differentiated_tells_the_error_of_its_slope() -> None:
     assert 1e-3 < off < known < 50 * off
 
 
+@pytest.mark.slow
 def test_an_integral_in_the_equation_of_an_output_tells_its_error() -> None:
     what = "integral(abs(sin(7*s + x/1 m)) + 1 for s in 0:y)"
     text = f"coordinate x = 0.5 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; output y ~ 0.5; equation {what} = 0.8;"

@@ -10,6 +10,7 @@ from xml.dom.minidom import parseString
 import pytest
 import sympy as sp
 from compiled import compiled
+from slow_params import slow_among
 
 import mechc
 from mechc.compiler.symbolic import equations
@@ -174,7 +175,7 @@ def test_a_damper_between_points_is_a_square_over_a_square() -> None:
     assert str(account.dissipation.right) == f"d.c*({way})**2/(2*(t.position[1]**2 + t.position[2]**2))"
 
 
-@pytest.mark.parametrize("example", ["rolling_coin", "double_pendulum_3d"])
+@pytest.mark.parametrize("example", slow_among(["rolling_coin"], ["rolling_coin", "double_pendulum_3d"]))
 def test_names_of_parts_stand_for_what_was_formed(example: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At random values the equations with names are those that nothing was abbreviated in."""
     system = mechc.load(EXAMPLES / f"{example}.mech").compilation.system

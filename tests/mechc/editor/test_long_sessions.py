@@ -154,6 +154,7 @@ needs_proc = pytest.mark.skipif(
 )
 
 
+@pytest.mark.slow
 @needs_proc
 def test_a_short_session(tmp_path: Path) -> None:
     check(tmp_path, 40, seed=1)

@@ -21,7 +21,9 @@ STEADY = "coordinate x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;e
 UNSTABLE = "coordinate x = 1e-9 m;kinetic 1/2*1 kg*der(x)^2;potential -1/2*16 N/m*x^2 + 1 N/m^3*x^4;experiment(stop = 20 s);"
 
 
-@pytest.mark.parametrize(("text", "refused"), [(STEADY, True), (UNSTABLE, False)])
+@pytest.mark.parametrize(
+    ("text", "refused"), [pytest.param(STEADY, True, marks=pytest.mark.slow), (UNSTABLE, False)]
+)
 def test_runs_that_part_are_chaos_only_where_errors_grow(
     text: str, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,6 +92,7 @@ def test_a_library_that_leaves_does_not_pass(sound: Files, tmp_path: Path) -> No
         run_fmu(tmp_path / "file.fmu", limits=FEW)
 
 
+@pytest.mark.slow
 def test_a_library_that_hangs_is_ended(sound: Files, tmp_path: Path) -> None:
     path = with_library(sound, "for (;;) sleep(1);", tmp_path)
     with pytest.raises(SimulationError, match=r"no answer in 4 s; --seconds allows more"):

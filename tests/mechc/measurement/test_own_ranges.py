@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from slow_params import slow_among
 
 import mechc
 from mechc.answering import plan
@@ -26,7 +27,7 @@ experiment(stop = 10 s);
 COUNTED = "discrete Real n = 0; when y < 0 m then n := n + 1; end when;"
 
 
-@pytest.mark.parametrize("rest", ["", COUNTED])
+@pytest.mark.parametrize("rest", slow_among([""], ["", COUNTED]))
 def test_a_small_state_that_is_lost_is_told(
     rest: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -45,6 +46,7 @@ def test_a_small_state_that_is_lost_is_told(
     assert row.kind == "rough" and "not known by its own range" in row.reason, row
 
 
+@pytest.mark.slow
 def test_what_is_zero_but_for_errors_is_not_lost() -> None:
     model = mechc.load(Path(__file__).parents[3] / "examples" / "falling_box.mech")
     solution = model.simulate()

@@ -205,6 +205,7 @@ def test_what_moves_otherwise_is_told(name: str) -> None:
 NEW = [name for name in TWINS if MADE[name] == "told"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*NEW, "functions otherwise", "starts elsewhere"])
 def test_what_the_text_says_otherwise_is_told(name: str) -> None:
     base = BASES.setdefault("told", base_of(TOLD))
@@ -430,6 +431,7 @@ experiment(stop = 0.3 s);
     assert found.same
 
 
+@pytest.mark.slow
 def test_integrals_that_are_known_roughly_may_differ() -> None:
     """By as much in what follows from them at once as in what moves."""
     text = """

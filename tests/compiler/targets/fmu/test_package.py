@@ -269,6 +269,7 @@ def moves(path: Path, library: Path) -> list[float]:
     return [float(v) for v in driver.co_simulation(other, np.linspace(0.0, 2.0, 9), 0.25)[-1]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", VERSIONS, indirect=True)
 def test_the_sources_compile_by_one_command(arm: tuple[Path, int], tmp_path: Path) -> None:
     path, _ = arm
@@ -359,6 +360,7 @@ def test_a_model_exchange_unit_that_ends_early_is_not_written(
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(kind="me"))
 
 
+@pytest.mark.slow
 def test_the_points_of_a_comparison_cover_a_run_that_ends_early() -> None:
     text = ARM.replace(
         "experiment(stop = 2 s)",
@@ -371,6 +373,7 @@ def test_the_points_of_a_comparison_cover_a_run_that_ends_early() -> None:
     assert checked.times[-1] == pytest.approx(np.pi / 4, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_run_that_may_fail_goes_as_far_as_it_can(tmp_path: Path) -> None:
     text = ARM.replace(
         "experiment(stop = 2 s)", 'assert x[1] > 0.2 m, "too near";\n  experiment(stop = 0.3 s)'
@@ -400,6 +403,7 @@ end StiffFloor;
 """
 
 
+@pytest.mark.slow
 def test_a_model_that_turns_out_to_be_stiff_has_the_jacobian_of_its_native_run() -> None:
     made = fmu_packages(loads(STIFF_FLOOR), FmuOptions())[0]
     assert made.method == "auto"
@@ -424,6 +428,7 @@ end Parallelogram;
 """
 
 
+@pytest.mark.slow
 def test_a_model_that_meets_a_singular_position_is_exported_as_it_ran() -> None:
     """With compliant multipliers, though the stated values need none."""
     made = fmu_packages(loads(PARALLELOGRAM).with_values({"l": 1.0}), FmuOptions())[0]
