@@ -18,8 +18,11 @@ from random_models.twins import Twin, renamed_name
 def assembled_alike(twin: Twin, base: Compiled, other: Compiled) -> bool:
     """Whether both find their start in the same coordinates, by the same weights."""
     mine = {renamed_name(twin, n) for n in base.states if not _account(n)}
-    if mine != {n for n in other.states if not _account(n)}:
-        return False
+    return mine == {n for n in other.states if not _account(n)} and lengths_alike(base, other)
+
+
+def lengths_alike(base: Compiled, other: Compiled) -> bool:
+    """Whether lengths are moved by shares of one size: where fewer lengths are used, it is another."""
     facts = [(c, start_facts(c.problem)) for c in (base, other)]
     lengths = [characteristic_length(f, c.case.p) for c, f in facts if f is not None]
     return len(lengths) < 2 or math.isclose(*lengths, rel_tol=1e-12)

@@ -67,7 +67,7 @@ def undone(
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")
         rng = np.random.default_rng(seed)
-        for where, state in looks(meaning, rng, states):
+        for where, state in looks(meaning, rng, states, base.case.begin):
             here = {n: state.get(n, 0.0) for n in base.states} | {"time": state.get("time", 0.0)}
             try:
                 here = base.settle(here)
@@ -120,7 +120,7 @@ def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
     from where it begins."""
     mine = base.start()
     wrong = _off_start(base, mine, state)
-    if wrong and base.constrained and not _off_start(base, mine, meaning.start(beside=mine)):
+    if wrong and base.constrained and not _off_start(base, mine, meaning.start(base.case.begin, mine)):
         SKIPPED["start: another of several nearest states"] += 1
         return ""
     return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
