@@ -7,6 +7,7 @@ For tests and numerical checks at compile time; the targets write their own code
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from fractions import Fraction
 from functools import partial
 from typing import Any
@@ -52,6 +53,7 @@ class Tape:
     ) -> None:
         """Raises KeyError for a symbol that is not among the known nodes."""
         numbers = numbers or FLOATS
+        self._outputs = frozenset(outputs := list(outputs))
         self._exact = numbers is not FLOATS
         self._constants: dict[Node, Any] = {}
         self._steps: list[tuple[Node, Callable[..., Any], tuple[Node, ...]]] = []
@@ -70,13 +72,33 @@ class Tape:
 
     def __call__(self, environment: Mapping[Node, Any]) -> dict[Node, Any]:
         """Return the values of the environment, of the outputs, and of all between them."""
-        values = dict(environment)
-        if not self._exact:  # NumPy's scalars would warn, and know no difference of truth values
-            values = {n: float(value) for n, value in environment.items()}
-        values |= self._constants
+        values = self._numbers(environment) | self._constants
         for n, function, arguments in self._steps:
             values[n] = function(*[values[a] for a in arguments])
         return values
+
+    def settled(self, environment: Mapping[Node, Any]) -> Tape:
+        """Return a tape that is played many times for the rest of what is known: what these values decide is computed here.
+
+        It gives the values of the outputs, not of all between them.
+        """
+        values = self._numbers(environment) | self._constants
+        left = []
+        for n, function, arguments in self._steps:
+            if all(a in values for a in arguments):
+                values[n] = function(*[values[a] for a in arguments])
+            else:
+                left.append((n, function, arguments))
+        used = self._outputs.union(*(arguments for _, _, arguments in left))
+        tape = copy(self)
+        tape._steps, tape._constants = left, {n: x for n, x in values.items() if n in used}
+        return tape
+
+    def _numbers(self, environment: Mapping[Node, Any]) -> dict[Node, Any]:
+        if self._exact:
+            return dict(environment)
+        # NumPy's scalars would warn, and know no difference of truth values
+        return {n: float(value) for n, value in environment.items()}
 
 
 def _look_up(interpolate: Callable[[Table, Any, int], Any], table: Table, order: int, x: Any) -> Any:

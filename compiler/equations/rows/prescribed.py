@@ -27,6 +27,9 @@ HORIZONS = (0.1, 1.0, 10.0, 100.0)
 STEPS = 397
 """To each of them: a prime, so that no period is met at the same places again and again."""
 
+SPARSE = 7
+"""Of so many of these times one is looked at for the size of values, which may take long."""
+
 SMALL = 1e-6
 """Share of the largest value below which a jump is taken for a rounded coefficient."""
 
@@ -90,21 +93,28 @@ def _levels(graph: Graph, formula: Node, time: Node) -> list[Node]:
 def _jumps(system: MechanicalSystem, formula: Node, defaults: Mapping[Node, float]) -> Iterator[float]:
     graph, time = system.graph, system.symbols.time
     levels = _levels(graph, formula, time)
-    tape = Tape(graph, [formula, *levels], defaults)
+    still = {n: x for n, x in defaults.items() if n != time}
+    values, pieces = (Tape(graph, asked, defaults).settled(still) for asked in ([formula], levels))
 
-    def look(t: float) -> tuple[float, list[float]]:
-        values = tape({**defaults, time: t})
-        return values[formula], [values[n] for n in levels]
+    def value(t: float) -> float:
+        return float(values({time: t})[formula])
 
-    runs = [[(t, *look(t)) for t in (end * k / STEPS for k in range(STEPS + 1))] for end in HORIZONS]
-    size = max((abs(x) for seen in runs for _, x, _ in seen if math.isfinite(x)), default=0.0)
-    for (before, _, here), (after, _, there) in chain.from_iterable(map(pairwise, runs)):
+    def piece(t: float) -> list[float]:
+        found = pieces({time: t})
+        return [found[n] for n in levels]
+
+    runs = [[(t, piece(t)) for t in (end * k / STEPS for k in range(STEPS + 1))] for end in HORIZONS]
+    size = None
+    for (before, here), (after, there) in chain.from_iterable(map(pairwise, runs)):
         if here == there:
             continue
+        if size is None:
+            seen = (abs(value(t)) for run in runs for t, _ in run[::SPARSE])
+            size = max(filter(math.isfinite, seen), default=0.0)
         while before < (middle := (before + after) / 2) < after:
-            if look(middle)[1] == here:
+            if piece(middle) == here:
                 before = middle
             else:
                 after = middle
-        if abs(look(after)[0] - look(before)[0]) > SMALL * size:
+        if abs(value(after) - value(before)) > SMALL * size:
             yield after

@@ -277,11 +277,11 @@ def _errors(
     """Return the error of each rule over the integral of |integrand|: its difference from the one that agrees best with
     its companions, and the error that these tell of that one; ``bent``: the integrand may bend inside of pieces."""
     ends = evaluate(graph, list(bounds), values)
-    known = {**values, s: 0.0}
-    tape = Tape(graph, [body], known)
+    still = {n: x for n, x in values.items() if n != s}
+    tape = Tape(graph, [body], [*still, s]).settled(still)
 
     def at(place: float) -> float:
-        return float(tape({**known, s: place})[body])
+        return float(tape({s: place})[body])
 
     def total(points: Points) -> tuple[float, float]:
         value, size = 0.0, 0.0

@@ -9,7 +9,7 @@ import pytest
 from array_numbers import ARRAYS
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.evaluate import evaluate, evaluate_all, multiprecision
+from mechc.compiler.graph.evaluate import Tape, evaluate, evaluate_all, multiprecision
 
 from .test_rewrite import everything
 
@@ -70,3 +70,15 @@ def test_scalars_of_numpy_are_taken_as_floats() -> None:
     values = evaluate(g, [g.sign(x), g.div(g.log(x), g.log(g.mul(x, g.constant(2))))], {x: np.float64(0.0)})
     assert values[0] == 0
     assert math.isnan(values[1])
+
+
+def test_what_is_settled_is_computed_once() -> None:
+    g = Graph()
+    outputs = everything(g)
+    x, y = g.symbol("x"), g.symbol("y")
+    tape = Tape(g, [*outputs, y, g.sin(x)], [x, y])
+    rest = tape.settled({x: 0.3})
+    whole, left = tape({x: 0.3, y: 0.6}), rest({y: 0.6})
+    assert [left[n] for n in (*outputs, y, g.sin(x))] == [whole[n] for n in (*outputs, y, g.sin(x))]
+    assert len(left) < len(whole)
+    assert tape({x: 0.3, y: 0.6}) == whole

@@ -15,9 +15,7 @@ _STEP = 1e-6
 _SETTLED = 1e-13
 
 
-def looks(
-    meaning: Any, rng: np.random.Generator, n: int, begin: float = 0.0
-) -> Iterator[tuple[str, Values]]:
+def looks(meaning: Any, rng: np.random.Generator, n: int, begin: float = 0.0) -> Iterator[tuple[str, Values]]:
     """Yield states with what they are; at rest only where something may stick, on a contact where one can be reached."""
     start = _floats(meaning.start(begin))
     yield "start", start
