@@ -72,6 +72,18 @@ kinetic 1/2*1 kg*(der(x)^2 + der(y)^2 + der(u1)^2 + der(v1)^2 + der(u2)^2 + der(
 """
 
 
+@pytest.mark.parametrize(("mu", "speed"), [(0.1, 2.6), (0.2, 4.6)])
+def test_a_box_that_bounces_flat_slides_on_flat(boxes: list[mechc.Model], mu: float, speed: float) -> None:
+    """At every bounce both corners slide, though one of them would pull if both stuck; at rest, it slides on."""
+    e, down = 0.65, math.sqrt(2 * 9.81 * 0.9)
+    rest = down / 9.81 * (1 + 2 * e / (1 - e))
+    slower = mu * ((1 + e) * down / (1 - e) + 9.81 * (2.1 - rest))
+    for box in boxes:
+        solution = box.simulate(set={"speed": speed, "e": e, "mu": mu}, stop=2.1, estimate_error=False)
+        assert abs(solution["der(a)"]).max() < 1e-12
+        assert solution["der(x)"][-1] == pytest.approx(speed - slower, abs=1e-6)
+
+
 def test_a_ball_hits_two_at_once() -> None:
     """Three equal elastic balls that touch pairwise: the first is thrown back with 1/5 of its speed."""
     hits = [f"contact hit{k}: norm({{u{k} - x, v{k} - y}}) - 1 m restitution 1;" for k in (1, 2)]

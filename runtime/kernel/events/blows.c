@@ -11,7 +11,7 @@
 #include "near_rows.h"
 #include "rows.h"
 
-enum { ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000 };
+enum { ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000, STATES = 3, MOST_COMBINED = 5 };
 
 int mech_blow_holds(const mech_solver *s, int i)
 {
@@ -185,6 +185,74 @@ static int mend_worst(mech_solver *s, int n, hit *hits)
     return 0;
 }
 
+/* The state of hit k in a combination, a number to the base of three. */
+static int state_in(int combination, int k)
+{
+    for (; k > 0; k--) combination /= STATES;
+    return combination % STATES;
+}
+
+static int count_in(int combination, int n, int state)
+{
+    int found = 0;
+    for (int k = 0; k < n; k++) found += state_in(combination, k) == state;
+    return found;
+}
+
+/* Whether what slides in an impact goes on as it did, and is not thrown back by its friction. */
+static int slides_on(mech_solver *s, const hit *h)
+{
+    mech_real along = 0, size = 0;
+    for (int c = 0; c < h->count; c++) {
+        mech_real rate = *mech_row_rate(s, h->slips + c);
+        for (int j = 0; j < s->events->n_rows; j++) rate += mech_row_response(s, h->slips + c, j) * s->events->impulse[j];
+        along -= h->push[c] * rate;
+        size += mech_abs(*mech_row_rate(s, h->slips + c));
+    }
+    return along >= -MECH_C(1e-12) * size;
+}
+
+static int fits(mech_solver *s, int n, const hit *hits)
+{
+    mech_real size = 0;
+    for (int k = 0; k < n; k++) size = mech_max(size, mech_abs(s->events->impulse[hits[k].contact]));
+    for (int k = 0; k < n; k++) {
+        for (int way = 0; way < MISFITS; way++)
+            if (misfit(s, &hits[k], way) > (way == COMES_BACK ? 0 : MECH_C(1e-12) * size)) return 0;
+        if (hits[k].state == HIT_SLIDES && !slides_on(s, &hits[k])) return 0;
+    }
+    return 1;
+}
+
+/* Gives hits the states of a combination; 0 where these cannot have them. */
+static int combine(const mech_solver *s, int n, hit *hits, int combination)
+{
+    for (int k = 0; k < n; k++) {
+        hit *h = &hits[k];
+        const mech_real slip = h->count ? mech_row_size(s, h->slips, MECH_RATE) : 0;
+        h->state = state_in(combination, k);
+        if (h->state == HIT_STICKS && h->slides) return 0;
+        if (h->state != HIT_SLIDES) continue;
+        if (!h->count || !(slip > mech_row_still(s, h->slips))) return 0;
+        for (int c = 0; c < h->count; c++) h->push[c] = -*mech_row_rate(s, h->slips + c) / slip;
+    }
+    return 1;
+}
+
+/* Few hits in all combinations, those first in which most of them take part, and of these those in which most of them stick. */
+static int try_all(mech_solver *s, int n, hit *hits)
+{
+    int all = 1;
+    for (int k = 0; k < n; k++) all *= STATES;
+    for (int spared = 0; spared < n; spared++)
+        for (int slide = 0; slide <= n - spared; slide++)
+            for (int i = 0; i < all; i++) {
+                if (count_in(i, n, HIT_SPARED) != spared || count_in(i, n, HIT_SLIDES) != slide) continue;
+                if (combine(s, n, hits, i) && solve_hits(s, n, hits) && fits(s, n, hits)) return 1;
+            }
+    return 0;
+}
+
 /* Contacts that hit at once: 1 with their impulses, 0 where no combination of sticking, sliding and sparing fits. */
 static int fit_hits(mech_solver *s, int n, hit *hits)
 {
@@ -193,7 +261,7 @@ static int fit_hits(mech_solver *s, int n, hit *hits)
         if (mend_worst(s, n, hits)) continue;
         return reached && !(n == 1 && hits[0].state == HIT_SLIDES && s->events->impulse[hits[0].contact] < 0);
     }
-    return 0;
+    return n > 1 && n <= MOST_COMBINED && try_all(s, n, hits);
 }
 
 /* The contact that approaches fastest hits, together with all that approach as fast: which of them stands first in the

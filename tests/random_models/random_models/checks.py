@@ -402,7 +402,7 @@ VAGUE = 1e-4
 
 
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare motions: of several methods, of three twins, and with the definition along one of them."""
+    """Compare motions of several methods, and one of them with the definition along it."""
     first = run(model.text())
     found = [Disagreement("motion", kind, said) for kind, said in doubts(first)]
     if str(first.outcome) == "Outcome.FAILED":
@@ -422,8 +422,15 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         short = run(model.text(), stop=base.case.begin + UNTIL, begin=base.case.begin)
         found += [Disagreement("motion", f"by definition: {k}", said) for k, said in moved(base, short, own)]
     said_along = along(base, first, ignored(model))
-    found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
-    random = Random(seed)
+    return found + [Disagreement("motion", f"definition of {kind}", said) for kind, said in said_along]
+
+
+def _motions_of_twins(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare a motion with those of three twins."""
+    first, own, random = run(model.text()), sized(model), Random(seed)
+    if str(first.outcome) == "Outcome.FAILED":
+        return None
+    found = []
     for make in (composed, structured, element_by_element):
         twin = make(model, random)
         if twin is None or twin.base is not None:
@@ -436,7 +443,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
                 continue
             raise
         if said := difference(first, run(twin.model.text()), twin, edges_along(base, first), own):
-            found.append(Disagreement("motion", make.__name__, said + "\n" + twin.model.text()))
+            found.append(Disagreement("motions of twins", make.__name__, said + "\n" + twin.model.text()))
     return found
 
 
@@ -555,6 +562,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("targets", _targets),
     ("loops", _loops),
     ("motion", _motion),
+    ("motions of twins", _motions_of_twins),
     ("twins", _twins),
     ("events", _events),
     ("tabled", _tabled),

@@ -49,9 +49,15 @@ def _sparse(name: str, seed: int, base: Compiled) -> bool:
     return name in _ALWAYS or name == _TWINS[seed % len(_TWINS)]
 
 
+def _in_turn(name: str, seed: int, base: Compiled) -> bool:
+    """Whether a seed gets a check where each model gets its motion and programs, and further motions in turn."""
+    others = ("motions of twins", "twins", "events", "members")
+    return name not in others or name == others[seed % len(others)]
+
+
 def _some(name: str, seed: int, base: Compiled) -> bool:
     match name:
-        case "motion" | "twins":
+        case "motion" | "motions of twins" | "twins":
             return seed % 10 == 0 or (base.switches and seed % 2 == 1)
         case "events" | "tabled":
             return seed % 4 == 3
@@ -80,16 +86,17 @@ AT_STATES = (
     "targets",
     "loops",
 )
+_ALONG = ("motion", "motions of twins", "twins", "events", "tabled", "members", "exports")
 _TWINS = tuple(name for name in AT_STATES if name not in _ALWAYS)
 MODES = {
-    "mixed": Mode(
-        "c", (*AT_STATES, "motion", "twins", "events", "tabled", "members", "exports", "units"), _some
-    ),
+    "mixed": Mode("c", (*AT_STATES, *_ALONG, "units"), _some),
     "states": Mode("c", AT_STATES, _one),
     "sparse": Mode("c", AT_STATES, _sparse),
     "quick": Mode("python", AT_STATES, _one, recompiled=True),
     "events": Mode("python", ("events", "tabled")),
-    "motions": Mode("c", ("motion", "twins", "events", "tabled", "members", "exports")),
+    "motions": Mode("c", _ALONG),
+    "runs": Mode("c", _ALONG, _in_turn),
     "units": Mode("python", ("units",)),
 }
-"""``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``sparse``: the definition and one twin in turn; ``motions``: short motions, Python modules, C programs; FMUs."""
+"""``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``sparse``: the definition and one twin in turn; ``motions``: short motions, Python modules, C programs;
+``runs``: the same, of twins, by events and of ensembles in turn; ``units``: FMUs."""
