@@ -68,7 +68,7 @@ def sweep_differs(base: Compiled, seed: int) -> str:
     random = Random(f"sweep of {seed}")
     numbers = {n: v for n, v in base.parameters().items() if re.fullmatch(r"p\d+", n) and v > 0}
     chosen = random.sample(sorted(numbers), min(len(numbers), random.choice((1, 2))))
-    units = {q.name: q.unit for q in base.problem.parameters}
+    units = {q.name: q.unit.removeprefix("1") for q in base.problem.parameters}
     lists = [f"{p} in {{{1.02 * numbers[p]!r}, {0.97 * numbers[p]!r}}} {units[p]}".rstrip() for p in chosen]
     text, n = re.subn(r"^( *experiment\(.*)\);", rf"\1, {', '.join(lists)});", base.text, count=1, flags=re.M)
     if not chosen or not n:
