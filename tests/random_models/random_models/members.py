@@ -68,7 +68,7 @@ def sweep_differs(base: Compiled, seed: int) -> str:
     random = Random(f"sweep of {seed}")
     numbers = {n: v for n, v in base.parameters().items() if re.fullmatch(r"p\d+", n) and v > 0}
     chosen = random.sample(sorted(numbers), min(len(numbers), random.choice((1, 2))))
-    units = {q.name: q.unit.removeprefix("1") for q in base.problem.parameters}
+    units = {q.name: _written(q.unit) for q in base.problem.parameters}
     lists = [f"{p} in {{{1.02 * numbers[p]!r}, {0.97 * numbers[p]!r}}} {units[p]}".rstrip() for p in chosen]
     text, n = re.subn(r"^( *experiment\(.*)\);", rf"\1, {', '.join(lists)});", base.text, count=1, flags=re.M)
     if not chosen or not n:
@@ -101,6 +101,14 @@ def sweep_differs(base: Compiled, seed: int) -> str:
         if not abs(x - y) <= RELATIVE * (1 + float(np.max(np.abs(single[name])))):
             return f"{name} ends at {x:.9g} where {want[k]} is swept, at {y:.9g} in a run"
     return ""
+
+
+def _written(unit: str) -> str:
+    """Write a unit as a text has it behind numbers: 1/s as s^-1."""
+    below = unit.removeprefix("1/")
+    if below == unit:
+        return unit.removeprefix("1")
+    return re.sub(r"([A-Za-z]+)(?:\^(\d+))?", lambda m: f"{m[1]}^-{m[2] or 1}", below.strip("()"))
 
 
 def _spread(random: Random, v: float) -> tuple[str, Any]:
