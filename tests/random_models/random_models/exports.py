@@ -20,6 +20,7 @@ import numpy as np
 import mechc
 from mechc.fmu.export import FmuOptions, export_fmu
 from random_models.compiled import Refused, prepared
+from random_models.definition import SKIPPED
 from random_models.handled import misdescribed, mishandled, pushed
 from random_models.motions import Edged, asked, columns, errors, nowhere, run
 
@@ -290,6 +291,7 @@ def _units(
                 )
             except RuntimeError as error:
                 if _MANY in str(error):  # so many steps that the importer itself gives up
+                    SKIPPED[f"an FMU in {kind}: the importer gives up"] += 1
                     continue
                 raise
             other = {n: np.asarray(result[there]) for n, there in watched.items()}
