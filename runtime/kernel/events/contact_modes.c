@@ -9,7 +9,7 @@
 #include "pressing.h"
 #include "surface_friction.h"
 
-enum { ROUNDS_PER_ROW = 8 };
+enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40 };
 
 static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i; }
 
@@ -184,6 +184,13 @@ static int take_back(mech_solver *s, int aims)
     return -1;
 }
 
+static int has_friction(const mech_solver *s, int contact)
+{
+    for (int k = 0; k < s->events->n_rows; k++)
+        if (mech_row_of(s, k)->kind == MECH_FRICTION && mech_row_of(s, k)->normal == contact) return 1;
+    return 0;
+}
+
 /* What fits, but for the contacts of friction that press: 1 where one of them may as well be open, since the others
  * stay as they are and it rises. Coulomb's law has a second solution there, and nothing says which one comes. */
 static int fits_open(mech_solver *s, int *contact)
@@ -192,23 +199,14 @@ static int fits_open(mech_solver *s, int *contact)
     int found = 0;
     for (int i = 0; i < s->events->n_rows && !found; i++) {
         if (s->events->rows[i].kind != MECH_CONTACT || !mech_row_holds(s, i)) continue;
-        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
-        if (!(mech_row_value(s, i, MECH_FORCE) > MECH_C(1e-7) * e->force[i])) continue;
-        int rows[3], n = 0;
-        mech_real flag[3], sign[3];
-        rows[n++] = i;
-        for (int k = 0; k < s->events->n_rows && n < 3; k++)
-            if (s->events->rows[k].kind == MECH_FRICTION && s->events->rows[k].normal == i) rows[n++] = k;
-        if (n == 1) continue;
-        for (int k = 0; k < n; k++) {
-            const mech_row *row = &s->events->rows[rows[k]];
-            flag[k] = e->z[row->flag];
-            sign[k] = row->sign < 0 ? 0 : e->z[row->sign];
-            set(s, rows[k], 0, 0);
-        }
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i), laid = e->open[i];
+        if (!(mech_row_value(s, i, MECH_FORCE) > MECH_C(1e-7) * e->force[i]) || !has_friction(s, i)) continue;
+        e->open[i] = 1; /* what depended on its friction is held by others then */
+        propose(s);
         mech_rows_read(s);
         found = mech_row_value(s, i, MECH_SECOND) > slack && most_overdone(s, -1) < 0;
-        for (int k = 0; k < n; k++) set(s, rows[k], flag[k] > MECH_C(0.5), sign[k]);
+        e->open[i] = laid;
+        propose(s);
         mech_rows_read(s);
         *contact = i;
     }
@@ -222,8 +220,102 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
     return worst >= 0 ? worst : take_back(s, aims);
 }
 
+/* Rows that may be in several modes: contacts are held or open, frictions on a line that do not slide yet stick, or begin to
+ * slide to either side. Gives how many there are, -1 where there are too many. */
+static int find_choices(mech_solver *s, int *row, int *ways, int most)
+{
+    int n = 0, all = 1;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const int kind = mech_row_of(s, i)->kind, contact = kind == MECH_CONTACT && s->events->open[i] >= 0;
+        if (contact ? !mech_row_may_rest(s, i)
+                    : kind != MECH_FRICTION || is_partner(s, i) || mech_row_partner(s, i) >= 0 ||
+                          !mech_surface_friction_is_slow(s, i))
+            continue;
+        if (n == MOST_COMBINED || (all *= contact ? 2 : 3) > most) return -1;
+        row[n] = i;
+        ways[n++] = contact ? 2 : 3;
+    }
+    return n;
+}
+
+/* Sets one combination of these; 0 where it is none, or not one that fits. `ends` has come to the end of its mode. */
+static int combination_fits(mech_solver *s, int n, const int *row, const int *ways, int combination, int ends)
+{
+    mech_event_state *e = s->events;
+    for (int k = 0; k < n; k++) {
+        const int way = combination % ways[k];
+        combination /= ways[k];
+        if (ways[k] == 2)
+            e->open[row[k]] = way;
+        else
+            e->slides[row[k]] = way == 2 ? -1 : way;
+    }
+    propose(s);
+    if (ends >= 0 && sticks(s, ends)) return 0;
+    mech_rows_read(s);
+    return most_overdone(s, -1) < 0 && take_back(s, 0) < 0;
+}
+
+/* Few rows in all combinations: the first that fits, -1 where none does, -2 where others that fit move otherwise, than `second`
+ * if something has been found; the shares of forces that depend on each other are not told. */
+static int fitting_combination(mech_solver *s, int most, int ends, mech_real *second, int found)
+{
+    int row[MOST_COMBINED], ways[MOST_COMBINED], all = 1;
+    const int n = find_choices(s, row, ways, most);
+    for (int k = 0; k < n; k++) all *= ways[k];
+    for (int c = 0; n > 0 && c < all; c++) {
+        if (!combination_fits(s, n, row, ways, c, ends)) continue;
+        for (int i = 0; i < s->events->n_rows; i++) {
+            const mech_real slack = MECH_C(1e-6) * s->events->force[i] * mech_row_response(s, i, i);
+            if (found < 0)
+                second[i] = mech_row_value(s, i, MECH_SECOND);
+            else if (mech_abs(second[i] - mech_row_value(s, i, MECH_SECOND)) > slack)
+                return -2;
+        }
+        if (found < 0) found = c;
+    }
+    return found;
+}
+
+/* Where the search from one combination to the next goes round. */
+static int fits_once(mech_solver *s, int ends)
+{
+    int row[MOST_COMBINED], ways[MOST_COMBINED];
+    mech_real second[MECH_MOST_ROWS];
+    const int found = fitting_combination(s, MOST_COMBINATIONS, ends, second, -1);
+    if (found < 0) return 0;
+    const int n = find_choices(s, row, ways, MOST_COMBINATIONS);
+    return combination_fits(s, n, row, ways, found, ends);
+}
+
+/* Whether few contacts of friction are at hand, but several: those that may be open or not at the same time. */
+static int are_several(mech_solver *s)
+{
+    int row[MOST_COMBINED], ways[MOST_COMBINED], several = 0;
+    for (int i = 0; i < s->events->n_rows; i++)
+        several += mech_row_of(s, i)->kind == MECH_CONTACT && mech_row_may_rest(s, i) && has_friction(s, i);
+    return several > 1 && !s->model->hybrid->crowd && find_choices(s, row, ways, MOST_LOOKED) > 0;
+}
+
+/* Whether they have another solution beside what fits, in which they move otherwise. */
+static int moves_otherwise(mech_solver *s, int ends)
+{
+    mech_event_state *e = s->events;
+    const size_t size = (size_t)e->n_rows * sizeof(mech_real);
+    mech_real second[MECH_MOST_ROWS], open[MECH_MOST_ROWS], slides[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++) second[i] = mech_row_value(s, i, MECH_SECOND);
+    memcpy(open, e->open, size);
+    memcpy(slides, e->slides, size);
+    const int found = fitting_combination(s, MOST_LOOKED, ends, second, 0);
+    memcpy(e->open, open, size);
+    memcpy(e->slides, slides, size);
+    propose(s);
+    mech_rows_read(s);
+    return found == -2;
+}
+
 /* What is chosen fits: the state moves onto it. */
-static int take_choice(mech_solver *s)
+static int take_choice(mech_solver *s, int ends)
 {
     if (s->events->counters[MECH_UNLISTED] > 0) return mech_fail(s, MECH_NO_MODE, -1);
     for (int i = 0; i < s->events->n_rows; i++)
@@ -231,8 +323,8 @@ static int take_choice(mech_solver *s)
             s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
             return mech_fail(s, MECH_NO_MODE, i);
         }
-    int contact;
-    if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
+    int contact = ends < 0 ? 0 : ends;
+    if (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
     /* Thousands of gaps that are closed by what counts as touching lower a heap. */
     const int booked = s->model->hybrid->crowd && mech_energy_booked(s);
     const mech_real before = booked ? mech_energy_total(s) : 0;
@@ -272,15 +364,16 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
-    if (s->model->hybrid->crowd && !friction) return mech_pressing_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s);
+    if (s->model->hybrid->crowd && !friction) return mech_pressing_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s, ends);
     if (s->model->hybrid->crowd) weigh_forces(s);
     propose(s);
     mech_surface_friction_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {
         mech_rows_read(s);
         if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0)
-            return take_choice(s);
+            return take_choice(s, ends);
         propose(s);
     }
+    if (fits_once(s, ends)) return take_choice(s, ends);
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
 }
