@@ -63,7 +63,11 @@ def solutions(box: dict[str, float], now: Numbers, rebound: float, sticks: bool)
     weight = np.diag([1, 1, box["J"]])
     normals = np.array([[0, 1, -box["b"]], [0, 1, box["c"]]])
     along, mu, aims = np.array([1, 0, box["h"]]), (box["mu1"], box["mu2"]), -rebound * normals @ now
-    ways = ["open", *([np.sign(box["v"])] if box["v"] else [1, -1]), *(["stick"] if sticks else [])]
+    ways: list[Any] = [
+        "open",
+        *([np.sign(box["v"])] if box["v"] else [1, -1]),
+        *(["stick"] if sticks else []),
+    ]
     found: list[Numbers] = []
     for modes in itertools.product(ways, repeat=2):
         rows, wanted, forces = [], [], []
@@ -77,7 +81,8 @@ def solutions(box: dict[str, float], now: Numbers, rebound: float, sticks: bool)
                 rows.append(along)
                 wanted.append(0)
                 forces.append(along)
-        then, sizes = now, iter(())
+        then: Numbers = now
+        sizes: Numbers = iter(())
         if rows:
             response = np.array(rows) @ np.linalg.solve(weight, np.array(forces).T)
             right = np.array(wanted) - np.array(rows) @ now
@@ -85,7 +90,8 @@ def solutions(box: dict[str, float], now: Numbers, rebound: float, sticks: bool)
             if np.abs(response @ z - right).max() > 1e-8 * (1 + np.abs(right).max()):
                 continue
             then, sizes = now + np.linalg.solve(weight, np.array(forces).T @ z), iter(z)
-        fits, held, cone = True, 0.0, 0.0
+        fits: Numbers = True
+        held, cone = 0.0, 0.0
         for k, mode in enumerate(modes):
             if mode == "open":
                 fits &= normals[k] @ then >= aims[k] - SLACK

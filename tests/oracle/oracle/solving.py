@@ -147,6 +147,8 @@ def solve_in(
             return np.full(N, np.nan), np.full((N, N), np.nan)
         return rows[:, 0].real, rows.imag / STEP
 
+    last: tuple[Array, Point, Array] | None = None
+
     def stays(z: Array, J: Array) -> Array | None:
         """The residual after a step, where a further one with the same slopes would change nothing: the laws are affine."""
         nonlocal last
@@ -193,7 +195,6 @@ def solve_in(
             meaning.affine = meaning.affine is None and not bends
         return z, r, J, loose, bool(bends)
 
-    last: tuple[Array, Point, Array] | None = None
     z, superfluous = np.zeros(N), frozenset[str]()
     z[n : n + len(names)] = [
         angle if name.endswith("/angle") else 0.0 if meaning.plain else 1.0 for name in names
