@@ -221,16 +221,19 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
 }
 
 /* Rows that may be in several modes: contacts are held or open, frictions on a line that do not slide yet stick, or begin to
- * slide to either side. Gives how many there are, -1 where there are too many. */
+ * slide to either side. Gives how many there are, -1 where there are too many, or frictions that may begin to slide anywhere on
+ * a surface. */
 static int find_choices(mech_solver *s, int *row, int *ways, int most)
 {
     int n = 0, all = 1;
     for (int i = 0; i < s->events->n_rows; i++) {
         const int kind = mech_row_of(s, i)->kind, contact = kind == MECH_CONTACT && s->events->open[i] >= 0;
         if (contact ? !mech_row_may_rest(s, i)
-                    : kind != MECH_FRICTION || is_partner(s, i) || mech_row_partner(s, i) >= 0 ||
-                          !mech_surface_friction_is_slow(s, i))
+                    : kind != MECH_FRICTION || is_partner(s, i) || !mech_surface_friction_is_slow(s, i))
             continue;
+        const int normal = mech_row_of(s, i)->normal;
+        if (!contact && normal >= 0 && !mech_row_may_rest(s, normal)) continue;
+        if (!contact && mech_row_partner(s, i) >= 0) return -1;
         if (n == MOST_COMBINED || (all *= contact ? 2 : 3) > most) return -1;
         row[n] = i;
         ways[n++] = contact ? 2 : 3;
