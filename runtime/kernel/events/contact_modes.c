@@ -184,6 +184,38 @@ static int take_back(mech_solver *s, int aims)
     return -1;
 }
 
+static int is_chosen(const mech_solver *s, int i)
+{
+    return mech_row_of(s, i)->kind == MECH_CONTACT || mech_row_of(s, i)->kind == MECH_FRICTION;
+}
+
+/* The modes of all rows as they are, to come back to. */
+typedef struct modes {
+    mech_real flag[MECH_MOST_ROWS], sign[MECH_MOST_ROWS], open[MECH_MOST_ROWS], slides[MECH_MOST_ROWS];
+} modes;
+
+static void remember(const mech_solver *s, modes *m)
+{
+    const mech_event_state *e = s->events;
+    for (int i = 0; i < e->n_rows; i++) {
+        m->open[i] = e->open[i];
+        m->slides[i] = e->slides[i];
+        if (!is_chosen(s, i)) continue;
+        m->flag[i] = e->z[mech_row_of(s, i)->flag];
+        m->sign[i] = mech_row_of(s, i)->sign < 0 ? 0 : e->z[mech_row_of(s, i)->sign];
+    }
+}
+
+static void come_back(mech_solver *s, const modes *m)
+{
+    for (int i = 0; i < s->events->n_rows; i++) {
+        if (is_chosen(s, i)) set(s, i, m->flag[i] > MECH_C(0.5), m->sign[i]);
+        s->events->open[i] = m->open[i];
+        s->events->slides[i] = m->slides[i];
+    }
+    mech_rows_read(s);
+}
+
 static int has_friction(const mech_solver *s, int contact)
 {
     for (int k = 0; k < s->events->n_rows; k++)
@@ -196,18 +228,18 @@ static int has_friction(const mech_solver *s, int contact)
 static int fits_open(mech_solver *s, int *contact)
 {
     mech_event_state *e = s->events;
+    modes chosen;
     int found = 0;
     for (int i = 0; i < s->events->n_rows && !found; i++) {
         if (s->events->rows[i].kind != MECH_CONTACT || !mech_row_holds(s, i)) continue;
-        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i), laid = e->open[i];
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (!(mech_row_value(s, i, MECH_FORCE) > MECH_C(1e-7) * e->force[i]) || !has_friction(s, i)) continue;
+        remember(s, &chosen);
         e->open[i] = 1; /* what depended on its friction is held by others then */
         propose(s);
         mech_rows_read(s);
         found = mech_row_value(s, i, MECH_SECOND) > slack && most_overdone(s, -1) < 0;
-        e->open[i] = laid;
-        propose(s);
-        mech_rows_read(s);
+        come_back(s, &chosen);
         *contact = i;
     }
     return found;
@@ -221,19 +253,18 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
 }
 
 /* Rows that may be in several modes: contacts are held or open, frictions on a line that do not slide yet stick, or begin to
- * slide to either side. Gives how many there are, -1 where there are too many, or frictions that may begin to slide anywhere on
- * a surface. */
+ * slide to either side. Gives how many there are, -1 where there are too many, or frictions on a surface, which find their
+ * way by turns. */
 static int find_choices(mech_solver *s, int *row, int *ways, int most)
 {
     int n = 0, all = 1;
     for (int i = 0; i < s->events->n_rows; i++) {
         const int kind = mech_row_of(s, i)->kind, contact = kind == MECH_CONTACT && s->events->open[i] >= 0;
-        if (contact ? !mech_row_may_rest(s, i)
-                    : kind != MECH_FRICTION || is_partner(s, i) || !mech_surface_friction_is_slow(s, i))
-            continue;
+        if (contact ? !mech_row_may_rest(s, i) : kind != MECH_FRICTION || is_partner(s, i)) continue;
         const int normal = mech_row_of(s, i)->normal;
         if (!contact && normal >= 0 && !mech_row_may_rest(s, normal)) continue;
         if (!contact && mech_row_partner(s, i) >= 0) return -1;
+        if (!contact && !mech_surface_friction_is_slow(s, i)) continue;
         if (n == MOST_COMBINED || (all *= contact ? 2 : 3) > most) return -1;
         row[n] = i;
         ways[n++] = contact ? 2 : 3;
@@ -304,16 +335,12 @@ static int are_several(mech_solver *s)
 static int moves_otherwise(mech_solver *s, int ends)
 {
     mech_event_state *e = s->events;
-    const size_t size = (size_t)e->n_rows * sizeof(mech_real);
-    mech_real second[MECH_MOST_ROWS], open[MECH_MOST_ROWS], slides[MECH_MOST_ROWS];
+    mech_real second[MECH_MOST_ROWS];
+    modes chosen;
     for (int i = 0; i < e->n_rows; i++) second[i] = mech_row_value(s, i, MECH_SECOND);
-    memcpy(open, e->open, size);
-    memcpy(slides, e->slides, size);
+    remember(s, &chosen);
     const int found = fitting_combination(s, MOST_LOOKED, ends, second, 0);
-    memcpy(e->open, open, size);
-    memcpy(e->slides, slides, size);
-    propose(s);
-    mech_rows_read(s);
+    come_back(s, &chosen);
     return found == -2;
 }
 
