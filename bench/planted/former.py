@@ -96,8 +96,8 @@ FAULTS = (
     Fault(
         "a rough contact with two solutions takes one of them",
         edit(f"{EVENTS}/contact_modes.c",
-             "    if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);\n",
-             "    if (0 && fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);\n"),
+             "    if (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) return",
+             "    if (0 && (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact))) return"),
         models.ROD,
         point="5",
     ),

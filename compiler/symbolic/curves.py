@@ -18,6 +18,7 @@ from ..mechanics.energies import total_energy
 from ..mechanics.system import Curve, MechanicalSystem
 from .equations import SHOW_LIMIT, Account, Section, Statement, decimals
 from .express import express
+from .factored import factored
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
@@ -41,8 +42,7 @@ def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Acc
         if operations > SHOW_LIMIT:
             return Statement(left, None, operations)
         if sp.count_ops(expression) <= SIMPLIFY_LIMIT:
-            expression = shorten(sp.nsimplify(expression, rational=True))
-            expression = min(expression, sp.factor(expression), key=sp.count_ops)
+            expression = factored(shorten(sp.nsimplify(expression, rational=True)))
         return Statement(left, decimals(expression), operations)
 
     whole = density(system, found)

@@ -18,6 +18,7 @@ from ..mechanics.modes import Mode
 from ..mechanics.system import MechanicalSystem
 from .abbreviations import Abbreviations, written_size
 from .express import express
+from .factored import factored
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
@@ -227,7 +228,7 @@ def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: Mechanica
     if not present:
         quotients = any(power.base.is_Add and power.exp.is_negative for power in simple.atoms(sp.Pow))
         factors = quotients and sp.count_ops(simple) <= LONG_LINE
-        return min(simple, sp.factor(simple), key=sp.count_ops) if factors else simple
+        return factored(simple) if factors else simple
     return sp.collect(simple, present, sp.factor_terms)
 
 
