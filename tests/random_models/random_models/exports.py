@@ -33,7 +33,7 @@ _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
 _FOLLOWED = re.compile(r"coordinate Length q\d+ = [\d.]+\*(q\d+);")
 """A start that follows another."""
 _NUMBER = re.compile(
-    r"parameter (?:[A-Z]\w* )?(p\d+)(?:\([^)]*\))? = -?[\d.]+(?:e-?\d+)?(?: [^\s;]+)?(?: \"[^\"]*\")?;"
+    r"parameter (?:[A-Z]\w* )?(p\d+)(?:\([^)]*\))? = -?[\d.]+(?:e-?\d+)?(?: [^\s;*]+)?(?: \"[^\"]*\")?;"
 )
 """A parameter that is a number."""
 _BEGINNING = re.compile(r"(?:coordinate|state|initial) [^;=]*= -?(?:2\*)?(p\d+)[;^ ]")
