@@ -76,3 +76,13 @@ def test_a_constraint_whose_rate_jumps_is_an_impulse(hand: str) -> None:
 def test_a_constraint_does_not_ask_for_another_place_at_once(place: str) -> None:
     with pytest.raises(mechc.CompileError, match="the position that 'hand' asks for jumps"):
         mechc.loads(CARRIED % (" ~ 0 m", f"constraint hand: x = {place};"))
+
+
+@pytest.mark.parametrize(("begin", "end"), [(5.1, 5.15), (7.3, 7.36), (51, 51.1), (0.511, 0.513)])
+def test_a_short_push_that_begins_and_ends_smoothly_does_not_jump(begin: float, end: float) -> None:
+    """However few of the times at which is looked lie within."""
+    push = f"1 m*sin(pi*(time/(1 s) - {begin})/{end - begin:.6g})^2"
+    drive = f"drive x = if time > {begin} s and time < {end} s then {push} else 0 m;"
+    assert mechc.loads(CARRIED % ("", drive))
+    with pytest.raises(mechc.CompileError, match="the position that is prescribed for 'x' jumps"):
+        mechc.loads(CARRIED % ("", drive.replace("sin", "cos")))

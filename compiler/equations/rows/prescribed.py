@@ -30,6 +30,12 @@ STEPS = 397
 SPARSE = 7
 """Of so many of these times one is looked at for the size of values, which may take long."""
 
+MOST = 8
+"""Switches between two of these times that are looked for."""
+
+SHARES = (0.25, 0.5, 0.75)
+"""Places between two switches that are looked at, too: a short push may lie between those times."""
+
 SMALL = 1e-6
 """Share of the largest value below which a jump is taken for a rounded coefficient."""
 
@@ -104,17 +110,24 @@ def _jumps(system: MechanicalSystem, formula: Node, defaults: Mapping[Node, floa
         return [found[n] for n in levels]
 
     runs = [[(t, piece(t)) for t in (end * k / STEPS for k in range(STEPS + 1))] for end in HORIZONS]
-    size = None
-    for (before, here), (after, there) in chain.from_iterable(map(pairwise, runs)):
-        if here == there:
-            continue
-        if size is None:
-            seen = (abs(value(t)) for run in runs for t, _ in run[::SPARSE])
-            size = max(filter(math.isfinite, seen), default=0.0)
-        while before < (middle := (before + after) / 2) < after:
-            if piece(middle) == here:
-                before = middle
-            else:
-                after = middle
+    switches = []
+    for (first, here), (last, there) in chain.from_iterable(map(pairwise, runs)):
+        for _ in range(MOST):
+            if here == there:
+                break
+            before, after = first, last
+            while before < (middle := (before + after) / 2) < after:
+                if piece(middle) == here:
+                    before = middle
+                else:
+                    after = middle
+            switches.append((before, after))
+            first, here = after, piece(after)
+    if not switches:
+        return
+    inside = [a + (b - a) * x for a, b in pairwise(sorted({t for _, t in switches})) for x in SHARES]
+    seen = (abs(value(t)) for t in (*inside, *(t for run in runs for t, _ in run[::SPARSE])))
+    size = max(filter(math.isfinite, seen), default=0.0)
+    for before, after in switches:
         if abs(value(after) - value(before)) > SMALL * size:
             yield after
