@@ -141,3 +141,20 @@ def test_it_rises_from_the_floor_as_the_only_combination_has_it(box: mechc.Model
         found = box.simulate(stop=1e-9, set=values, estimate_error=False)
         here = [found[f"der({q})"][-1] for q in ("x", "y", "a")]
         assert np.allclose(here, after, 1e-6, 1e-6), values
+
+
+def test_a_third_foot_between_them_changes_nothing() -> None:
+    """It takes a share of what they bear, or rises with the body."""
+    third = "y + 0.1*(c - b)*sin(a) - h*cos(a) restitution e friction mu1 along der(x + 0.1*(c - b)*cos(a) + h*sin(a))"
+    box = mechc.loads(f"{BOX}\ncontact middle: {third};")
+    rng = np.random.default_rng(3)
+    for _ in range(200):
+        values = drawn(rng)
+        values |= {
+            "mu2": values["mu1"],
+            "down": float(rng.uniform(0.5, 2)),
+            "e": float(rng.choice([0, 0.5, 1])),
+        }
+        (after,) = solutions(values, np.array([values["v"], -values["down"], 0]), values["e"], True)
+        found = box.simulate(stop=1e-9, set=values, estimate_error=False)
+        assert np.allclose([found[f"der({q})"][-1] for q in ("x", "y", "a")], after, 1e-6, 1e-6), values
