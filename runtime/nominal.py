@@ -226,7 +226,7 @@ def _reach(sizes: Sizes, index: int, rates: Sequence[float], duration: float) ->
 def sizes_of(problem: Problem) -> Sizes:
     """Return what the rules know of a model."""
     numbers: dict[str, int] = {}
-    units = [numbers.setdefault(q.unit, len(numbers)) for q in problem.states]
+    units = [numbers.setdefault(q.measure, len(numbers)) for q in problem.states]
     entries = {first + k for first in problem.rotations for k in range(4)}
     return Sizes(
         problem.nq,
@@ -240,7 +240,7 @@ def sizes_of(problem: Problem) -> Sizes:
         [abs(q.nominal) if q.nominal is not None else 0.0 for q in problem.states],
         [_range(q) for q in problem.states],
         problem.partner,
-        [-1 if q.kind == "idle" else numbers.get(q.unit, -1) for q in problem.parameters],
+        [-1 if q.kind == "idle" else numbers.get(q.measure, -1) for q in problem.parameters],
         [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
         problem.groups,
     )

@@ -43,7 +43,8 @@ class Origin(Struct, frozen=True):
 class Quantity(Struct, frozen=True):
     """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
     (the closed solution of what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the
-    model gives none. ``interpolation``, of an input that is given as a table: linear, step or spline."""
+    model gives none. ``interpolation``, of an input that is given as a table: linear, step or spline. ``usual``: how the
+    unit is usually written, empty where it is."""
 
     name: str
     kind: str
@@ -55,6 +56,12 @@ class Quantity(Struct, frozen=True):
     doc: str = ""
     origin: Origin | None = None
     interpolation: str = "linear"
+    usual: str = ""
+
+    @property
+    def measure(self) -> str:
+        """What its unit measures, in one text for units that are the same: ``m`` for ``J/N``, too."""
+        return self.usual or self.unit
 
 
 class Setting(Struct, frozen=True):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Mapping, Sequence, Set
-from fractions import Fraction
+from collections.abc import Iterable, Mapping, Sequence, Set
 
 from .branches import Guard, guards
 from .node import Graph, Node
 from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SQRT, SUB, SYMBOL
+from .smooth_roots import half_power, rooted_product
 
 
 def jvp(graph: Graph, outputs: Sequence[Node], tangents: Mapping[Node, Node]) -> list[Node]:
@@ -25,12 +25,15 @@ def _forward(
     add, mul = graph.add, graph.mul
     d: dict[Node, Node] = {n: t for n, t in tangents.items() if t != zero}
     get = d.get
+    rooted: set[Node] = set()  # square roots, and their products
     for n in order:
         c = code[n]
         if c <= SYMBOL or n in tangents:
             continue
         a, b = left[n], right[n]
         da = get(a)
+        if c == SQRT or (rooted and c in (MUL, NEG) and (a in rooted or b in rooted)):
+            rooted.add(n)
         # the rules of ``tangent``, written out for the operations that are nearly all
         if b < 0:
             if da is None:
@@ -53,6 +56,11 @@ def _forward(
                 elif (code[a] == SQRT or code[b] == SQRT) and (half := half_power(graph, n, tangents)):
                     factor, whole, root = half
                     r = mul(mul(factor, get(whole, zero)), root)
+                elif n in rooted and (product := rooted_product(graph, n, rooted)):
+                    moved = [get(f, zero) for f in product.factors]
+                    whole = graph.product(product.factors)
+                    r = mul(_product_rule(graph, product.factors, moved), product.root)
+                    r = add(r, mul(mul(whole, get(product.square, zero)), product.slope))
                 else:
                     r = add(mul(da or zero, b), mul(a, db or zero))
             elif c == DIV:
@@ -93,27 +101,17 @@ def tangent(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
             return _chain(graph, n, tangents)
 
 
-def half_power(graph: Graph, n: Node, independent: Container[Node]) -> tuple[Node, Node, Node] | None:
-    """Return c, x^k and the root of x where a product is x^(k + 1/2), whose derivative is c times that of x^k times the root, which by
-    itself has none at zero. Neither may be ``independent`` of x."""
-    a, b = graph.args(n)
-    whole, root = (a, b) if graph.op(b) == SQRT else (b, a)
-    if graph.op(root) != SQRT or root in independent:
-        return None
-    k = _whole_power(graph, whole, graph.args(root)[0], independent)
-    return (graph.constant(1 + Fraction(1, 2 * k)), whole, root) if k else None
+def _product_rule(graph: Graph, factors: Sequence[Node], tangents: Sequence[Node]) -> Node:
+    """Return the derivative of a product from those of its factors."""
+    total = graph.zero
+    for k, t in enumerate(tangents):
+        if t != graph.zero:
+            total = graph.add(total, graph.mul(t, graph.product(_without(factors, k))))
+    return total
 
 
-def _whole_power(graph: Graph, n: Node, x: Node, independent: Container[Node]) -> int:
-    """Return k where a node is x^k, made of products, with k of at least 1, else 0."""
-    if n == x:
-        return 1
-    if graph.op(n) != MUL or n in independent:
-        return 0
-    a, b = graph.args(n)
-    first = _whole_power(graph, a, x, independent)
-    second = first and _whole_power(graph, b, x, independent)
-    return first + second if second else 0
+def _without(factors: Sequence[Node], k: int) -> Sequence[Node]:
+    return [*factors[:k], *factors[k + 1 :]]
 
 
 def _chain(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
@@ -147,6 +145,7 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
     depends = bytearray(leaf) + b"\0"  # the last one is that of arguments that are not there
     branching = False
     dependent: list[Node] = []
+    rooted: set[Node] = set()  # square roots, and their products
     for n in order:
         if depends[left[n]] or depends[right[n]]:
             depends[n] = 1
@@ -156,6 +155,11 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
                 depends[n] = 1
         if depends[n]:
             dependent.append(n)
+            root = code[n] == SQRT or (
+                rooted and code[n] in (MUL, NEG) and (left[n] in rooted or right[n] in rooted)
+            )
+            if root and not leaf[n]:
+                rooted.add(n)
     # the results are wanted everywhere, whatever branch they come from
     found = guards(graph, [n for n, _ in seeds]) | dict.fromkeys(wrt) if branching else {}
     sweep = _Reverse(graph, depends, found)
@@ -190,6 +194,13 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
             elif (code[a] == SQRT or code[b] == SQRT) and (half := half_power(graph, n, wrt)):
                 factor, whole, root = half
                 add_to(whole, graph.mul(graph.mul(factor, bar), root), n)
+            elif n in rooted and (product := rooted_product(graph, n, rooted)):
+                through = graph.mul(bar, product.root)
+                for k, f in enumerate(product.factors):
+                    if depends[f]:
+                        add_to(f, graph.mul(through, graph.product(_without(product.factors, k))), n)
+                whole = graph.product(product.factors)
+                add_to(product.square, graph.mul(graph.mul(bar, whole), product.slope), n)
             else:
                 if depends[a]:
                     add_to(a, graph.mul(bar, b), n)

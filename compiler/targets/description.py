@@ -7,8 +7,10 @@ from typing import Any
 from msgspec import to_builtins
 
 from mechc.lang.source import Span
+from mechc.lang.units import UnitError, parse_unit, preferred_unit
 from mechc.runtime.functions import with_code
 from mechc.runtime.problem import (
+    PURE,
     AssemblyRow,
     Assertion,
     Branch,
@@ -162,7 +164,19 @@ def _quantity(entry: Entry) -> Quantity:
         doc=entry.doc,
         origin=origin(entry.span),
         interpolation=entry.interpolation,
+        usual=_usual(entry.unit),
     )
+
+
+def _usual(unit: str) -> str:
+    """Return how a unit is usually written, or nothing where it is."""
+    if unit in PURE or "rad" in unit:
+        return ""
+    try:
+        usual = preferred_unit(parse_unit(unit).dimension)
+    except UnitError:  # a quotient that is made for a reader
+        return ""
+    return "" if usual == unit else usual
 
 
 def _experiment(plan: ExperimentPlan) -> Experiment:

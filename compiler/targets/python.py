@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechc.runtime import nominal
 from mechc.runtime.problem import Array, ModelFunction
 from mechc.runtime.start import facts as start_data
-from mechc.runtime.start import free_state, gauss_newton, stages
+from mechc.runtime.start import free_state, gauss_newton, second_order, stages
 from mechc.runtime.start.facts import start_facts
 
 from ..equations.model import ExperimentPlan, SettingTarget
@@ -194,7 +194,7 @@ class _File:
         if facts is None:
             yield _as_start_state(standalone_start.stated)
             return
-        for part in (start_data, gauss_newton, free_state, stages):
+        for part in (start_data, gauss_newton, second_order, free_state, stages):
             yield from _copied(part)
         yield "# what an initial state must fulfil: stage, whether it must hold, whether it is a pure number"
         yield from _named_tuple("START", facts)

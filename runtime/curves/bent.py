@@ -22,7 +22,7 @@ def spans(posed: Posed, at: Array) -> Array:
     zero for the independent variable itself."""
     found = np.maximum(np.ptp(at, axis=1), 0.3 * np.max(np.abs(at), axis=1))
     a, b = posed.range(posed.ends)
-    alike = [q.unit == posed.problem.time.unit for q in posed.problem.states[: len(found)]]
+    alike = [q.measure == posed.problem.time.measure for q in posed.problem.states[: len(found)]]
     least = np.where(alike, SHARE * (b - a), 0.0)
     size = np.where(found > 0, np.maximum(found, least), np.where(alike, b - a, float(found.max()) or 1.0))
     if posed.curve.exchanged:

@@ -59,7 +59,9 @@ def box_of(site: Site) -> Box:
     used = set(pattern[rows, 1].tolist())
     moved = np.array([j for j in every if int(j) in used], dtype=np.intp)
     idle = tuple(chart.names[int(j)] for j in every if int(j) not in used)
-    lengths = [abs(float(v)) for q, v in zip(problem.parameters, site.p, strict=False) if q.unit == "m" and v]
+    lengths = [
+        abs(float(v)) for q, v in zip(problem.parameters, site.p, strict=False) if q.measure == "m" and v
+    ]
     length = float(np.exp(np.mean(np.log(lengths)))) if lengths else 1.0
     low, high = np.zeros(len(moved)), np.zeros(len(moved))
     periodic, stated = np.zeros(len(moved), dtype=bool), np.zeros(len(moved), dtype=bool)
@@ -74,7 +76,8 @@ def box_of(site: Site) -> Box:
             reach = np.pi if periodic[k] else 3 * np.pi
         else:
             reach = max(
-                3 * (quantity.nominal or (length if quantity.unit == "m" else 1.0)), 3 * abs(float(y[place]))
+                3 * (quantity.nominal or (length if quantity.measure == "m" else 1.0)),
+                3 * abs(float(y[place])),
             )
         if quantity.unit == "" and quantity.nominal is None:
             reach = max(reach, 4.0)

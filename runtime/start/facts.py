@@ -42,7 +42,7 @@ def start_facts(problem: Problem) -> StartFacts | None:
         problem.known,
         partner,
         tuple(_size(problem, i) for i in partner),
-        tuple(k for k, q in enumerate(problem.parameters) if q.unit == "m" and q.kind != "idle"),
+        tuple(k for k, q in enumerate(problem.parameters) if q.measure == "m" and q.kind != "idle"),
         problem.dependent,
     )
 

@@ -50,13 +50,14 @@ class Local(NamedTuple):
 
 class Nearest(NamedTuple):
     """``x``: the point reached; ``local``: everything there; ``scale`` of each hard row; ``fulfilled``: whether all
-    of them vanish; ``steps`` taken."""
+    of them vanish; ``steps`` taken; ``settled``: whether no step that would come nearer was left."""
 
     x: Array
     local: Local
     scale: Array
     fulfilled: bool
     steps: int
+    settled: bool
 
     @property
     def violations(self) -> Array:
@@ -78,13 +79,13 @@ def nearest(
     ``move(x, d)`` goes from x along d [n]. ``linear``: the equations are, and residuals have the size that they have at
     the start, if that is more than 1: rates may be of any size.
     """
-    x, here, taken = start, at(start), 0
+    x, here, taken, settled = start, at(start), 0, False
     scale = np.zeros(here.hard.size)
     unit, share, factor = 1.0, 1.0, 1.0
     loose, d = free, np.zeros(weights.size)
     while taken < STEPS:
         taken += 1
-        free = _moved(here, loose)
+        free = moved(here, loose)
         w = weights[free]
         before = np.zeros(free.size) if linear else w * d[free]
         jacobian = here.hard_jacobian / weights
@@ -95,6 +96,7 @@ def nearest(
         step, mu, share = _step(here, rows, free, w, before, (share, factor))
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size) or size <= CONVERGED * unit:
+            settled = True
             break
         factor = 1.0 if linear else min(1.0, LONGEST / size)
         step *= factor
@@ -115,12 +117,12 @@ def nearest(
         if settled:
             break
     rows = np.where(scale > 0, scale, 1.0)
-    x, here, further = _restored(at, move, x, here, rows, loose, weights)
+    x, here, further = restored(at, move, x, here, rows, loose, weights)
     fulfilled = bool(_worst(here, rows) <= FULFILLED * unit)
-    return Nearest(x, here, rows, fulfilled, taken + further)
+    return Nearest(x, here, rows, fulfilled, taken + further, settled)
 
 
-def _restored(
+def restored(
     at: Callable[[Array], Local],
     move: Callable[[Array, Array], Array],
     x: Array,
@@ -129,28 +131,34 @@ def _restored(
     loose: NDArray[np.intp],
     weights: Array,
 ) -> tuple[Array, Local, int]:
-    """Go on by the shortest steps onto the equations alone, as far as rounding allows: the search for the nearest point
-    may come to rest beside them. Return the point, everything there, and the steps."""
+    """Go on by the shortest steps onto the equations alone, halved where they lead away, as far as rounding allows: the
+    search for the nearest point may come to rest beside them. Return the point, everything there, and the steps."""
     for taken in range(RESTORATION):
         worst = _worst(here, rows)
         if not worst > ROUNDING:
             return x, here, taken
-        free = _moved(here, loose)
+        free = moved(here, loose)
         w = weights[free]
         step = _onto(here, rows, free, w)
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size):
             return x, here, taken
-        d = np.zeros(weights.size)
-        d[free] = step * min(1.0, LONGEST / max(size, LONGEST)) / w
-        there = at(move(x, d))
-        if not _worst(there, rows) < (worst if worst > FULFILLED else worst / 2):
+        far = worst > FULFILLED
+        step *= min(1.0, LONGEST / max(size, LONGEST))
+        for _ in range(13 if far else 1):
+            d = np.zeros(weights.size)
+            d[free] = step / w
+            there = at(move(x, d))
+            if _worst(there, rows) < (worst if far else worst / 2):
+                break
+            step = step / 2
+        else:
             return x, here, taken
         x, here = move(x, d), there
     return x, here, RESTORATION
 
 
-def _moved(here: Local, loose: NDArray[np.intp]) -> NDArray[np.intp]:
+def moved(here: Local, loose: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return what is away from its guess, and what equations connect with that or with an equation that is off."""
     touched = np.vstack([here.hard_jacobian, here.soft_jacobian])[:, loose] != 0
     rows = np.concatenate([here.hard, here.soft]) != 0
@@ -190,7 +198,7 @@ def _step(
     if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
         return np.full(free.size, np.nan), 0.0, 1.0
     left, values, right = np.linalg.svd(matrix, full_matrices=True)
-    rank = _rank(values)
+    rank = rank_of(values)
     particular = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
     wishes = np.vstack([np.eye(free.size), here.soft_jacobian[:, free] / w])
     wanted = np.concatenate([w * here.deviation[free], here.soft])
@@ -205,7 +213,7 @@ def _step(
     return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers)), share
 
 
-def _rank(values: Array) -> int:
+def rank_of(values: Array) -> int:
     return int((values > RANK * max(values.max(initial=0.0), 1e-300)).sum())
 
 
@@ -216,7 +224,7 @@ def _onto(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> Array:
     if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
         return np.full(free.size, np.nan)
     left, values, right = np.linalg.svd(matrix, full_matrices=False)
-    rank = _rank(values)
+    rank = rank_of(values)
     step: Array = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
     return step
 

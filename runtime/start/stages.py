@@ -5,6 +5,7 @@ kernel/start/assemble.c does the same. What follows the marker stands in modules
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..arrays.choice import np
@@ -20,7 +21,8 @@ from .free_state import (
     even_numbers,
     weights_of,
 )
-from .gauss_newton import Local, Nearest, nearest
+from .gauss_newton import FULFILLED, Local, Nearest, nearest, restored
+from .second_order import refined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -52,6 +54,9 @@ def placed(task: Task, guess: Array) -> Nearest:
     best = place(task, guess, guess, free)
     if best.fulfilled:
         return best
+    along = place_along(task, guess, free, best.scale)
+    if along.fulfilled:
+        return along
     for other in disturbed(task, guess, free):
         found = place(task, guess, other, free)
         if found.fulfilled:
@@ -63,11 +68,27 @@ def placed(task: Task, guess: Array) -> Nearest:
 
 def place(task: Task, guess: Array, start: Array, free: NDArray[np.intp]) -> Nearest:
     """Search for the positions nearest to the guess from another start."""
+    at, move = _positions(task, guess)
+    found = nearest(at, move, start, free, task.weights)
+    if found.settled or not found.fulfilled:
+        return found
+    return refined(at, move, found, free, task.weights)
 
+
+def place_along(task: Task, guess: Array, free: NDArray[np.intp], scale: Array) -> Nearest:
+    """Go from the guess by the shortest steps onto the equations, then along them."""
+    at, move = _positions(task, guess)
+    x, here, steps = restored(at, move, guess, at(guess), scale, free, task.weights)
+    fulfilled = bool((np.abs(here.hard) / scale).max(initial=0.0) <= FULFILLED)
+    found = Nearest(x, here, scale, fulfilled, steps, False)
+    return refined(at, move, found, free, task.weights) if fulfilled else found
+
+
+def _positions(task: Task, guess: Array) -> tuple[Callable[[Array], Local], Callable[[Array, Array], Array]]:
     def at(y: Array) -> Local:
         return task.local(y, 1, deviation_from(task.facts, y, guess))
 
-    return nearest(at, lambda y, d: displaced(task.facts, y, d), start, free, task.weights)
+    return at, lambda y, d: displaced(task.facts, y, d)
 
 
 def moving(task: Task, y: Array, free: NDArray[np.intp]) -> Nearest:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.runtime.nominal import sizes_of
 from mechc.runtime.outcome import SimulationError
 
 CIRCLE = "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: sqrt(x^2 + y^2) = 1 m;"
@@ -64,6 +65,34 @@ def test_weights_are_characteristic_lengths() -> None:
     state = start(text)
     assert state["s"] == pytest.approx(0.01, abs=1e-14)
     assert state["phi"] == pytest.approx(0.1, abs=1e-13)
+
+
+@pytest.mark.parametrize("unit", ["J/N", "km^2/Mm", "kW.s/kN"])
+@pytest.mark.parametrize("use", ["output o = b;", "output o = 2*b;"])
+def test_a_length_is_one_in_whatever_units_it_is_written(unit: str, use: str) -> None:
+    """b counts among the lengths, by whose mean the change of s is weighed against that of phi."""
+    text = (
+        f"parameter a = 0.1 m;parameter Length b = 2.5 {unit};coordinate s ~ 0 m;coordinate Angle phi ~ 0 rad;{use}"
+        "kinetic 1/2*1 kg*der(s)^2;kinetic 1/2*1 kg.m^2*der(phi)^2;constraint c: s + a*phi = 0.02 m;"
+    )
+    size = math.sqrt(0.1 * 2.5)
+    state = start(text)
+    assert state["s"] == pytest.approx(0.02 * size**2 / (size**2 + 0.1**2), abs=1e-14)
+
+
+def test_nominal_values_of_one_unit_are_shared_in_whatever_way_it_is_written() -> None:
+    """A coordinate at zero has the size of the one that it feels."""
+    sizes = []
+    for unit in ("m", "J/N"):
+        text = (
+            f"parameter Length far = 300 {unit};coordinate Length x = 0 {unit};coordinate Length y = 2 m;"
+            "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);potential 1 N/m*(x - y)^2;potential 1 N/m*(x - far)*y;"
+        )
+        problem = mechc.loads(text).problem("python")
+        found = sizes_of(problem)
+        assert found.units[0] == found.units[1]
+        sizes.append(found.parameter_units[0])
+    assert sizes[0] == sizes[1] == found.units[0]
 
 
 def test_rotations_turn_by_the_smallest_angle() -> None:
@@ -270,6 +299,86 @@ def test_the_nearest_point_of_a_curve_that_bends_more_than_it_is_far(
     curvature = 1 + (4 * math.cos(s / 0.1)) ** 2 - (h - y) * 40 * math.sin(s / 0.1)
     assert curvature > 0, "it is a nearest point"
     assert abs(gradient / curvature) < 1e-11
+
+
+WAVE = """
+coordinate x(nominal = 1 m) ~ {x} m; coordinate y(nominal = 1 m) ~ {y} m;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+constraint wave: y = {a} m*sin({k} m^-1*x);
+"""
+
+
+@pytest.mark.parametrize(
+    ("a", "k", "x", "y"),
+    [
+        (0.32, 8.72, 0.29, 2.68),
+        (0.98, 3.19, -0.31, 2.96),
+        (0.82, 2.94, 0.78, -2.54),
+        (1.1, 1.62, 0.87, 2.71),
+        # here the search ends beside the curve
+        (1.033832, 8.076172, -0.366683, -2.871217),
+        (0.843429, 8.559167, 0.624894, 2.877037),
+    ],
+)
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_the_nearest_point_where_steps_go_to_and_fro(
+    a: float, k: float, x: float, y: float, target: Literal["c", "python"]
+) -> None:
+    solution = mechc.loads(WAVE.format(a=a, k=k, x=x, y=y)).simulate(
+        stop=1e-9, target=target, estimate_error=False
+    )
+    assert isinstance(solution, mechc.Solution)
+    s, h = float(solution["x"][0]), float(solution["y"][0])
+    assert h == pytest.approx(a * math.sin(k * s), abs=1e-14)
+    gradient = (s - x) + (h - y) * a * k * math.cos(k * s)
+    curvature = 1 + (a * k * math.cos(k * s)) ** 2 - (h - y) * a * k**2 * math.sin(k * s)
+    assert curvature > 0, "it is a nearest point"
+    assert abs(gradient / curvature) < 1e-11
+
+
+HILLS = """
+coordinate x(nominal = 1 m) ~ {x} m; coordinate y(nominal = 1 m) ~ {y} m; coordinate z(nominal = 1 m) ~ {z} m;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2 + der(z)^2);
+constraint hills: z = 1.4 m*sin(4 m^-1*x)*cos(5 m^-1*y);
+initial 0.2*x + y - z = 0.4 m;
+"""
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "z"), [(0.3, 0.1, 2.5), (-0.8, 0.5, -2.1), (1.1, -0.7, 1.9), (0.05, 0.9, -3)]
+)
+@pytest.mark.parametrize("target", ["c", "python"])
+@pytest.mark.parametrize("wish", ["", "~"])
+def test_the_nearest_point_among_hills(
+    x: float, y: float, z: float, target: Literal["c", "python"], wish: str
+) -> None:
+    """Without the condition, and with one that is wished: two directions are left, of second derivatives of their own."""
+    text = HILLS.format(x=x, y=y, z=z)
+    condition = "initial 0.2*x + y - z = 0.4 m;"
+    text = text.replace(condition, condition.replace("=", "~") if wish else "")
+    solution = mechc.loads(text).simulate(stop=1e-9, target=target, estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    at = np.array([float(solution["x"][0]), float(solution["y"][0])])
+
+    def size(p: np.ndarray) -> float:
+        height = 1.4 * math.sin(4 * p[0]) * math.cos(5 * p[1])
+        far = (p[0] - x) ** 2 + (p[1] - y) ** 2 + (height - z) ** 2
+        return (far + ((0.2 * p[0] + p[1] - height - 0.4) ** 2 if wish else 0)) / 2
+
+    h = 1e-4  # differences of fourth order: 1e-16 of rounding, over h, and h^4
+    steps = h * np.eye(2)
+    gradient = [
+        (8 * (size(at + d) - size(at - d)) - size(at + 2 * d) + size(at - 2 * d)) / (12 * h) for d in steps
+    ]
+    curvature = [
+        [
+            (size(at + d + e) - size(at + d - e) - size(at - d + e) + size(at - d - e)) / (4 * h * h)
+            for e in steps
+        ]
+        for d in steps
+    ]
+    assert np.all(np.linalg.eigvalsh(curvature) > 0), "it is a nearest point"
+    assert np.abs(np.linalg.solve(curvature, gradient)).max() < 1e-9
 
 
 BESIDE = """

@@ -308,6 +308,26 @@ def test_python_control() -> None:
     assert np.abs(np.sort(control.zeros(system).real) - np.sort(found.zeros.real)).max() < 1e-9
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.3])
+def test_resistance_by_the_square_of_the_speed(speed: float) -> None:
+    """Of force -k |v| v the derivative is -k (|v| 1 + v v^T/|v|): nothing at rest, where the root in it has none."""
+    found = linear(
+        mechc.loads("""
+        import mech.planar.*;
+        import mech.fields.*;
+        Body b(m = 2 kg, J = 1 kg.m^2);
+        Free j(world -> b.a);
+        QuadraticDrag air(to = b.a, k = 0.7 kg/m);
+        """),
+        at=f"der(j.x) = {speed}, der(j.y) = {2 * speed}",
+    )
+    v = np.array([speed, 2 * speed])
+    size = float(np.linalg.norm(v))
+    wanted = -0.7 / 2 * (size * np.eye(2) + (np.outer(v, v) / size if size else 0))
+    rates = [k for k, q in enumerate(found.states) if q.name in ("der(j.x)", "der(j.y)")]
+    assert found.A[np.ix_(rates, rates)] == pytest.approx(wanted, abs=1e-14)
+
+
 @pytest.mark.slow
 def test_what_has_no_linear_system_is_refused() -> None:
     well = "model W dimensionless; coordinate x = {start}; kinetic 1/2*der(x)^2; {more} end W;"

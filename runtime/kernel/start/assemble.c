@@ -5,6 +5,7 @@
 
 #include "displacement.h"
 #include "nearest.h"
+#include "second_order.h"
 #include "start.h"
 
 enum { ATTEMPTS = 8 };
@@ -75,6 +76,19 @@ static void begin_stage(mech_task *k, int stage, const unsigned char *known)
         if (!known[stage == 1 ? s->partner[j] : m->nq + j]) k->loose[k->n_loose++] = j;
 }
 
+/* From the guess by the shortest steps onto the rows, then along them. */
+static int place_along(mech_task *k, mech_start_report *r)
+{
+    memcpy(k->here.y, k->guess, (size_t)(k->model->nq + k->model->nv + k->model->nx) * sizeof(mech_real));
+    mech_look(k, &k->here);
+    r->steps[0] += mech_restore(k);
+    if (!(mech_worst_of(k, &k->here, NULL) <= MECH_FULFILLED)) return 0;
+    r->steps[0] += mech_refine(k);
+    r->row = -1;
+    r->off = mech_worst_of(k, &k->here, &r->row);
+    return 1;
+}
+
 /* Tries the guess, then states around it: the guess itself may be a position where nothing can begin. */
 static int place(mech_task *k, mech_start_report *r, mech_real *best)
 {
@@ -82,6 +96,7 @@ static int place(mech_task *k, mech_start_report *r, mech_real *best)
     uint64_t numbers = 3;
     if (mech_nearest(k, &r->off, &r->row, &r->steps[0])) return 1;
     memcpy(best, k->here.y, bytes);
+    if (place_along(k, r)) return 1;
     mech_real size = MECH_C(0.05);
     for (int attempt = 0; attempt < ATTEMPTS; attempt++, size *= 2) {
         mech_real off;

@@ -86,7 +86,7 @@ def _listed(site: Site) -> list[Move]:
         for k in range(n)
     ]
     for i, j in combinations(range(n), 2):
-        if states[i].unit == states[j].unit and states[i].unit != "rad" and len(found) < MOST:
+        if states[i].measure == states[j].measure and states[i].unit != "rad" and len(found) < MOST:
             A = np.zeros((n, n))
             A[j, i], A[i, j] = 1.0, -1.0
             axis = f"{states[i].name}, {states[j].name}"

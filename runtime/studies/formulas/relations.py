@@ -63,7 +63,9 @@ class Chance:
             if k not in changed:
                 continue
             value, quantity = float(self.case.p[k]), parameters[k]
-            alike = [abs(float(self.case.p[j])) for j in self.free if parameters[j].unit == quantity.unit]
+            alike = [
+                abs(float(self.case.p[j])) for j in self.free if parameters[j].measure == quantity.measure
+            ]
             factor = float(np.exp(self.random.uniform(-SPREAD, SPREAD)))
             other = value * factor if value else 0.3 * (max(alike) or 1.0) * factor
             low = -np.inf if quantity.minimum is None else quantity.minimum
@@ -100,7 +102,7 @@ class Chance:
                 found.append(Relation(f"{quantity.name} = 0", k, None, 0.0))
                 continue
             for j in self.free[:place]:
-                if parameters[j].unit != quantity.unit or j in led or p[j] == 0:
+                if parameters[j].measure != quantity.measure or j in led or p[j] == 0:
                     continue
                 ratio = value / float(p[j])
                 near = next((r for r in RATIOS if abs(ratio - r) <= 1e-12 * r), None)

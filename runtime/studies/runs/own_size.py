@@ -104,7 +104,7 @@ def _no_rounding(plan: Plan, run: Trajectory, reached: Array, small: list[int]) 
     for velocity, q in enumerate(problem.partner, problem.nq):
         speeds[velocity] = reached[velocity] / plan.nominal[q]
     for i in small:
-        alike = [k for k, other in enumerate(problem.states) if other.unit == problem.states[i].unit]
+        alike = [k for k, other in enumerate(problem.states) if other.measure == problem.states[i].measure]
         told = reached[i] > ROUNDING * plan.nominal[i]
         for size in (np.where(np.isin(np.arange(problem.ny), alike), reached, 0.0), speeds):
             felt = max(size[k] for k in range(problem.ny) if groups[k] == groups[i])
@@ -145,7 +145,7 @@ def _jumps(problem: Problem, run: Trajectory) -> Array:
     if run.happened is None or not run.happened.times.size:
         return np.zeros(problem.ny)
     jumps = np.abs(run.happened.after - run.happened.before)[:, : problem.ny]
-    alike = np.array([[a.unit == b.unit for b in problem.states] for a in problem.states])
+    alike = np.array([[a.measure == b.measure for b in problem.states] for a in problem.states])
     largest = np.array([jumps[:, own].max(axis=1) for own in alike]).T
     noise: Array = EPSILON * np.where(jumps > 0, largest, 0.0).sum(axis=0)
     for velocity, q in enumerate(problem.partner, problem.nq):

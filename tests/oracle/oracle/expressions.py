@@ -34,9 +34,12 @@ EDGES: set[Any] = set()
 """Decisions that were taken exactly where they change, since somebody emptied this: both sides are right there."""
 BENDS: set[Any] = set()
 """Those among them that count wherever they are tied: a bend of what is zero in all motions, but not for the displacements
-that ask for a force, has no derivative there; and rounding decides for the floor of what is whole but for rounding."""
+that ask for a force, has no derivative there; and rounding decides for the floor of what is whole but for rounding, and
+between numbers that are one but for it."""
 ROUNDING = 1e-11
 """How near to a whole number the floor of a number that moves is one of rounding."""
+ROUNDED = 1e-15
+"""How near to each other, as a share of their size, rounding decides which of two numbers is larger."""
 
 
 _OF_RATES = frozenset({"vel", "vel_at", "angvel"})
@@ -414,8 +417,14 @@ class Evaluator:
             return apply(f, x[0])
         if f in RELATIONS:
             holds, sign = RELATIONS[f]
-            now = holds(real(x[0]), real(x[1]))
-            return self.decide(key, (x[0] - x[1]) * sign, now)
+            one, other = real(x[0]), real(x[1])
+            alike = (
+                one == other and e.arguments[0] != e.arguments[1] and any(isinstance(a, Series) for a in x)
+            )
+            if alike or 0 < abs(one - other) <= ROUNDED * abs(one):
+                EDGES.add(key)
+                BENDS.add(key)
+            return self.decide(key, (x[0] - x[1]) * sign, holds(one, other))
         match f:
             case "not":
                 return not x[0]

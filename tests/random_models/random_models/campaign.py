@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -129,6 +130,22 @@ def summary(lines: list[dict[str, Any]]) -> Counter[str]:
     return counts
 
 
+def _compile_in_no_time() -> None:
+    """Compile models, whose libraries are called a few times, without optimisation, and by tcc where there is one."""
+    build._STRAIGHT = build._LOOPS = ("-O0",)
+    quick = shutil.which("tcc")
+    if quick is None:
+        return
+    run, gcc = build._run, build.find_compiler()
+
+    def by_tcc(command: Sequence[str], folder: Path) -> None:
+        if gcc is not None and "-O0" in command:
+            command = (quick, *command[len(gcc.command) :])
+        run(command, folder)
+
+    build._run = by_tcc
+
+
 def explain(seed: int, seconds: float = 60, mode: str = "mixed") -> str:
     """Shrink each kind of disagreement of a seed and say what it is."""
     model = generate(seed)
@@ -148,8 +165,8 @@ def main() -> None:
     if words and words[0] == "explain":
         print(explain(int(words[1]), mode=mode))
     elif words and words[0] == "range":
-        if mode in ("states", "sparse"):  # a library that is called a few times
-            build._STRAIGHT = ("-O0",)
+        if mode in ("states", "sparse"):
+            _compile_in_no_time()
         print(json.dumps(results(range(int(words[1]), int(words[2])), mode)))
     elif words and words[0] == "seeds":
         print(json.dumps(results([int(seed) for seed in words[1:]], mode)))

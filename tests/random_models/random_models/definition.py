@@ -126,6 +126,17 @@ def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
     return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
 
 
+def is_nearest(base: Compiled, state: Values) -> bool:
+    """Whether a state is one of several that are nearer to the guesses of a model than all around them."""
+    if not base.constrained:
+        return False
+    try:
+        found = Meaning(base.model.compilation.flat, experiment="").start(base.case.begin, state)
+    except (NotCovered, Undetermined):
+        return False
+    return not _off_start(base, state, found)
+
+
 def _off_start(base: Compiled, mine: Values, theirs: Values) -> list[tuple[str, float, float]]:
     there = {n: theirs[n] for n in base.states if n in theirs}
     return differences(mine, turned_alike(mine, there), relative=1e-7)

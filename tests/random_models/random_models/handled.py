@@ -101,8 +101,16 @@ def pushed(
             fmu.getDerivatives(_pointer(dx), len(x))
             return dx.copy()
 
+        sizes = np.array([float(d.variable.derivative.nominal or 1) for d in about.derivatives])
         found = solve_ivp(
-            rates, (0.0, 1.0), x, method="DOP853", t_eval=grid, rtol=1e-9, atol=1e-9, max_step=0.05
+            rates,
+            (0.0, 1.0),
+            x,
+            method="DOP853",
+            t_eval=grid,
+            rtol=1e-9,
+            atol=1e-9 * np.minimum(sizes, 1.0),
+            max_step=0.05,
         )
         for k, t in enumerate(found.t):
             put(float(t), found.y[:, k])

@@ -104,11 +104,13 @@ def sweep_differs(base: Compiled, seed: int) -> str:
 
 
 def _written(unit: str) -> str:
-    """Write a unit as a text has it behind numbers: 1/s as s^-1."""
+    """Write a unit as a text has it behind numbers: 1/m/s as m^-1.s^-1."""
     below = unit.removeprefix("1/")
     if below == unit:
         return unit.removeprefix("1")
-    return re.sub(r"([A-Za-z]+)(?:\^(\d+))?", lambda m: f"{m[1]}^-{m[2] or 1}", below.strip("()"))
+    return re.sub(
+        r"([A-Za-z]+)(?:\^(\d+))?", lambda m: f"{m[1]}^-{m[2] or 1}", below.strip("()").replace("/", ".")
+    )
 
 
 def _spread(random: Random, v: float) -> tuple[str, Any]:

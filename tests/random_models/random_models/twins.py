@@ -134,7 +134,7 @@ def _in_one_unit(e: E, random: Random) -> E | None:
     """Write a vector of quantities as numbers with one unit behind the brace."""
     d = e.operands[0].dim if e.operands else NUMBER
     exact = [_exact(o) for o in e.operands]
-    if None in exact or any(o.dim != d for o in e.operands):
+    if None in exact or any(o.dim != d or _cancels(o) for o in e.operands):
         return None
     text, size = put_together(d, random) if d != NUMBER else sized("deg", random)
     digits = ", ".join(f"{float(x / size):.17g}" for x in exact if x is not None)
