@@ -10,6 +10,7 @@ from ..graph.differentiate import is_affine, jvp
 from ..graph.signs import never_positive
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame, Point
+from .kinematics.reactions import undisplaced, virtual_rates
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols
 from .system import Effort
@@ -45,8 +46,10 @@ def _brakes(lowering: Lowering, pairs: Pairs) -> bool:
     """Tell whether a force takes energy whatever the motion, with the default values of parameters."""
     if not pairs:
         return False
-    known = lowering.integrals.settled(lowering.graph.support(*(n for pair in pairs for n in pair)))
-    return never_positive(lowering.graph, pairs, known)
+    graph = lowering.graph
+    pairs = [(undisplaced(graph, rate), undisplaced(graph, effort)) for rate, effort in pairs]
+    known = lowering.integrals.settled(graph.support(*(n for pair in pairs for n in pair)))
+    return never_positive(graph, pairs, known)
 
 
 def _as_written(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
@@ -174,7 +177,10 @@ def _on_body(lowering: Lowering, frame: Frame, point: Point, force: Vector, symb
     origin = Point(frame, (graph.constant(0),) * kinematics.size)
     arm = subtract(graph, kinematics.position(point), kinematics.position(origin))
     settled = lowering.questions.settle(arm)
-    if not symbols.velocities & set(graph.support(*settled)) and not lowering.questions.symbols_in(settled):
+    follows = symbols.velocities & set(graph.support(*settled)) or any(
+        virtual_rates(graph, n) for n in settled
+    )
+    if not follows and not lowering.questions.symbols_in(settled):
         return _pairs(kinematics.velocity_at(frame, point), force)
     pairs = _pairs(kinematics.velocity(origin), kinematics.to_natural(frame, force))
     turning = kinematics.angular_velocity(frame)

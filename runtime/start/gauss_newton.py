@@ -34,6 +34,8 @@ ROUNDING = 1e-16
 RANK = 1e-10
 """Singular values below this share of the largest one count as zero."""
 CONVERGED = 1e-15
+LEFT = 1e-11
+"""Of a step along the equations: what is no way any more."""
 FULFILLED = 1e-11
 """Largest residual, as a share of a characteristic size, that counts as none."""
 
@@ -93,10 +95,10 @@ def nearest(
         rows = np.where(scale > 0, scale, 1.0)
         if linear:
             unit = max(unit, _worst(here, rows))
-        step, mu, share = _step(here, rows, free, w, before, (share, factor))
+        step, mu, share, left = _step(here, rows, free, w, before, (share, factor))
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size) or size <= CONVERGED * unit:
-            settled = True
+            settled = left <= LEFT
             break
         factor = 1.0 if linear else min(1.0, LONGEST / size)
         step *= factor
@@ -112,9 +114,9 @@ def nearest(
             step, factor = step / 2, factor / 2
         else:
             break
-        settled = bool(np.abs(step).max() < 1e-12 * unit and value >= merit)
         x, here = move(x, d), there
-        if settled:
+        if np.abs(step).max() < 1e-12 * unit and value >= merit:
+            settled = left <= LEFT
             break
     rows = np.where(scale > 0, scale, 1.0)
     x, here, further = restored(at, move, x, here, rows, loose, weights)
@@ -190,13 +192,14 @@ def _worst(here: Local, rows: Array) -> float:
 
 def _step(
     here: Local, rows: Array, free: NDArray[np.intp], w: Array, before: Array, shares: tuple[float, float]
-) -> tuple[Array, float, float]:
-    """The step in scaled directions, the weight of the equations in the merit function, and the share of the part along
-    them that it holds; ``before``: the last step, with its ``shares`` of that part and of the whole."""
+) -> tuple[Array, float, float, float]:
+    """The step in scaled directions, the weight of the equations in the merit function, the share of the part along
+    them that it holds, and the size of all of that part; ``before``: the last step, with its ``shares`` of that part and
+    of the whole."""
     c = here.hard / rows
     matrix = here.hard_jacobian[:, free] / w / rows[:, None]
     if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
-        return np.full(free.size, np.nan), 0.0, 1.0
+        return np.full(free.size, np.nan), 0.0, 1.0, np.inf
     left, values, right = np.linalg.svd(matrix, full_matrices=True)
     rank = rank_of(values)
     particular = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
@@ -206,11 +209,13 @@ def _step(
     along = np.zeros(null.shape[1])
     if along.size:
         along = np.linalg.lstsq(wishes @ null, -(wanted + wishes @ particular), rcond=None)[0]
-    share = _along_share(null @ along, before, *shares)
-    step = particular + share * (null @ along)
+    whole = null @ along
+    share = _along_share(whole, before, *shares)
+    step = particular + share * whole
     pull = wishes.T @ (wanted + wishes @ step)
     multipliers = left[:, :rank] @ ((right[:rank] @ pull) / values[:rank]) if rank else np.zeros(0)
-    return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers)), share
+    mu = 1.0 + 2.0 * float(np.linalg.norm(multipliers))
+    return step, mu, share, float(np.abs(whole).max(initial=0.0))
 
 
 def rank_of(values: Array) -> int:

@@ -16,6 +16,8 @@
 enum { STEPS = 200, HALVINGS = 12 };
 
 static const mech_real CLOSE = MECH_C(1e-7), NEAR_BY = MECH_C(0.05);
+/* Of a step along the rows: what is no way any more. */
+static const mech_real LEFT = MECH_C(1e-11);
 
 /* What depends on the precision of the numbers: 1e-15 and 1e-12 in double precision. */
 static mech_real converged(void) { return MECH_C(4.5) * MECH_EPSILON; }
@@ -58,9 +60,9 @@ static mech_real wish(const mech_task *k, int a, const mech_real *step)
     return k->shares[row] * sum;
 }
 
-/* `share` of the steps along the rows, `taken` of the last one; whether no step that would come nearer is left. */
+/* `share` of the steps along the rows, `taken` of the last one, the size of the whole one that is `left`; whether none is. */
 typedef struct progress {
-    mech_real unit, share, taken;
+    mech_real unit, share, taken, left;
     int settled;
 } progress;
 
@@ -84,6 +86,7 @@ static void along(const mech_task *k, mech_factors *x, progress *at, mech_real *
 {
     const int n = k->n_free, r = x->across.rank, left = n - r, rows = left + k->n_soft;
     mech_real *back = x->rest, *b = back + n, *found = b + rows, *a = found + left;
+    at->left = 0;
     if (!left) return;
     /* in the axes of the factors the guesses are an identity in the last `left` of them */
     for (int f = 0; f < n; f++) back[f] = k->weights[k->free[f]] * k->here.deviation[k->free[f]];
@@ -106,6 +109,7 @@ static void along(const mech_task *k, mech_factors *x, progress *at, mech_real *
     }
     for (int i = 0; i < n; i++) back[i] = i < r ? 0 : found[i - r];
     mech_rotate(&x->across, 0, back);
+    at->left = mech_largest(back, n);
     at->share = k->stage == 1 ? share_of(k, at, back) : 1;
     for (int f = 0; f < n; f++) step[f] += at->share * back[f];
 }
@@ -152,8 +156,8 @@ static int search(mech_task *k, progress *at)
     along(k, &x, at, k->step);
     const mech_real mu = 1 + 2 * multipliers(k, &x, k->step), size = mech_largest(k->step, k->n_free);
     if (!mech_finite(size)) return 0;
-    at->settled = size <= converged() * at->unit;
-    if (at->settled) return 0;
+    at->settled = at->left <= LEFT;
+    if (size <= converged() * at->unit) return 0;
     mech_real factor = linear || size <= MECH_LONGEST ? 1 : MECH_LONGEST / size;
     const mech_real before = merit(k, &k->here, mu);
     for (int i = 0; i < HALVINGS; i++, factor /= 2) {
@@ -163,15 +167,17 @@ static int search(mech_task *k, progress *at)
         if (!(after < before || (mech_finite(after) && factor * size < CLOSE * at->unit))) continue;
         mech_take(k);
         at->taken = factor * at->share;
-        at->settled = factor * size < settled() * at->unit && after >= before;
-        return !at->settled;
+        if (factor * size < settled() * at->unit && after >= before) return 0;
+        at->settled = 0;
+        return 1;
     }
+    at->settled = 0;
     return 0;
 }
 
 int mech_nearest(mech_task *k, mech_real *worst, int *row, int *steps)
 {
-    progress at = {1, 1, 1, 0};
+    progress at = {1, 1, 1, 0, 0};
     for (int i = 0; i < k->model->start->n_rows; i++) k->scale[i] = 0;
     for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
     mech_look(k, &k->here);

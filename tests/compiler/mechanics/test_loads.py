@@ -166,3 +166,38 @@ force {{3, 4{", 0" if three else ""}}} N on F at F * ({{0.7*der(x)/(1 m/s) + kin
     moment = arm * (math.cos(0.3) * 4 - math.sin(0.3) * 3)
     assert solution["A"][0] == pytest.approx(moment, rel=1e-12)
     assert solution["X"][0] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "arm",
+    ["(1 s)*angvel(slide.a)", "(1 s)*(angvel(slide.a) - angvel(wheel.a))", "vel(slide.a)[2]*(1 s)/(1 m)"],
+)
+def test_joints_on_whose_rates_an_arm_depends_carry_nothing_of_its_force(arm: str) -> None:
+    """What slides cannot turn, and nothing acts on it: that a force on the wheel asks for its spin is no load of its joint."""
+    text = f"""
+    import mech.planar.*;
+    Body slide(m = 2 kg, J = 0.1 kg.m^2);
+    Prismatic guide(world -> slide.a, axis = {{0.8, 0.6}}, position = 0.3 m, der(position) = 0.4 m/s);
+    Body wheel(m = 1 kg, J = 0.2 kg.m^2);
+    Revolute hinge(world -> wheel.a, angle = 0.2 rad, der(angle) = 0.3 rad/s);
+    force {{0.59, 0.3}} N on wheel.a at wheel.a * {{{arm}*1 m, 1 m}};
+    output load[2] = reaction(guide);
+    output moment = moment(guide);
+    """
+    solution = mechc.loads(text).simulate(target="python", stop=0.0)
+    assert [*solution["load"][0], solution["moment"][0]] == pytest.approx([0, 0, 0], abs=1e-15)
+
+
+@pytest.mark.parametrize("question", ["", "output held = reaction(guide);"])
+def test_what_brakes_does_so_whether_its_joint_is_asked_or_not(question: str) -> None:
+    """A force by the rate of a place brakes, as long as the place moves along the joint alone."""
+    text = f"""
+    import mech.planar.*;
+    Body slide(m = 2 kg, J = 0.1 kg.m^2);
+    Prismatic guide(world -> slide.a, axis = {{0, -1}}, der(position) = -0.9 m/s);
+    force 1 kg/s*der(pos(slide.a)[2]) on guide.position;
+    {question}
+    """
+    solution = mechc.loads(text).simulate(target="python", stop=1.0)
+    lost = 0.5 * 2 * 0.9**2 * (1 - math.exp(-1.0))
+    assert solution["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-8)

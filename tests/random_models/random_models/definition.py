@@ -120,9 +120,14 @@ def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
     from where it begins."""
     mine = base.start()
     wrong = _off_start(base, mine, state)
-    if wrong and base.constrained and not _off_start(base, mine, meaning.start(base.case.begin, mine)):
-        SKIPPED["start: another of several nearest states"] += 1
-        return ""
+    if wrong and base.constrained:
+        again = meaning.start(base.case.begin, mine)
+        if not _off_start(base, mine, again):
+            SKIPPED["start: another of several nearest states"] += 1
+            return ""
+        if _off_start(base, again, meaning.start(base.case.begin, again)):
+            SKIPPED["start: singular"] += 1
+            return ""
     return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
 
 
