@@ -233,6 +233,25 @@ def test_events() -> None:
     assert abs(stiffer["x"][-1] + 0.5 * np.sin(2 * (3 - np.pi / 2))) < 1e-11
 
 
+@pytest.mark.filterwarnings("ignore")  # W0566: of the kink of the dissipation
+def test_what_sticks_on_a_kink_is_not_looked_at_without_end() -> None:
+    """Its rate is zero but for rounding all along, and so is the margin of the kink: each half of a step is as rough as all of it."""
+    text = """
+    coordinate Angle q = -0.6 rad;
+    kinetic 1/2*0.58 kg.m^2*der(q)^2;
+    force sign(abs(0.61*q))*0.42 N.m on q;
+    friction 0.48 N.m static 0.672 N.m on q, law = "stick";
+    dissipation 0.26 J*abs(der(q));
+    coordinate Length x = 0 m; initial der(x) = 0.07 m/s;
+    kinetic 1/2*1.15 kg*der(x)^2;
+    potential 1.15 kg*9.81 m/s^2*x;
+    """
+    solution = mechc.loads(text).simulate(stop=1, method="taylor", tolerance=1e-9)
+    assert isinstance(solution, mechc.Solution)
+    assert solution["q"][-1] == -0.6
+    assert solution["x"][-1] == pytest.approx(0.07 - 9.81 / 2, rel=1e-12)
+
+
 def test_still_states_are_constants_until_they_jump() -> None:
     """x' = c x^2 from 1 until x = 1.25 turns c: 1/x = 1 - t, from 0.2 on 0.6 + t; one slot, as c counts as a constant."""
     model = mechc.loads(
