@@ -61,6 +61,10 @@ def assembled(t: float, y: Any, known: Mapping[int, bool], u: Any, z: Any, p: An
         raise RuntimeError(f"the initial state cannot be assembled: {START_ROWS[row]}")
     plain = found.x.copy()
     for i, weight in zip(START.partner, task.weights, strict=True):
-        if i not in ROTATIONS and abs(plain[i] - y[i]) * weight < 1e-12:
+        if i in ROTATIONS:
+            continue
+        if abs(plain[i] - y[i]) * weight < 1e-12:
             plain[i] = y[i]
+        elif abs(plain[i]) * weight < 1e-12:
+            plain[i] = 0.0
     return found.x, plain

@@ -84,11 +84,16 @@ def _assembled(problem: Problem, task: Task, y0: Array) -> tuple[Array, tuple[in
 
 
 def unmoved(problem: Problem, assembled: Assembled, wanted: Array) -> Array:
-    """Return the assembled state with what was wanted where the assembly moved a coordinate by no more than rounding."""
+    """Return the assembled state with what was wanted where the assembly moved a coordinate by no more than rounding, and with zero
+    where it has left no more than that."""
     y = assembled.y.copy()
     for j, i in enumerate(problem.partner):
-        if i not in problem.rotations and abs(y[i] - wanted[i]) * assembled.weights[j] < ROUNDING:
+        if i in problem.rotations:
+            continue
+        if abs(y[i] - wanted[i]) * assembled.weights[j] < ROUNDING:
             y[i] = wanted[i]
+        elif abs(y[i]) * assembled.weights[j] < ROUNDING:
+            y[i] = 0.0
     return y
 
 

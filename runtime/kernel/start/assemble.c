@@ -195,7 +195,7 @@ static void state_values(const mech_model *m, mech_real t, const unsigned char *
     mech_normalise(m, y);
 }
 
-/* plain = y, but what was stated where a coordinate was moved by no more than rounding. */
+/* plain = y, but what was stated where a coordinate was moved by no more than rounding, and zero where no more is left. */
 static void put_back(const mech_model *m, const mech_real *p, const mech_real *stated, const mech_real *y, mech_real *plain)
 {
     const mech_start *s = m->start;
@@ -205,8 +205,10 @@ static void put_back(const mech_model *m, const mech_real *p, const mech_real *s
         const int i = s->partner[j];
         int rotation = 0;
         for (int k = 0; k < m->n_rotations; k++) rotation |= m->rotations[k] == i;
-        if (!rotation && mech_abs(y[i] - stated[i]) < ROUNDING * (s->size[j] > 0 ? s->size[j] : length))
-            plain[i] = stated[i];
+        const mech_real least = ROUNDING * (s->size[j] > 0 ? s->size[j] : length);
+        if (rotation) continue;
+        if (mech_abs(y[i] - stated[i]) < least) plain[i] = stated[i];
+        else if (mech_abs(y[i]) < least) plain[i] = 0;
     }
 }
 

@@ -110,11 +110,16 @@ def finished(s: Scope, seed: int) -> Model:
         imports.append(statement("import", "import mech.fields.*;"))
     if "couplings" in s.notes:
         imports.append(statement("import", "import mech.couplings.*;"))
+    beginning = _beginning(s, seed)
+    if beginning or any("dissipation" in st.text() and "energy()" in st.text() for st in s.statements):
+        s.statements[:] = [
+            st for st in s.statements if not st.text().lstrip().startswith("exact ")
+        ]  # of other motions
     s.add(
         "experiment",
         "experiment(stop = ",
         Slot("experiment.stop", quantity(s.pick(("0.5", "1", "1.5")), TIME, s.random)),
-        *_beginning(s, seed),
+        *beginning,
         *_told(s, seed),
         ");",
         name="",
