@@ -79,6 +79,7 @@ static int act(mech_solver *s, int k, int scheduled)
     mech_journal_note(s, MECH_WHEN, k, 0);
     if (branch->terminates) return mech_fail(s, MECH_TERMINATED, k);
     e->counters[MECH_BRANCH] = k + 1;
+    e->counters[MECH_BRANCH_TIME] = s->run->report.t;
     return scheduled ? MECH_RUNNING : check_accumulation(s, k);
 }
 

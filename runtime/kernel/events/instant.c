@@ -102,13 +102,14 @@ static int rounds(mech_solver *s, int hit, int ticks)
     }
 }
 
-/* Names what goes on happening: a branch, a row, or a switch. */
-static int fail_to_progress(mech_solver *s, int hit)
+/* Names what goes on happening for less than a moment: a row, a branch that fires, or a switch. */
+static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
 {
-    const mech_event_state *e = s->events;
+    const mech_real *counters = s->events->counters;
     const int row = hit - s->model->hybrid->n_switches;
     if (row >= 0) return mech_fail(s, MECH_NO_MODE, row);
-    if (e->counters[MECH_BRANCH] > 0) return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH] - 1);
+    if (counters[MECH_BRANCH] > 0 && s->run->report.t - counters[MECH_BRANCH_TIME] <= moment)
+        return mech_fail(s, MECH_ZENO, (int)counters[MECH_BRANCH] - 1);
     return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
 }
 
@@ -118,7 +119,7 @@ static int check_progress(mech_solver *s, int hit)
     mech_real *counters = s->events->counters;
     const mech_real t = s->run->report.t, moment = MECH_C(1e-9) * mech_min(s->o.dt_max, mech_abs(t));
     if ((counters[MECH_CROWD] += 1) >= CROWD) {
-        if (t - counters[MECH_CROWD_TIME] < moment) return fail_to_progress(s, hit);
+        if (t - counters[MECH_CROWD_TIME] < moment) return fail_to_progress(s, hit, moment);
         counters[MECH_CROWD] = 0;
         counters[MECH_CROWD_TIME] = t;
     }
@@ -126,7 +127,7 @@ static int check_progress(mech_solver *s, int hit)
         counters[MECH_STANDING] = 0;
         counters[MECH_LAST_TIME] = t;
     } else if ((counters[MECH_STANDING] += 1) > MOST_ROUNDS) {
-        return fail_to_progress(s, hit);
+        return fail_to_progress(s, hit, moment);
     }
     return MECH_RUNNING;
 }

@@ -71,6 +71,7 @@ class Run:
         self.fastest = {c.name: 0.0 for c in meaning.flat.contacts}
         self.truth: dict[tuple[int, int], bool] = {}
         self.first = state["time"]
+        self.ticked: dict[tuple[int, int], float] = {}
         self.switching = True
         self.order = [*meaning.coordinates, *meaning.rates, *meaning.states]
 
@@ -154,7 +155,9 @@ class Run:
         period, *rest = (real(s.point.at(a)) for a in e.arguments)
         k = round((instant - (rest[0] if rest else 0.0)) / period)
         off = instant - (rest[0] if rest else 0.0) - k * period
-        return bool(k >= 0 and abs(off) <= 1e-12 * max(1.0, abs(instant)))
+        due = k >= 0 and abs(off) <= 1e-12 * max(1.0, abs(instant))
+        # an instant right behind a tick, such as of a law that leaves its edge there, is no further one
+        return bool(due and self.ticked.setdefault((id(e), k), instant) == instant)
 
     def next_tick(self) -> float:
         """The next time of a `sample`."""

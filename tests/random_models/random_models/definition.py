@@ -224,8 +224,8 @@ def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:
 
 
 def ends_rightly(base: Compiled, solution: Any) -> bool:
-    """Whether by the definition, too, a motion that failed cannot go on: it has no accelerations at the end, or they change
-    by a tenth of their size within a millionth of the time, as next to a singularity or on the way to infinity."""
+    """Whether by the definition, too, a motion that failed cannot go on: it has no accelerations at the end or right behind it, or they
+    change by a tenth of their size within a millionth of the time, as next to a singularity, or it is on the way to infinity."""
     names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
     end = _row(solution, names, -1)
     try:
@@ -234,7 +234,14 @@ def ends_rightly(base: Compiled, solution: Any) -> bool:
         step = BEFORE * end["time"]
         rates = {n: end[f"der({n})"] for n in meaning.coordinates if f"der({n})" in end}
         rates |= {n.removeprefix("d "): x for n, x in there.items()} | {"time": 1.0}
-        before = _accelerations(meaning, {n: x - step * rates.get(n, 0.0) for n, x in end.items()})
+        if max((abs(x) for n, x in end.items() if n.startswith("der(")), default=0.0) > ENDLESS:
+            return True
+        before, behind = (
+            _accelerations(meaning, {n: x + way * step * rates.get(n, 0.0) for n, x in end.items()})
+            for way in (-1, 1)
+        )
+        if not np.all(np.isfinite([*there.values(), *behind.values()])):
+            return True
         changed = max((abs(x - before[n]) for n, x in there.items()), default=0.0)
         return changed > 0.1 * max(map(abs, there.values()), default=0.0)
     except NotCovered:
@@ -247,6 +254,8 @@ def ends_rightly(base: Compiled, solution: Any) -> bool:
         raise
 
 
+ENDLESS = 1e5
+"""A velocity of a model whose numbers are of the order of one."""
 BEFORE = 1e-6
 """How long before its end a failed motion is looked at, as a share of it."""
 

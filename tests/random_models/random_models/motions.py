@@ -150,9 +150,10 @@ def by_another_method(text: str, first: Any, random: Random, sharp: bool = False
     if not ran and (by := _by_one_of(text, random.sample(every, 5))):
         ran = [by]
     for method, other in ran:
-        said = "" if sharp and method in FIXED else difference(first, other)
+        untold = method in FIXED and other.accuracy.error is None  # its companion failed: the run says that
+        said = "" if (sharp and method in FIXED) or untold else difference(first, other)
         if not said and not (
-            method in FIXED and (sharp or "table(" in text)
+            method in FIXED and (sharp or untold or "table(" in text)
         ):  # what is narrow, or a curvature that jumps, inside of fixed steps
             said = loose(first, other, method) or slow(text, first, method)
         if said:
