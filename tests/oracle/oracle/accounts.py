@@ -140,7 +140,8 @@ _ROUNDING = 1e-9
 
 def _looks(meaning: Meaning, load: flat.Load) -> Iterator[tuple[float, float]]:
     """Yield the power of a force at states far and near, and the speed of what it acts on; nothing where forces decide."""
-    if any(isinstance(e, flat.Query) and e.function in IMPLICIT for e in meaning.expressions(load.value)):
+    told = [e for x in (load.value, load.at) if x is not None for e in meaning.expressions(x)]
+    if any(isinstance(e, flat.Query) and e.function in IMPLICIT for e in told):
         return
     rng = np.random.default_rng(5)
     names = (*meaning.all_coordinates, *meaning.all_rates, *meaning.states)

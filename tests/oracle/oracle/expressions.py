@@ -129,7 +129,8 @@ class Evaluator:
     def bend(self, key: Any, margin: Any, now: bool) -> bool:
         """The side of a bend: a choice that is tied with a derivative has none there."""
         self.alike(margin)
-        if real(margin) == 0 and moves(margin):
+        if abs(real(margin)) <= 10 * ROUNDED and moves(margin):
+            EDGES.add(key)
             BENDS.add(key)
         return self.decide(key, margin, now)
 
