@@ -372,6 +372,8 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
     try:
         return compare_twin(base, whole, seed)
     except Refused as refused:
+        if closes_elsewhere(refused, base):
+            return None
         return [
             Disagreement(
                 "structured", "refused " + ",".join(refused.codes), refused.text + whole.model.text()
