@@ -1,8 +1,7 @@
 """The contract that generated code fulfils, as plain data and callables.
 
-``Problem`` mirrors ``kernel/model.h`` field by field, and adds names, units and origins so that results and
-failures can be told in the words of the model. It knows nothing of the language: a hand-written one serves
-as well.
+``Problem`` mirrors ``kernel/model.h`` field by field, and adds names, units and origins so that results and failures can be
+told in the words of the model. It knows nothing of the language: a hand-written one serves as well.
 """
 
 from __future__ import annotations
@@ -41,10 +40,9 @@ class Origin(Struct, frozen=True):
 
 
 class Quantity(Struct, frozen=True):
-    """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
-    (the closed solution of what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the
-    model gives none. ``interpolation``, of an input that is given as a table: linear, step or spline. ``usual``: how the
-    unit is usually written, empty where it is."""
+    """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact (the closed solution of
+    what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the model gives none. ``interpolation``, of an
+    input by a table: linear, step or spline. ``usual``: how the unit is usually written, empty where it is."""
 
     name: str
     kind: str
@@ -128,10 +126,8 @@ class Constraint(Struct, frozen=True):
 
 
 class AssemblyRow(Struct, frozen=True):
-    """One equation of the initial state: ``stage`` 1 for coordinates alone, 2 with velocities.
-
-    ``kind``: constraint, or initial (a condition on an expression, only wished where not ``known``).
-    """
+    """One equation of the initial state: ``stage`` 1 for coordinates alone, 2 with velocities. ``kind``: constraint, or initial (a
+    condition on an expression, only wished where not ``known``)."""
 
     name: str
     stage: int
@@ -142,8 +138,7 @@ class AssemblyRow(Struct, frozen=True):
 
 
 class Directions(Struct, frozen=True):
-    """The directions in which a motion is differentiated, in this order: ``states`` directions of the initial state,
-    parameters and inputs by their indices.
+    """The directions in which a motion is differentiated: ``states`` directions of the start, then parameters and inputs by their indices.
 
     ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come
     from their defaults; ``units`` of the directions of the initial state, the last ones: the first have none.
@@ -165,9 +160,9 @@ class Adjoint(Struct, frozen=True):
     """A goal whose gradient is asked for: ``goal``, the array (out or y) and its index; an ``integral`` over the motion, or
     its value at the end. ``parameters`` and ``inputs`` by their indices.
 
-    ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come
-    from their defaults; ``stated``: initial values, ``settled``: parameters and inputs (array, index), that the caller has
-    set; ``experiment`` sets others.
+    ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come from
+    their defaults; ``stated``: initial values, ``settled``: parameters and inputs (array, index), that the caller has set;
+    ``experiment`` sets others.
     """
 
     goal: tuple[str, int]

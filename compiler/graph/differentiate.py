@@ -155,10 +155,8 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
                 depends[n] = 1
         if depends[n]:
             dependent.append(n)
-            root = code[n] == SQRT or (
-                rooted and code[n] in (MUL, NEG) and (left[n] in rooted or right[n] in rooted)
-            )
-            if root and not leaf[n]:
+            below = rooted and code[n] in (MUL, NEG) and (left[n] in rooted or right[n] in rooted)
+            if (code[n] == SQRT or below) and not leaf[n]:
                 rooted.add(n)
     # the results are wanted everywhere, whatever branch they come from
     found = guards(graph, [n for n, _ in seeds]) | dict.fromkeys(wrt) if branching else {}

@@ -78,7 +78,8 @@ def rooted_product(graph: Graph, n: Node, rooted: Container[Node]) -> RootedProd
 
 def _factors(graph: Graph, n: Node, inside: Container[Node]) -> list[Node]:
     """List the factors of a product, looking into those nodes alone; of a negative one, with -1. Empty if there are very many."""
-    found, pending = [], [n]
+    found: list[Node] = []
+    pending = [n]
     while pending and len(found) + len(pending) <= _MANY:
         at = pending.pop()
         code = graph.op(at)
@@ -110,7 +111,8 @@ def _squared(graph: Graph, square: Node) -> list[set[Node]]:
 
 def _all_factors(graph: Graph, n: Node) -> list[Node]:
     """List the factors of a product and of those that it is made of; signs are left out."""
-    found, pending = [], [n]
+    found: list[Node] = []
+    pending = [n]
     while pending:
         at = pending.pop()
         code = graph.op(at)

@@ -29,6 +29,8 @@ NUDGE = 1e-6
 """Of a characteristic size: where first derivatives are compared for second ones."""
 FLATTEST = 1e-3
 """Least second derivative that a step believes; along a line it is 1."""
+SHIFTS = 200
+"""How often what is added doubles, until a curvature is beyond all sizes."""
 ARRIVED = 1e-14
 
 
@@ -119,13 +121,13 @@ def _newton_step(
 def _downhill(curvature: Array, slope: Array) -> Array:
     """Solve curvature x = slope, with as much of the identity added as makes it positive."""
     shift = FLATTEST - min(FLATTEST, float(np.diag(curvature).min(initial=FLATTEST)))
-    while True:
+    for _ in range(SHIFTS):
         shifted = curvature + shift * np.eye(len(slope))
         try:
-            factor = np.linalg.cholesky(shifted)
+            least = float(np.diag(np.linalg.cholesky(shifted)).min(initial=1.0))
         except np.linalg.LinAlgError:
-            factor = np.zeros((1, 1))
-        if not len(slope) or np.diag(factor).min() ** 2 > FLATTEST / 1000:
-            solved: Array = np.linalg.solve(shifted, slope)
-            return solved
+            least = 0.0
+        if least**2 > FLATTEST / 1000:
+            return np.asarray(np.linalg.solve(shifted, slope), np.float64)
         shift = max(2 * shift, FLATTEST)
+    return np.zeros(len(slope))

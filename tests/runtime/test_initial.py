@@ -378,8 +378,8 @@ def test_the_nearest_point_among_hills(
 
     def size(p: np.ndarray) -> float:
         height = 1.4 * math.sin(4 * p[0]) * math.cos(5 * p[1])
-        far = (p[0] - x) ** 2 + (p[1] - y) ** 2 + (height - z) ** 2
-        return (far + ((0.2 * p[0] + p[1] - height - 0.4) ** 2 if wish else 0)) / 2
+        far = float(p[0] - x) ** 2 + (p[1] - y) ** 2 + (height - z) ** 2
+        return float(far + ((0.2 * p[0] + p[1] - height - 0.4) ** 2 if wish else 0)) / 2
 
     h = 1e-4  # differences of fourth order: 1e-16 of rounding, over h, and h^4
     steps = h * np.eye(2)

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REFINEMENTS = 60, HALVINGS = 30 };
+enum { REFINEMENTS = 60, HALVINGS = 30, SHIFTS = 200 };
 
 static const mech_real CLOSE = MECH_C(1e-7);
 /* Second derivatives below it are not believed; along a line they are 1. */
@@ -125,7 +125,12 @@ static int solve(room *at, int n)
         least = mech_min(least, at->curvature[(size_t)i * n + i]);
     }
     mech_real shift = FLATTEST - least;
-    while (!decompose(at->curvature, shift, n, at->factor)) shift = mech_max(2 * shift, FLATTEST);
+    int positive = 0;
+    for (int i = 0; i < SHIFTS && !positive; i++) {
+        positive = decompose(at->curvature, shift, n, at->factor);
+        if (!positive) shift = mech_max(2 * shift, FLATTEST);
+    }
+    if (!positive) return 0; /* beyond all sizes */
     const mech_real *l = at->factor;
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < i; j++) at->slope[i] -= l[(size_t)i * n + j] * at->slope[j];

@@ -79,7 +79,7 @@ def test_slopes_elsewhere(name: str, x: float, y: float) -> None:
 def _value(make: Callable[..., Node], x: complex, y: complex, k: float) -> complex:
     """Evaluate a function with complex numbers, by operators alone."""
     plain = _Plain()
-    found: complex = make(plain, x, y, k)  # type: ignore[arg-type, assignment]
+    found: complex = make(plain, x, y, k)
     return found
 
 

@@ -132,16 +132,16 @@ def summary(lines: list[dict[str, Any]]) -> Counter[str]:
 
 def _compile_in_no_time() -> None:
     """Compile models, whose libraries are called a few times, without optimisation, and by tcc where there is one."""
-    build._STRAIGHT = build._LOOPS = ("-O0",)
+    for name in ("_STRAIGHT", "_LOOPS"):
+        setattr(build, name, ("-O0",))
     quick = shutil.which("tcc")
     if quick is None:
         return
     run, gcc = build._run, build.find_compiler()
 
     def by_tcc(command: Sequence[str], folder: Path) -> None:
-        if gcc is not None and "-O0" in command:
-            command = (quick, *command[len(gcc.command) :])
-        run(command, folder)
+        straight = gcc is not None and "-O0" in command
+        run([quick, *command[len(gcc.command) :]] if straight and gcc else command, folder)
 
     build._run = by_tcc
 
