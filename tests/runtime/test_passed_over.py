@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 import mechc
 from mechc.runtime.native.build import find_compiler
@@ -83,3 +84,22 @@ def test_models_without_such_formulas_are_not_looked_at() -> None:
     )
     assert not plain.problem("c").narrow
     assert not np.any(["narrow" in remark for remark in plain.simulate(stop=5).remarks])
+
+
+@pytest.mark.parametrize(("rate", "level"), [(1e5, 0.5), (1e6, 0.5), (1e5, 0.9), (3e6, 0.7)])
+@pytest.mark.parametrize("moves", ["time/(1 s)", "x/(1 m)"])
+def test_the_first_of_very_many_waves_in_a_step_that_is_high_enough(
+    rate: float, level: float, moves: str
+) -> None:
+    """A wave that grows, thousands of which lie in a step, passes a level on the rise of the first crest above it."""
+    text = f"""
+    coordinate x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2;
+    when {moves}*sin({rate}*{moves}) > {level} then terminate("there"); end when;
+    """
+    solution = mechc.loads(text).simulate(stop=1)
+    assert isinstance(solution, mechc.Solution) and solution.outcome.name == "TERMINATED"
+    crest = (np.ceil((level * rate - np.pi / 2) / (2 * np.pi) - 0.01) * 2 * np.pi + np.pi / 2) / rate
+    while crest * np.sin(rate * crest) <= level:
+        crest += 2 * np.pi / rate
+    first = brentq(lambda t: t * np.sin(rate * t) - level, crest - np.pi / 2 / rate, crest, xtol=1e-16)
+    assert solution.time[-1] == pytest.approx(first, abs=1e-13)

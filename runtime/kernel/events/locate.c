@@ -7,12 +7,11 @@
 /* The samples that every step gets: of irregular places, so that nothing periodic looks constant. */
 static const mech_real places[MECH_SAMPLES - 1] = {0, MECH_C(0.2371), MECH_C(0.5557), MECH_C(0.7913), 1};
 
-/* One indicator on a step, as a function f of the part of the step. `known`: its rate is. `looks` that are left. */
+/* One indicator on a step, as a function f of the part of the step. `known`: its rate is. */
 typedef struct search {
     mech_solver *s;
     mech_real h, shift, tol, room;
     int k, known;
-    int *looks;
 } search;
 
 typedef struct sample {
@@ -27,7 +26,6 @@ static sample sampled(const search *q, mech_real part, mech_real w, mech_real ra
 static sample look(const search *q, mech_real part)
 {
     mech_solver *s = q->s;
-    --*q->looks;
     mech_real *y = s->events->y_at;
     mech_real *w = s->events->w + (MECH_SAMPLES - 1) * s->events->n;
     mech_real *rate = s->events->rate + (MECH_SAMPLES - 1) * s->events->n;
@@ -92,8 +90,7 @@ static mech_real zero_between(const search *q, sample a, sample b)
     return b.part;
 }
 
-/* Most looks at an indicator in a step: one that is rough all along a step, beside zero, would be looked at without end. */
-enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 12, LOOKS = 5000, NOWHERE = 2 };
+enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 12, NOWHERE = 2 };
 
 /* How far a sample is off the cubic through a and b. */
 static mech_real off(const search *q, const sample *a, const sample *b, const sample *x)
@@ -173,7 +170,9 @@ static mech_real first_below(const search *q, const sample *given, int span, sam
     const mech_real steep = mech_max(mech_max(mech_abs(a.rate), mech_abs(b.rate)), mech_abs(m.rate));
     const int noise = q->known ? depth > 8 && error > 10 * steep * length : depth >= DEEPEST_WITHOUT_RATES;
     const int within = !(error > q->tol) && !(low < -q->tol);
-    if (!span && (within || noise || depth == DEEPEST || *q->looks <= 0)) return last_look(q, &a, &b, where);
+    /* What rests has no values that its rates, which are of rounding, could lead to. */
+    const int rests = a.f == 0 && m.f == 0 && b.f == 0;
+    if (!span && (within || rests || noise || depth == DEEPEST)) return last_look(q, &a, &b, where);
     const mech_real found = first_below(q, given, span / 2, a, m, error, depth + 1);
     if (found < NOWHERE || m.f < 0) return found < NOWHERE ? found : m.part;
     return first_below(q, given + span, span / 2, m, b, error, depth + 1);
@@ -269,9 +268,7 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
     *part = 1;
     for (int k = 0; k < n; k++) {
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
-        int looks = LOOKS;
-        search q = {
-            .s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k, .looks = &looks};
+        search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k};
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */
         const int idle = zero && is_idle(s, k);
