@@ -15,7 +15,7 @@ from msgspec import Struct
 from .node import Graph, Node
 from .operations import ADD, CONST, MUL, NEG, SQRT
 
-_NOTHING = Fraction(1, 10**300)
+NOTHING = Fraction(1, 10**300)
 """Changes no square root in any digit but that of zero, and makes 0/0 zero."""
 _MANY = 24
 """Products of more factors are differentiated as they stand: to look at them would take long."""
@@ -72,7 +72,7 @@ def rooted_product(graph: Graph, n: Node, rooted: Container[Node]) -> RootedProd
     there = {x for f in others for x in _all_factors(graph, f)}
     if not any(part <= there for part in _squared(graph, square)):
         return None
-    slope = graph.div(graph.half, graph.add(root, graph.constant(_NOTHING)))
+    slope = graph.div(graph.half, graph.add(root, graph.constant(NOTHING)))
     return RootedProduct(tuple(others), root, square, slope)
 
 

@@ -10,9 +10,13 @@ import sympy as sp
 from ..graph import Graph, Node, Table
 from ..graph import operations as ops
 from ..graph.evaluate import Numbers, evaluate
+from ..graph.smooth_roots import NOTHING
 
 
 def _number(value: Fraction) -> sp.Expr:
+    """Return a number; nothing for what only floats need, where roots vanish."""
+    if value == NOTHING:
+        return sp.Integer(0)
     return sp.Rational(value.numerator, value.denominator)
 
 

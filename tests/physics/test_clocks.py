@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -84,6 +86,19 @@ def test_clocks_that_nearly_meet_are_no_accumulation(other: str, first: int) -> 
     solution = mechc.loads(text + acts).simulate(stop=0.52)
     assert solution.outcome.value == "completed", solution.message
     assert (solution["n"][-1], solution["m"][-1]) == (11, first + (2 if first else 1))
+
+
+@pytest.mark.parametrize("lag", [1e-9, 1e-12])
+def test_a_clock_is_not_blamed_for_a_motion_that_slides_along_a_jump(lag: float) -> None:
+    """It ticked long before: x + v, which a filter follows, is zero after sqrt(1.6) - 1 s and is held there by both sides of the law."""
+    text = f"""
+    coordinate x = 0.3 m; kinetic 1/2*1 kg*der(x)^2; force if z > 0 m/s then -1 N else 1 N on x;
+    state Velocity z = 1 m/s; equation der(z) = (x/(1 s) + der(x) - z)/({lag} s);
+    discrete Integer n = 0; when sample(0.05 s) then n := n + 1; end when;
+    """
+    solution = mechc.loads(text).simulate(stop=2, tolerance=1e-6, method="radau5")
+    assert solution.outcome.value == "failed" and "slides along it" in solution.message
+    assert solution["n"][-1] == 6 and abs(solution.time[-1] - (math.sqrt(1.6) - 1)) < 1e-6
 
 
 def test_bounces_beside_a_clock_still_accumulate() -> None:

@@ -147,6 +147,19 @@ def test_latex_names(name: str, latex: str) -> None:
     assert latex_name(name) == latex
 
 
+def test_what_keeps_floats_from_dividing_by_a_root_that_vanishes_is_not_shown() -> None:
+    """The force of x times the distance from the origin."""
+    text = """
+    coordinate x = 1 m; coordinate y = 1 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1 N/m*x*sqrt(x^2 + y^2);
+    """
+    first, second = account_of(compiled(text).system, latex=False).equations
+    x, y, ax, ay = s("x", "y", "x''", "y''")
+    far = sp.sqrt(x**2 + y**2)
+    assert sp.simplify(first.right - (ax + sp.diff(x * far, x))) == 0
+    assert sp.simplify(second.right - (ay + sp.diff(x * far, y))) == 0
+
+
 def test_text_has_the_signs_of_the_language() -> None:
     text = write_equations(compiled(PENDULUM).system, "text")
     assert "  L = g*l*m*cos(theta) + l^2*m*theta'^2/2\n" in text and "**" not in text

@@ -288,9 +288,8 @@ def margins(meaning: Meaning, s: Solution, options: Mapping[str, list[str]]) -> 
     """By how much the conditions of each mode are fulfilled, of the order of one (section 15)."""
     point, out = s.point, {}
     forces = {name: float(np.real(np.ravel(f)[0])) for name, f in s.unknowns.forces.items()}
-    load = 1e-6 + max(
-        (abs(f) for f in forces.values()), default=0
-    )  # what is zero but for rounding presses on nothing
+    # what is zero but for rounding presses on nothing
+    load = 1e-6 + max((abs(f) for f in forces.values()), default=0)
     pace = (
         1e-12
         + float(np.abs(s.unknowns.a).max(initial=0))

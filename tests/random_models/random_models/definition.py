@@ -234,7 +234,11 @@ def ends_rightly(base: Compiled, solution: Any) -> bool:
         step = BEFORE * end["time"]
         rates = {n: end[f"der({n})"] for n in meaning.coordinates if f"der({n})" in end}
         rates |= {n.removeprefix("d "): x for n, x in there.items()} | {"time": 1.0}
-        if max((abs(x) for n, x in end.items() if n.startswith("der(")), default=0.0) > ENDLESS:
+        first, last = (
+            max((abs(x) for n, x in _row(solution, names, k).items() if n.startswith("der(")), default=0.0)
+            for k in (0, -1)
+        )
+        if last > ENDLESS * max(first, 1.0):
             return True
         before, behind = (
             _accelerations(meaning, {n: x + way * step * rates.get(n, 0.0) for n, x in end.items()})
@@ -255,7 +259,7 @@ def ends_rightly(base: Compiled, solution: Any) -> bool:
 
 
 ENDLESS = 1e5
-"""A velocity of a model whose numbers are of the order of one."""
+"""How many times the velocities at its start a motion reaches that is on the way to infinity."""
 BEFORE = 1e-6
 """How long before its end a failed motion is looked at, as a share of it."""
 
