@@ -18,6 +18,8 @@ from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.kernel import load_kernel
 from random_models.states import on_constraints
 
+TOLERANCE = 1e-8
+"""Of the run that begins at a state, whose sizes are one."""
 Values = dict[str, float]
 """Numbers by the names that results have."""
 
@@ -69,7 +71,7 @@ class Compiled:
         self.z = None
         y, _, t = self._arguments(state)
         case = replace(self.case, y0=y, begin=t, stop=t, grid=np.array([t]))
-        with Solver(load_kernel(False), case, "dop853", 1e-8, np.ones(len(y))) as solver:
+        with Solver(load_kernel(False), case, "dop853", TOLERANCE, np.full(len(y), TOLERANCE)) as solver:
             status = solver.advance(t, 1)
             if status < 0:
                 raise NoMotion(status.name)
