@@ -41,6 +41,9 @@ SAMPLES = (0.618, -0.414, 0.271)
 
 WIDEST = -5
 """The rule that looks at the most places: where one of the first agrees with it, no later one is tried."""
+PLACES, INNER_PLACES = 12_000, 240
+"""Places of the innermost integrand that integrals inside of each other may take together, and those of one inside that follows the
+place of the outer. Each is written out: a rule that needs more gives way to a shorter one, and what that leaves is told."""
 
 Integrand = Callable[[Node], Node]
 
@@ -63,8 +66,8 @@ class Integral(Struct, frozen=True):
 
 
 class Integrals:
-    """The definite integrals of a model. ``errors``: of those that stand alone, by their variables; an inner one is part
-    of the outer."""
+    """The definite integrals of a model. ``errors``: what is known of each, by its variable; of one inside of another, the worst of
+    all places of that."""
 
     def __init__(
         self,
@@ -80,6 +83,8 @@ class Integrals:
         self._reporter = reporter
         self._rules: dict[str, Rule] = {}
         self._depth = 0
+        self._within: dict[str, list[Integral]] | None = None
+        self._places = 0  # at which integrands were asked for
         self.errors: dict[str, Integral] = {}
 
     def value(self, expression: Quadrature, integrand: Integrand, lower: Node, upper: Node) -> Node:
@@ -88,18 +93,46 @@ class Integrals:
         s = graph.symbol(f"?{name}")
         self._depth += 1
         if name not in self._rules:
-            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled)
+            most = self._places_left(integrand, s)
+            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled, most)
             tell(self._reporter, expression.span, error, self._rules[name])
         pieces, bent = _pieces(graph, integrand, s, lower, upper)
         rule = self._rules[name]
+        around, self._within = self._within, None
+        before = self._places
         value = _total(graph, integrand, pieces, rule.points)
-        if self._depth == 1:
+        if self._places == before and self._follows(value):
+            self._places += (len(pieces) - 1) * len(rule.points)
+        if self._depth == 1 or around is not None:
+            self._within = {}
+            for at in _looked_at(graph, pieces, rule.points):
+                integrand(at)
             inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)
             error = error_of(graph, integrand, pieces, bent, rule)
             slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
-            self.errors[name] = Integral(expression.span, inside, error, slope)
+            found = {name: [Integral(expression.span, inside, error, slope)], **self._within}
+            if around is None:
+                self.errors |= {inner: _worst(graph, there) for inner, there in found.items()}
+            else:
+                for inner, there in found.items():
+                    around.setdefault(inner, []).extend(there)
+        self._within = around
         self._depth -= 1
         return value
+
+    def _places_left(self, integrand: Integrand, s: Node) -> int:
+        """Return at how many places an integrand may be asked for."""
+        body = integrand(s)  # which chooses the rules of what is inside
+        before = self._places
+        integrand(s)
+        if self._places > before:
+            return PLACES // (self._places - before)
+        return INNER_PLACES if self._follows(body, s) else PLACES
+
+    def _follows(self, n: Node, own: Node | None = None) -> bool:
+        """Tell whether a formula follows the place of an integral around it."""
+        found = self._graph.support(n) if self._depth > 1 else ()
+        return any(x != own and self._graph.name(x).startswith("?") for x in found)
 
     def settled(self, symbols: Iterable[Node]) -> dict[Node, float]:
         """Return the values of those symbols that are parameters with a value, and of what these depend on."""
@@ -115,6 +148,16 @@ class Integrals:
             if known.keys() >= set(self._graph.support(value)):
                 found[symbol] = float(evaluate(self._graph, [value], known)[0])
         return found
+
+
+def _worst(graph: Graph, there: Sequence[Integral]) -> Integral:
+    """Return what is known of an integral at all places of the one around it."""
+
+    def slope(along: Sequence[Node]) -> Node:
+        return reduce(graph.maximum, (integral.slope(along) for integral in there))
+
+    first, error = there[0], reduce(graph.maximum, (integral.error for integral in there))
+    return Integral(first.span, first.inside, error, slope)
 
 
 def error_of(graph: Graph, integrand: Integrand, pieces: Sequence[Node], bent: bool, rule: Rule) -> Node:
@@ -174,6 +217,12 @@ def _inside(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points
     elsewhere = set(graph.reach([there]))
     parts = (n for n in graph.reach([here]) if n not in elsewhere and not graph.is_constant(n))
     return next(parts, here)
+
+
+def _looked_at(graph: Graph, pieces: Sequence[Node], points: Points) -> list[Node]:
+    """Return the first, the last and a middle place of each piece."""
+    places = [points[k][0] for k in (0, len(points) // 2, -1)]
+    return [_place(graph, a, b, place) for a, b in itertools.pairwise(pieces) for place in places]
 
 
 def _place(graph: Graph, a: Node, b: Node, place: Fraction) -> Node:
@@ -242,10 +291,12 @@ def chosen_rule(
     lower: Node,
     upper: Node,
     defaults: Callable[[Iterable[Node]], Mapping[Node, float]],
+    most: int = PLACES,
 ) -> tuple[Rule, float]:
     """Return the first rule that is good enough, or the best, and its error over the integral of |integrand|.
 
-    ``defaults`` gives the values of those symbols that have one before a run.
+    ``defaults`` gives the values of those symbols that have one before a run, ``most`` the number of places that a rule may take in
+    all pieces; where none does with so few, the shortest is taken.
     """
     bounds, bent = _pieces(graph, integrand, s, lower, upper)
     body = integrand(s)
@@ -255,7 +306,8 @@ def chosen_rule(
         {**settled, **{n: value * (1 + 0.1 * k) for k, n in enumerate(moving)}}
         for value in (SAMPLES if moving else SAMPLES[:1])
     ]
-    tried = rules(pieces=any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s])))
+    tables = any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s]))
+    tried = within_reach(rules(pieces=tables), most // (len(bounds) - 1))
     seen = [_errors(graph, body, s, bounds, bent, values, tried) for values in sampled]
     defined = [found for found in seen if min(found) < math.inf] or seen[
         :1
@@ -263,6 +315,11 @@ def chosen_rule(
     errors = [max(found) for found in zip(*defined, strict=True)]
     best = min(range(len(errors)), key=lambda k: (max(errors[k], ENOUGH), k))
     return tried[best], errors[best]
+
+
+def within_reach(all_rules: Sequence[Rule], most: int) -> Sequence[Rule]:
+    """Return the rules that take no more places than that; else the shortest that there is."""
+    return [r for r in all_rules if len(r.points) <= most] or rules(pieces=True)[:1]
 
 
 def _errors(
@@ -295,9 +352,10 @@ def _errors(
             value, size = value + math.fsum(terms), size + abs(math.fsum(map(abs, terms)))
         return value, size
 
-    widest = total(tried[WIDEST].points)
-    short = len(tried) - len(rules())
-    for k in range(short + 1 if math.isfinite(widest[1]) else 0):
+    last = next((k for k, rule in enumerate(tried) if rule == rules()[WIDEST]), len(tried) - 1)
+    widest = total(tried[last].points)
+    short = next((k for k, rule in enumerate(tried) if rule == rules()[0]), last)
+    for k in range(min(short + 1, last) if math.isfinite(widest[1]) else 0):
         close = abs(total(tried[k].companions[0])[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
         if close and abs(total(tried[k].points)[0] - widest[0]) <= ENOUGH * widest[1]:
             return [math.inf] * k + [0.0] * (len(tried) - k)
@@ -308,7 +366,7 @@ def _errors(
     finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
     if not finite:
         return [math.inf] * len(found)
-    size = found[WIDEST if len(tried) + WIDEST in finite else finite[-1]][1]
+    size = found[last if last in finite else finite[-1]][1]
     if size == 0:
         return [0.0 if found[k][1] == 0 else math.inf for k in range(len(found))]
     seeing = [k for k in finite if size < OTHERWISE * found[k][1] < OTHERWISE**2 * size]

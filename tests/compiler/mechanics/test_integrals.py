@@ -18,6 +18,7 @@ from slow_params import slow_among
 
 import mechc
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.mechanics.meaning import integrals
 from mechc.compiler.mechanics.meaning.quadrature import BENT, Points, Rule, rules
 
 TEXT = """\
@@ -38,9 +39,9 @@ def solved(integral: str, k: float = 3.0, c: float = 0.3, x: float = 0.7, **valu
 
 
 def told(solution: mechc.Solution) -> float:
-    """The estimated error, relative to the integral of |integrand|, as the run has it."""
-    (name,) = (q.name for q in solution.problem.outputs if q.kind == "quadrature")
-    return float(solution[name].max())
+    """The largest estimated error, relative to the integral of |integrand|, as the run has it."""
+    names = [q.name for q in solution.problem.outputs if q.kind == "quadrature"]
+    return max(float(solution[name].max()) for name in names)
 
 
 CLOSED: dict[str, Callable[[float, float, float], float]] = {
@@ -90,6 +91,26 @@ def test_a_value_that_outgrows_the_rule_is_told_by_the_run() -> None:
     assert error > 1e-3
     assert told(solution) * 0.64 >= 0.1 * error  # the integral of |cos| is about 2/pi
     assert any("is known to about" in remark for remark in solution.remarks)
+
+
+def test_an_integral_inside_of_another_tells_its_error() -> None:
+    """The outer one is exact: all that is wrong comes from within."""
+    inner = "integral(cos(k*r*s) for r in 0:1)"
+    text = TEXT.format(integral=f"integral(s*{inner} for s in 1:2)", k=3, c=0, x=1)
+    solution = mechc.loads(text).simulate(target="python", set={"k": 400.0})
+    error = abs(solution["I"][0] - (math.cos(400) - math.cos(800)) / 400**2)
+    assert told(solution) * 0.64 >= 0.1 * error > 1e-4
+    assert any(inner in remark and "is known to about" in remark for remark in solution.remarks)
+
+
+def test_integrals_inside_of_each_other_take_no_more_places_than_can_be_written(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(integrals, "PLACES", 600)
+    text = TEXT.format(integral="integral(integral(exp(s*r) for r in 0:1) for s in 0:9)", k=1, c=0, x=1)
+    solution = mechc.loads(text).simulate(target="python")
+    exact = quad(lambda s: math.expm1(s) / s, 0, 9)[0]
+    assert 1e-9 < abs(solution["I"][0] / exact - 1) < told(solution) < 0.1
 
 
 @pytest.mark.parametrize(

@@ -106,7 +106,7 @@ def brakes(meaning: Meaning, load: flat.Load) -> bool:
 
 
 def is_drag(meaning: Meaning, load: flat.Load) -> bool:
-    """Whether a force is opposite to a velocity, and as large as a constant times it, or times its square."""
+    """Whether a force is opposite to a velocity, and as large as a constant times it, or times its square, by a formula without cases."""
     outside = {
         "time",
         meaning.flat.independent,
@@ -115,7 +115,10 @@ def is_drag(meaning: Meaning, load: flat.Load) -> bool:
     named = [e for x in (load.value, load.on) for e in meaning.expressions(x)]
     if load.source is not None or load.at is not None or load.kind == "torque":
         return False
-    if any(isinstance(e, flat.Query) or (isinstance(e, flat.Name) and e.name in outside) for e in named):
+    if any(
+        isinstance(e, (flat.Query, flat.Select)) or (isinstance(e, flat.Name) and e.name in outside)
+        for e in named
+    ):
         return False
     sizes: dict[int, list[float]] = {2: [], 3: []}
     looks = 0

@@ -20,6 +20,10 @@ _FUNCTION = r"^function (?P<function>\w+)\(.*?;$"
 _DEFINITION = re.compile(f"{_MODEL}|{_FUNCTION}", re.MULTILINE | re.DOTALL)
 _IMPORT = re.compile(r"import mech\.(\w+)\.\*;")
 
+_TOLD_BY_FORM = tuple(f"{d}energy.{account}" for d in ("", "d ") for account in ("supplied", "dissipated"))
+"""Whether a force brakes whatever the motion is seen by its form, which is another one here; what both accounts leave is the energy,
+which is compared, and each text's own balance."""
+
 
 def another_library(model: Model, random: Random) -> Twin | None:
     """Write the parts that a model needs before it, in any order, instead of importing them."""
@@ -31,15 +35,7 @@ def another_library(model: Model, random: Random) -> Twin | None:
     items = [s for s in model.items if s.kind != "import"]
     parts = [_stated(name, there[name]) for name in _needed(items, there)]
     random.shuffle(parts)
-    return Twin("another library", Model((*parts, *items)), _told_by_form(model)) if parts else None
-
-
-def _told_by_form(model: Model) -> tuple[str, ...]:
-    """Name the accounts of energy where a force asks for the kinetic energy: whether it brakes whatever the motion is seen by the form
-    of that, which is another one where a bar is three masses."""
-    asks = any(kind == "kinetic_energy" and place.startswith("force") for kind, place in model.pairs())
-    accounts = ("energy.supplied", "energy.dissipated")
-    return (*accounts, *(f"d {name}" for name in accounts)) if asks else ()
+    return Twin("another library", Model((*parts, *items)), _TOLD_BY_FORM) if parts else None
 
 
 @cache

@@ -49,12 +49,14 @@ def untold(model: Model, base: Compiled) -> list[str]:
 
 
 def _asked(e: E) -> Iterator[E]:
-    """Yield it and all below, but for what stands behind conditions that are known before a run, among elements that are not chosen, or
-    inside of an integral: an inner one is part of the outer."""
+    """Yield it and all below, but for what stands behind conditions that are known before a run, or among elements that are not
+    chosen."""
     yield e
-    if e.kind == "integral.over" or (e.kind == "index" and e.operands[0].kind == "vector"):
+    if e.kind == "index" and e.operands[0].kind == "vector":
         return
-    known = e.kind == "if" and any(_settled(x) for c in e.operands if c.type == "boolean" for x in c.walk())
+    known = e.kind in ("if", "if.elseif") and any(
+        _settled(x) for c in e.operands if c.type == "boolean" for x in c.walk()
+    )
     for operand in e.operands:
         if not known or operand.type == "boolean":
             yield from _asked(operand)
