@@ -215,6 +215,8 @@ def _compile(
     import shutil
     from concurrent.futures import ThreadPoolExecutor
 
+    from .children import ended_with_us
+
     def make(file: str) -> None:
         needed = {name: sources[name] for name in _with_headers(file, sources)}
         stem = f"object-{cache_key(needed, flags, file, compiler)}"
@@ -224,7 +226,7 @@ def _compile(
             kept = keep_entry(folder / f"{file}.o", stem, ".o")
         shutil.copyfile(kept, folder / f"{file}.o")
 
-    with ThreadPoolExecutor(max_workers=max(2, os.cpu_count() or 2)) as pool:
+    with ThreadPoolExecutor(max_workers=max(2, os.cpu_count() or 2)) as pool, ended_with_us():
         list(pool.map(make, files))
     _run((*compiler.command, *extra, *(f"{file}.o" for file in files), *link, *quad), folder)
 
@@ -241,8 +243,8 @@ def _with_headers(file: str, sources: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _run(command: Sequence[str], folder: Path) -> None:
-    import subprocess
+    from .children import run
 
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
-    if done.returncode != 0:
-        raise BuildError(command, done.stdout + done.stderr, folder)
+    code, output = run(command, folder)
+    if code != 0:
+        raise BuildError(command, output, folder)

@@ -41,9 +41,10 @@ SAMPLES = (0.618, -0.414, 0.271)
 
 WIDEST = -5
 """The rule that looks at the most places: where one of the first agrees with it, no later one is tried."""
-PLACES, INNER_PLACES = 12_000, 240
+PLACES, INNER_PLACES = 25_000, 510
 """Places of the innermost integrand that integrals inside of each other may take together, and those of one inside that follows the
-place of the outer. Each is written out: a rule that needs more gives way to a shorter one, and what that leaves is told."""
+place of the outer, with those that tell its error. Each is written out: a rule that needs more gives way to a shorter one, and what
+that leaves is told."""
 
 Integrand = Callable[[Node], Node]
 
@@ -163,7 +164,7 @@ def _worst(graph: Graph, there: Sequence[Integral]) -> Integral:
 def error_of(graph: Graph, integrand: Integrand, pieces: Sequence[Node], bent: bool, rule: Rule) -> Node:
     """Return the estimated error of a rule over the integral of |integrand|."""
     value, size = _total(graph, integrand, pieces, rule.points), graph.zero
-    others = [_total(graph, integrand, pieces, points) for points in rule.companions[: None if bent else 1]]
+    others = [_total(graph, integrand, pieces, points) for points in rule.seen(bent)]
     for a, b in itertools.pairwise(pieces):
         size = graph.add(size, graph.abs(_sum(graph, lambda s: graph.abs(integrand(s)), a, b, rule.points)))
     if graph.is_zero(size):  # nothing to integrate, or nowhere
@@ -307,7 +308,7 @@ def chosen_rule(
         for value in (SAMPLES if moving else SAMPLES[:1])
     ]
     tables = any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s]))
-    tried = within_reach(rules(pieces=tables), most // (len(bounds) - 1))
+    tried = _within_reach(rules(pieces=tables), bent, most // (len(bounds) - 1))
     seen = [_errors(graph, body, s, bounds, bent, values, tried) for values in sampled]
     defined = [found for found in seen if min(found) < math.inf] or seen[
         :1
@@ -317,9 +318,9 @@ def chosen_rule(
     return tried[best], errors[best]
 
 
-def within_reach(all_rules: Sequence[Rule], most: int) -> Sequence[Rule]:
-    """Return the rules that take no more places than that; else the shortest that there is."""
-    return [r for r in all_rules if len(r.points) <= most] or rules(pieces=True)[:1]
+def _within_reach(all_rules: Sequence[Rule], bent: bool, most: int) -> Sequence[Rule]:
+    """Return the rules that take no more places than that, with their companions; else the shortest that there is."""
+    return [rule for rule in all_rules if rule.places(bent) <= most] or rules(pieces=True)[:1]
 
 
 def _errors(
@@ -359,10 +360,7 @@ def _errors(
         close = abs(total(tried[k].companions[0])[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
         if close and abs(total(tried[k].points)[0] - widest[0]) <= ENOUGH * widest[1]:
             return [math.inf] * k + [0.0] * (len(tried) - k)
-    found = [
-        (*total(rule.points), *(total(x)[0] for x in rule.companions[: None if bent else 1]))
-        for rule in tried
-    ]
+    found = [(*total(rule.points), *(total(x)[0] for x in rule.seen(bent))) for rule in tried]
     finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
     if not finite:
         return [math.inf] * len(found)

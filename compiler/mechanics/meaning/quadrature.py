@@ -32,6 +32,14 @@ class Rule(Struct, frozen=True):
     points: Points
     companions: tuple[Points, ...]
 
+    def seen(self, bent: bool) -> tuple[Points, ...]:
+        """Return the companions that tell the error; ``bent``: the integrand may bend inside of a piece."""
+        return self.companions if bent else self.companions[:1]
+
+    def places(self, bent: bool) -> int:
+        """Return how many places it takes, with those that tell the error."""
+        return sum(map(len, (self.points, *self.seen(bent))))
+
 
 SHORT = ((1, 8), (1, 16), (2, 16))
 """Panels and points that come first between the points of a table, of which there are many."""

@@ -106,7 +106,7 @@ def test_an_integral_inside_of_another_tells_its_error() -> None:
 def test_integrals_inside_of_each_other_take_no_more_places_than_can_be_written(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(integrals, "PLACES", 600)
+    monkeypatch.setattr(integrals, "PLACES", 2000)
     text = TEXT.format(integral="integral(integral(exp(s*r) for r in 0:1) for s in 0:9)", k=1, c=0, x=1)
     solution = mechc.loads(text).simulate(target="python")
     exact = quad(lambda s: math.expm1(s) / s, 0, 9)[0]
