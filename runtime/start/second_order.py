@@ -41,16 +41,18 @@ def refined(
     loose: NDArray[np.intp],
     weights: Array,
 ) -> Nearest:
-    """Go on from a point on the equations to the nearest one. ``loose``: indices of the directions that may move."""
+    """Go on from a point on the equations to the nearest one; ``settled``, where it is. ``loose``: indices of the directions that may move."""
     x, here, scale, steps = found.x, found.local, found.scale, found.steps
-    last = np.inf
+    last, settled = np.inf, False
     for _ in range(REFINEMENTS):
         steps += 1
         free = moved(here, loose)
         step = _newton_step(at, move, x, here, scale, free, weights)
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size) or size <= ARRIVED:
+            settled = size <= ARRIVED
             break
+        settled = size < CLOSE
         step *= min(1.0, LONGEST / size)
         for _ in range(30):
             d = np.zeros(weights.size)
@@ -62,11 +64,12 @@ def refined(
                 break
             step = step / 2
         else:
+            settled = False
             break
         if size < CLOSE and not size < last / 2:  # of rounding
             break
         x, here, last = there, local, size
-    return found._replace(x=x, local=here, steps=steps)
+    return found._replace(x=x, local=here, steps=steps, settled=settled)
 
 
 def _half_squares(here: Local, weights: Array) -> float:
@@ -130,4 +133,4 @@ def _downhill(curvature: Array, slope: Array) -> Array:
         if least**2 > FLATTEST / 1000:
             return np.asarray(np.linalg.solve(shifted, slope), np.float64)
         shift = max(2 * shift, FLATTEST)
-    return np.zeros(len(slope))
+    return np.full(len(slope), np.nan)

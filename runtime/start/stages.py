@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
 # ---- copied from here
 
-NEARBY, TURNED = 1e-9, 0.1
-"""A gradient that changes by this share within this distance, in radians or characteristic lengths, has no direction."""
+NEARBY, AROUND, TURNED = 1e-9, 1e-6, 0.1
+"""A gradient that changes by the last share within these distances, in radians or characteristic lengths, has no direction; the first
+of positions that are the nearest ones, the second of those at which the search for these got stuck."""
 
 
 def make_task(
@@ -108,10 +109,11 @@ def moving(task: Task, y: Array, free: NDArray[np.intp]) -> Nearest:
 
 
 def undirected_row(task: Task, found: Nearest) -> int | None:
-    """Return the first hard row that holds, but whose gradient is undefined there, or turns about within a billionth."""
+    """Return the first hard row that holds, but whose gradient is undefined there, or turns about close by."""
     nv, first = task.facts.nv, found.local.hard_jacobian
+    distance = NEARBY if found.settled else AROUND
     for turn in even_numbers(5, 2 * nv).reshape(2, nv):
-        there = displaced(task.facts, found.x, NEARBY * turn / task.weights)
+        there = displaced(task.facts, found.x, distance * turn / task.weights)
         other = task.local(there, 1, np.zeros(nv)).hard_jacobian
         turned = np.abs((other - first) / task.weights).max(axis=1, initial=0.0)
         for row, change, scale in zip(task.rows(1, True), turned, found.scale, strict=True):

@@ -10,8 +10,9 @@
 
 enum { ATTEMPTS = 8 };
 
-/* A gradient that changes by a tenth within this distance, in characteristic sizes, has no direction. */
-static const mech_real NEARBY = MECH_C(1e-9), TURNED = MECH_C(0.1);
+/* A gradient that changes by a tenth within this distance, in characteristic sizes, has no direction; of states that are the nearest
+   ones, and of those at which the search for these got stuck. */
+static const mech_real NEARBY = MECH_C(1e-9), AROUND = MECH_C(1e-6), TURNED = MECH_C(0.1);
 static const mech_real ROUNDING = MECH_C(1e-12); /* of assembled coordinates, in characteristic sizes */
 
 /* G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014: evenly spread with
@@ -125,9 +126,10 @@ static int place(mech_task *k, mech_start_report *r, mech_real *best)
 static int undirected_row(mech_task *k)
 {
     const int nv = k->model->nv;
+    const mech_real distance = k->settled ? NEARBY : AROUND;
     uint64_t numbers = 5;
     for (int other = 0; other < 2; other++) {
-        for (int j = 0; j < nv; j++) k->d[j] = NEARBY * next_number(&numbers) / k->weights[j];
+        for (int j = 0; j < nv; j++) k->d[j] = distance * next_number(&numbers) / k->weights[j];
         memcpy(k->there.y, k->here.y, (size_t)(k->model->nq + nv + k->model->nx) * sizeof(mech_real));
         mech_displace(k->model, k->there.y, k->d);
         mech_look(k, &k->there);

@@ -184,6 +184,7 @@ int mech_nearest(mech_task *k, mech_real *worst, int *row, int *steps)
     int taken = 1;
     while (search(k, &at) && taken < STEPS) taken++;
     taken += mech_restore(k);
+    k->settled = at.settled;
     if (k->stage == 1 && !at.settled && mech_worst_of(k, &k->here, NULL) <= MECH_FULFILLED) taken += mech_refine(k);
     *row = -1;
     *worst = mech_worst_of(k, &k->here, row);

@@ -15,6 +15,7 @@ typedef struct mech_task {
     mech_real t;
     const mech_real *u, *z, *p;
     int stage, n_hard, n_soft, n_loose, n_free;
+    int settled;             /* whether the search ended at the nearest state, as far as rounding tells */
     int *hard, *soft;        /* rows of this stage                                               */
     int *loose;              /* [n_loose] of the velocities: what may move                       */
     int *free;               /* [n_free] of these: what something moves at this step             */

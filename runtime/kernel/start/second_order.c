@@ -143,17 +143,17 @@ static int solve(room *at, int n)
     return 1;
 }
 
-/* d[nv] = the step; returns its size in characteristic sizes, zero where there is none. */
+/* d[nv] = the step; returns its size in characteristic sizes, negative where none is known. */
 static mech_real newton_step(mech_task *k, room *at)
 {
     mech_factors x;
     mech_find_free(k);
-    if (!mech_factor_rows(k, &x)) return 0;
+    if (!mech_factor_rows(k, &x)) return -1;
     const int r = x.across.rank, left = k->n_free - r;
     if (!left) return 0;
     multiply(k, &x, at);
     measure(k, &x, at);
-    if (!solve(at, left)) return 0;
+    if (!solve(at, left)) return -1;
     for (int f = 0; f < k->n_free; f++) k->step[f] = f < r ? 0 : -at->slope[f - r];
     mech_rotate(&x.across, 0, k->step);
     for (int j = 0; j < k->model->nv; j++) at->d[j] = 0;
@@ -177,10 +177,14 @@ int mech_refine(mech_task *k)
     room at;
     void *block = make_room(k, &at);
     int taken = 0, going = block != NULL;
+    k->settled = 0;
     mech_real last = 1;
     while (going && taken++ < REFINEMENTS) {
         mech_real size = newton_step(k, &at);
-        if (!mech_finite(size) || size <= arrived()) break;
+        if (!mech_finite(size) || size <= arrived()) {
+            k->settled = size >= 0;
+            break;
+        }
         memcpy(at.kept, k->here.y, bytes);
         const mech_real before = half_squares(k);
         mech_real factor = size > MECH_LONGEST ? MECH_LONGEST / size : 1;
@@ -189,6 +193,7 @@ int mech_refine(mech_task *k)
             nearer = go_along(k, &at, factor) && (half_squares(k) < before || factor * size < CLOSE);
             if (!nearer) factor /= 2;
         }
+        k->settled = nearer && size < CLOSE;
         size *= factor;
         going = nearer && (size >= CLOSE || size < last / 2); /* else of rounding */
         if (!going) {

@@ -218,6 +218,10 @@ def solve_in(
             raise Undetermined("constraints that contradict each other")
         others = np.delete(loose, np.s_[n : n + len(names)], axis=0)
         if loose.size and np.abs(others).max(initial=0) > 1e-6:
+            if (
+                np.abs(others[:n]).max(initial=0) <= 1e-6
+            ):  # the motion is known, and what follows a load that is shared is not
+                raise Several("a law that asks for a load which others share")
             raise Undetermined("accelerations that no law tells")
         shown = np.abs(loose[n : n + len(names)]).max(axis=1, initial=0) > 1e-6
         superfluous = frozenset(name for name, free in zip(names, shown, strict=True) if free)

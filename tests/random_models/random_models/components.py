@@ -214,7 +214,8 @@ def grouped(model: Model, random: Random) -> Twin | None:
         families.append(values)
     flat = [s for s in flat if s.kind != "experiment"] + [s for s in flat if s.kind == "experiment"]
 
-    arrays = {s.name for s in group if (s.data or {}).get("n")}
+    arrays = {s.name for s in group if (s.data or {}).get("n") or (s.name and f" {s.name}[" in s.text())}
+    arrays |= {f"der({name})" for name in arrays}
     body: list[S] = []
     mods: list[S] = []
     interface: dict[str, str] = {}

@@ -270,7 +270,8 @@ def as_functions(model: Model, random: Random) -> Twin | None:
 
         def formal(x: E) -> E:
             if (
-                x.kind in ("ref:bound", "ref:index", "ref:load", "ref:joint", "ref:constraint")
+                x.kind
+                in ("ref:bound", "ref:index", "ref:load", "ref:joint", "ref:constraint", "ref:function")
                 or x.type != "real"
                 or x.shape
                 or any("[i" in y.ref for y in x.walk())  # an element by the index of a sum
