@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.optimize import brentq
 import mechc
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.outcome import Outcome
+from mechc.runtime.studies.runs import passed_over
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs the kernel")
 
@@ -103,3 +105,38 @@ def test_the_first_of_very_many_waves_in_a_step_that_is_high_enough(
         crest += 2 * np.pi / rate
     first = brentq(lambda t: t * np.sin(rate * t) - level, crest - np.pi / 2 / rate, crest, xtol=1e-16)
     assert solution.time[-1] == pytest.approx(first, abs=1e-13)
+
+
+@pytest.mark.parametrize(("at", "jump", "step"), [(0.69, 0.005, 0.38), (0.32, 0.007, 0.21)])
+def test_what_a_run_saw_is_no_error_where_its_companion_passed_over_it(
+    at: float, jump: float, step: float
+) -> None:
+    text = (
+        f"coordinate x = 0 m;initial der(x) = 0.5 m/s;kinetic 1/2*2 kg*der(x)^2;force 300 N*exp(-((time - {at} s)/(1 ms))^2) on x;"
+        f"coordinate y = 0 m;initial der(y) = 0.5 m/s;kinetic 1/2*1 kg*der(y)^2;force (if time < {jump} s then 1 N else 3 N) on y;"
+        f"potential (if y < {step} m then 0 J else 0.1 J);experiment(stop = 1 s);"
+    )
+    run = mechc.loads(text).simulate(tolerance=1e-9)
+    push = 300 * 1e-3 * math.sqrt(math.pi) / 2
+    assert run["x"][-1] == pytest.approx(0.5 + push * (1 - at), abs=1e-9)
+    assert run.accuracy.error is not None
+    assert run.accuracy.error.largest < 1e-7
+
+
+def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What seemed to be seen there asked for steps of a microsecond, with which no run came to its end, and nobody looked again."""
+    seen = []
+    look = passed_over.look_between
+
+    def looking(*given: Any) -> Any:
+        seen.append(look(*given))
+        return seen[-1]
+
+    monkeypatch.setattr(passed_over, "look_between", looking)
+    text = (
+        "coordinate x = 0 m;initial der(x) = 0.5 m/s;kinetic 1/2*2 kg*der(x)^2;force 0.1 N*exp(-((time - 0.5 s)/(1 s))^2) on x;"
+        "force (if time < 0.01 s then 0.1 N else 0.4 N) on x;experiment(stop = 1 s);"
+    )
+    mechc.loads(text).simulate(tolerance=1e-9)
+    assert seen
+    assert all(found.step is None for found in seen)

@@ -15,8 +15,9 @@ from ...arrays.choice import np
 from ...case import Progress
 from ...integrate.trajectory import DenseOutput, Trajectory
 from ...outcome import time_text
+from ...results.contradictions import Check
 from ...results.evaluate import evaluate_rows
-from .companion import Plan, trajectory_of
+from .companion import Estimated, Plan, estimate, trajectory_of
 
 EXPLICIT = "dop853"
 LOOKS, LEAST, MOST = 20_000, 8, 1000
@@ -27,10 +28,15 @@ OF_ITS_LENGTH = 4
 """Steps in the shortest thing that was seen."""
 ROUNDS = 3
 """How often a run is repeated: behind what it has passed over it goes elsewhere."""
-COSTLY = 200_000
-"""Steps of a repeated run at most: the first one stands if that takes more."""
-BESIDE = 1e-3
-"""Share of a step over which its polynomial is differentiated."""
+COSTLY, MOST_STEPS = 200_000, 1e-5
+"""Steps of a repeated run at most: the first one stands if that takes more, and says so. No step is made shorter than the second
+share of the run."""
+SUSPICIOUS, PLACES_IN_A_STEP = 1e3, 4
+"""Errors of more tolerances may be those of a companion that has passed over something; so many places that the run was looked at lie in
+each of the steps that it takes then."""
+BESIDE = 0.4
+"""Share of the way to the next place over which the polynomial of a step is differentiated: nowhere beyond its ends, where a jump
+may be."""
 
 
 class Look(NamedTuple):
@@ -42,38 +48,62 @@ class Look(NamedTuple):
     step: float | None = None
 
 
-def seen_between(
-    plan: Plan, main: Trajectory, progress: Progress | None
-) -> tuple[Plan, Trajectory, tuple[str, ...]]:
+class Seen(NamedTuple):
+    """A run in which nothing was passed over, ``remarks`` on that, and the longest time ``apart`` of two places that were looked at,
+    None where nobody looked."""
+
+    plan: Plan
+    main: Trajectory
+    remarks: tuple[str, ...] = ()
+    apart: float | None = None
+
+
+def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> Seen:
     """Repeat a run that has passed over something in shorter steps, and say so; say how closely was looked."""
     case = plan.case
     if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:
-        return plan, main, ()
+        return Seen(plan, main)
     met: float | None = None
     shown, best = plan, main
     for _ in range(ROUNDS):
         look = look_between(shown, best)
         if look is None:
-            return plan, main, ()
+            return Seen(plan, main)
         if look.step is None or look.time is None:
             break
         finer = replace(shown, case=replace(shown.case, max_step=look.step))
         bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY, stiff_after=None))
         again = trajectory_of(bounded, case.tolerance, case.step, plan.options.dense, progress)
-        if again.failure is not None or again.interrupted or not _differs(plan, best, again):
+        if again.failure is not None or again.interrupted:
+            unseen = f"something narrow may have been passed over at {time_text(case.problem, look.time)}"
+            return Seen(plan, main, (f"{unseen}: the run could not be repeated with shorter steps",))
+        if not _differs(plan, best, again):
             break
         met = look.time if met is None else met
         shown, best = finer, again
     if look is None:
-        return plan, main, ()
+        return Seen(plan, main)
     unit = f" {case.problem.time.unit}" if case.problem.time.unit else ""
     told = f"looked for what is narrow every {look.apart:.2g}{unit} or closer: what is met for less may be missed"
     if met is None:
-        return plan, main, (told,)
+        return Seen(plan, main, (told,), look.apart)
     at = time_text(case.problem, met)
     step = f"{shown.case.max_step:.2g}{unit}"
     repeated = f"something narrow was passed over at {at}: the run was repeated with steps of at most {step}"
-    return shown, best, (repeated, told)
+    return Seen(shown, best, (repeated, told), look.apart)
+
+
+def estimated_as_closely(
+    seen: Seen, estimated: Estimated, progress: Progress | None, listed: tuple[Check, ...]
+) -> Estimated:
+    """Make the companion of a run again in steps that show it what the run saw, where it tells of a large error: it may have passed
+    over something itself, and what was seen would count as the error."""
+    case, error = seen.plan.case, estimated.error
+    if seen.apart is None or error is None or error.largest <= SUSPICIOUS * case.tolerance:
+        return estimated
+    bounded = replace(case, max_step=min(case.max_step, PLACES_IN_A_STEP * seen.apart))
+    again = estimate(replace(seen.plan, case=bounded), seen.main, progress, listed)
+    return again if again.error is not None and again.error.largest < error.largest else estimated
 
 
 def look_between(plan: Plan, main: Trajectory) -> Look | None:
@@ -91,7 +121,7 @@ def look_between(plan: Plan, main: Trajectory) -> Look | None:
     places = (np.arange(each) + 0.5) / each
     apart = dense.length / each
     times = (dense.begin[:, None] + dense.length[:, None] * places).ravel()
-    beside = np.repeat(dense.length * BESIDE, each)
+    beside = np.repeat(apart * BESIDE, each)
     states = dense(times)
     slopes = (dense(times + beside) - dense(times - beside)) / (2 * beside[:, None])
     modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
@@ -106,7 +136,8 @@ def look_between(plan: Plan, main: Trajectory) -> Look | None:
     first = int(np.argmax(unseen))
     ends = np.flatnonzero(np.diff(np.r_[False, unseen, False].astype(int)))
     spans = times[ends[1::2] - 1] - times[ends[::2]] + np.repeat(apart, each)[ends[::2]]
-    return Look(largest, float(times[first]), float(spans.min()) / OF_ITS_LENGTH)
+    least = MOST_STEPS * float(dense.length.sum())
+    return Look(largest, float(times[first]), max(least, float(spans.min()) / OF_ITS_LENGTH))
 
 
 def _differs(plan: Plan, one: Trajectory, other: Trajectory) -> bool:

@@ -37,7 +37,7 @@ from ..study import Study
 from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
 from .own_size import by_own_size
-from .passed_over import seen_between
+from .passed_over import estimated_as_closely, seen_between
 from .quiet import begins_unseen
 
 MAIN_SHARE = 0.36
@@ -196,8 +196,8 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     progress = part_of(options.progress, 0.0, share)
     main = trajectory_of(plan, case.tolerance, case.step, options.dense, progress)
     plan, main, looked = _looked_at(plan, main, progress)
-    plan, main, narrow = seen_between(plan, main, progress)
-    plan, main, sized = by_own_size(plan, main, progress)
+    seen = seen_between(plan, main, progress)
+    plan, main, sized = by_own_size(seen.plan, seen.main, progress)
     case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
@@ -211,12 +211,14 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     estimated = Estimated("no companion run was asked for")
     if options.estimate_error and main.failure is None and not main.interrupted:
         listed = checks(problem, as_stated=as_stated)
-        estimated = estimate(plan, main, part_of(options.progress, share, 1.0), listed)
+        rest = part_of(options.progress, share, 1.0)
+        estimated = estimate(plan, main, rest, listed)
+        estimated = estimated_as_closely(seen._replace(plan=plan, main=main), estimated, rest, listed)
     elif options.estimate_error:
         estimated = Estimated("no companion run was made, as the run did not complete")
     waits = _waits(plan, main)
     told = replace(plan, interrupted=None) if waits else plan
-    done = _Done(told, main, table, estimated, (*looked, *narrow, *sized), as_stated)
+    done = _Done(told, main, table, estimated, (*looked, *seen.remarks, *sized), as_stated)
     judged = Judged(lambda: _verdict(done))
     if not waits:
         judged()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from oracle import Ambiguous, Meaning, NotCovered, Undetermined
 from oracle.expressions import BENDS, EDGES
+from oracle.impacts import mass_matrix
 
 from random_models.accounts import misbooked
 from random_models.balance import unaccounted
@@ -107,12 +108,13 @@ def undone(
 
 
 def _goes_on(meaning: Any, state: Values) -> bool:
-    """Whether one motion goes on from a state by the definition, where nothing is tied."""
+    """Whether one motion goes on from a state by the definition, where nothing is tied, and no mass is negative."""
     try:
         by_definition(meaning, state)
+        masses = np.linalg.eigvalsh(mass_matrix(meaning, state))
     except (NotCovered, Undetermined):
         return False
-    return not _edges(meaning, state)
+    return bool(masses.min(initial=0.0) >= 0) and not _edges(meaning, state)
 
 
 def _other_start(base: Compiled, meaning: Any, state: Values) -> str:

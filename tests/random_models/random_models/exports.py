@@ -104,8 +104,12 @@ def _set_otherwise(model: Any, text: str, given: dict[str, float]) -> str:
     """Let the experiment of a text set what is given, too, to other values."""
     problem = model.problem("python")
     units = {q.name: q.unit for q in (*problem.parameters, *problem.states)}
-    told = "".join(f", {name} = {0.9 * value!r} {units[name]}".rstrip() for name, value in given.items())
+    told = "".join(f", {name} = {_quantity(0.9 * value, units[name])}" for name, value in given.items())
     return re.sub(r"^( *experiment\(.*)\);", rf"\1{told});", text, count=1, flags=re.M)
+
+
+def _quantity(value: float, unit: str) -> str:
+    return f"{value!r}/(1 {unit[2:].strip('()')})" if unit.startswith("1/") else f"{value!r} {unit}".rstrip()
 
 
 def _said(

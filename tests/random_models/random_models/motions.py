@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
@@ -136,6 +137,9 @@ def difference(
     return ""
 
 
+_BENDS = re.compile(r"\b(table|abs|min|max|clamp|deadzone|mod|floor|ceil|sign)\(")
+
+
 def by_another_method(text: str, first: Any, random: Random, sharp: bool = False) -> str:
     """Say how a motion differs from those by other methods that take the model and come to an end, or nothing.
 
@@ -153,8 +157,8 @@ def by_another_method(text: str, first: Any, random: Random, sharp: bool = False
         untold = method in FIXED and other.accuracy.error is None  # its companion failed: the run says that
         said = "" if (sharp and method in FIXED) or untold else difference(first, other)
         if not said and not (
-            method in FIXED and (sharp or untold or "table(" in text)
-        ):  # what is narrow, or a curvature that jumps, inside of fixed steps
+            method in FIXED and (sharp or untold or _BENDS.search(text))
+        ):  # what is narrow, or a kink, inside of fixed steps: companions tell of it, and it has no order
             said = loose(first, other, method) or slow(text, first, method)
         if said:
             return f"{method}: {said}"
@@ -201,7 +205,7 @@ COARSE = 0.01
 
 
 def slow(text: str, first: Any, method: str) -> str:
-    """Say that a method of order p with steps of one size loses less than 2^(p - 1/2) of an error by half the step.
+    """Say that a method of order p with steps of one size loses less than 2^(p - 1) of an error by half the step.
 
     Looked at is what is off by far more than the first motion may be, and by little enough that the order shows.
     """
@@ -221,7 +225,7 @@ def slow(text: str, first: Any, method: str) -> str:
             continue
         scale = 1 + np.max(np.abs(x), initial=0.0)
         coarse, fine = (float(np.max(np.abs(c[name] - x), initial=0.0)) / scale for c in two)
-        if 30 * FLOOR < coarse < 1e-2 and fine > coarse / 2 ** (order - 0.5):
+        if 30 * FLOOR < coarse < 1e-2 and fine > coarse / 2 ** (order - 1):
             return f"{name} is off by {coarse:.2g}, and with half the step by {fine:.2g}"
     return ""
 
