@@ -176,7 +176,8 @@ class HybridPlan(Struct, frozen=True):
     """What switches, and the accounts that impacts are booked in (indices in y; -1: none).
 
     ``times``: switches that change at a known time, to ``after``; ``clocks``: (pulse, count) in z; ``initial``: the
-    number in z that is 1 at the start only; ``total``: the output whose balance is kept. The functions are
+    number in z that is 1 at the start only; ``total``: the output whose balance is kept; ``carried``: it has a part that is linear in
+    the velocities, so that what drives the model works at impacts. The functions are
     indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch.
     """
 
@@ -191,6 +192,7 @@ class HybridPlan(Struct, frozen=True):
     supplied: int
     total: int
     crowd: CrowdPlan | None = None
+    carried: bool = False
 
 
 class SceneShape(Struct, frozen=True):

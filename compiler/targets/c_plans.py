@@ -113,6 +113,7 @@ def hybrid_text(program: Program, plan: HybridPlan) -> Iterator[str]:
         "dissipated": plan.dissipated,
         "supplied": plan.supplied,
         "total": plan.total,
+        **({"carried": 1} if plan.carried else {}),
         "switches": "switches" if plan.switches else "NULL",
         "times": "times" if plan.times else "NULL",
         "clocks": "clocks" if plan.clocks else "NULL",

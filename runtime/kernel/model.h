@@ -125,6 +125,7 @@ typedef struct mech_hybrid {
     int simultaneous;           /* impacts                                                       */
     int dissipated, supplied;   /* index in y, -1: none                                          */
     int total;                  /* index in outputs of the energy whose balance is kept, -1: none */
+    int carried;                /* a part of it is linear in the velocities                      */
     const int *switches;        /* [n_switches] index in z                                       */
     const int *times;           /* [n_times][2] index in z, value from the crossing on           */
     const int *clocks;          /* [n_clocks][2] index in z of the pulse and of the count        */

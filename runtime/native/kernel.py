@@ -111,7 +111,10 @@ class HybridStruct(Structure):
 
     _fields_ = (
         *((name, c_int) for name in ("n_switches", "n_times", "n_clocks", "n_branches", "n_rows")),
-        *((name, c_int) for name in ("initial", "simultaneous", "dissipated", "supplied", "total")),
+        *(
+            (name, c_int)
+            for name in ("initial", "simultaneous", "dissipated", "supplied", "total", "carried")
+        ),
         *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
         ("branches", POINTER(BranchStruct)),
         ("rows", POINTER(RowStruct)),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.runtime.outcome import Outcome
 
 BESIDE = """
 coordinate Length s = 0.3 m;
@@ -32,3 +33,34 @@ def test_a_driven_rate_beside_a_contact(bounce: str, method: str) -> None:
     assert np.asarray(solution["s"]) == pytest.approx(0.3 + t + np.sin(2 * t) / 4, abs=1e-7)
     error = solution.accuracy.error
     assert error is not None and error.largest < 1e-7
+
+
+def test_an_impact_of_what_hangs_on_a_drive_is_booked_on_both_sides() -> None:
+    """What drives x pushes back by the momentum that it gets along x: at q = 0 that is 0.8 kg.m of the jump of der(q)."""
+    text = (
+        "coordinate Length x;kinetic 1/2*2 kg*der(x)^2;coordinate Angle q = 0.1 rad;initial der(q) = -1 rad/s;"
+        "kinetic 1/2*1.5 kg.m^2*der(q)^2;kinetic 0.8 kg.m*(der(q)*der(x))*cos(2*q);"
+        "drive x = 0.35 m + 0.3 m*cos(2 s^-1*time);contact C: q restitution 0.5;experiment(stop = 0.3 s);"
+    )
+    run = mechc.loads(text).simulate()
+    (k,) = np.flatnonzero(np.diff(run.time) == 0)
+    jump = {name: run[name][k + 1] - run[name][k] for name in run if name != "time"}
+    before = run["der(q)"][k]
+    assert jump["der(q)"] == pytest.approx(-1.5 * before, rel=1e-12)
+    assert jump["energy.supplied"] == pytest.approx(0.8 * jump["der(q)"] * run["der(x)"][k], rel=1e-9)
+    assert jump["energy.dissipated"] == pytest.approx(1.5 * before**2 * (1 - 0.5**2) / 2, rel=1e-9)
+    assert run.outcome is Outcome.COMPLETED, run.message
+
+
+@pytest.mark.parametrize("impacts", ["", ', impacts = "simultaneous"'])
+def test_a_pendulum_under_a_trolley_that_is_driven_hits_a_wall(impacts: str) -> None:
+    text = (
+        "import mech.planar.*;gravity {0, -9.81} m/s^2;Prismatic rail(world -> trolley.a);Body trolley(m = 3 kg);Rod bar(m = 2 kg, l = 1 m);"
+        "Revolute pin(trolley.a -> bar.a, angle = -50 deg);drive rail.position = 0.2 m*sin(3 s^-1*time);"
+        f"contact wall: 0.25 m - pos(bar.b)[1] restitution 0.6{impacts};experiment(stop = 4 s);"
+    )
+    run = mechc.loads(text).simulate()
+    assert sum(event.kind == "impact" for event in run.events) >= 2
+    assert run.outcome is Outcome.COMPLETED, run.message
+    kept = run["energy.total"] + run["energy.dissipated"] - run["energy.supplied"]
+    assert np.ptp(kept) < 1e-7

@@ -17,6 +17,7 @@ from ..needs import NEVER
 from ..reported.entries import Layout, booked_by_events
 from ..rows.constraints import Row
 from ..rows.modes import frictions
+from ..solve.energies import carried
 from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
 from .actions import branch_results, check_positions
@@ -110,6 +111,7 @@ def add_events(
         dissipated=_index(names, "energy.dissipated"),
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
+        carried="energy.supplied" in names and bool(rows) and carried(system, solved.energies.total),
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
     )
     if (

@@ -225,6 +225,16 @@ def supplied_at_instants(system: MechanicalSystem, total: Node) -> bool:
     return bool(jumping) and not elsewhere.isdisjoint(graph.support(*jumping))
 
 
+def carried(system: MechanicalSystem, total: Node) -> bool:
+    """Tell whether the energy has a part that is linear in the velocities, as that of a mass on what is driven."""
+    graph, velocities = system.graph, [s.node for s in system.v]
+    if not graph.depend([total], velocities):
+        return False
+    slopes = gradient(graph, total, velocities)
+    at_rest = substitute(graph, slopes, dict.fromkeys(velocities, graph.zero))
+    return not all(map(graph.is_zero, at_rest))
+
+
 def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:
     """Return the velocities whose momenta may change at single instants.
 

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "energy.h"
 #include "near_rows.h"
 #include "window.h"
 
@@ -262,6 +263,7 @@ void mech_rows_apply_impulses(mech_solver *s)
         e->impulse[i] = 0;
     }
     for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
+    if (h->carried) supplied += mech_energy_carried(s, e->change);
     if (h->dissipated >= 0) s->y[h->dissipated] += lost;
     if (h->supplied >= 0) s->y[h->supplied] += supplied;
 }
