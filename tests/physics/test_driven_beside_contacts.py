@@ -63,4 +63,4 @@ def test_a_pendulum_under_a_trolley_that_is_driven_hits_a_wall(impacts: str) -> 
     assert sum(event.kind == "impact" for event in run.events) >= 2
     assert run.outcome is Outcome.COMPLETED, run.message
     kept = run["energy.total"] + run["energy.dissipated"] - run["energy.supplied"]
-    assert np.ptp(kept) < 1e-7
+    assert np.ptp(kept) < 1e-6  # of some hundred steps of 1e-8
