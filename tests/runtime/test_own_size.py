@@ -108,3 +108,15 @@ def test_rounding_of_a_velocity_beside_a_constraint_is_no_size() -> None:
     error = run.accuracy.error
     assert error is not None and error.nominal["der(x)"] == pytest.approx(0.67 * 0.2 / 0.3)
     assert not any("stays below" in remark for remark in run.remarks)
+
+
+def test_rounding_of_what_rests_on_a_contact_is_no_size() -> None:
+    text = (
+        "coordinate x = -0.15 m;initial der(x) = 0.79 m/s;coordinate y = 0 m;initial der(y) = 0 m/s;"
+        "kinetic 1/2*1.41 kg*(der(x)^2 + der(y)^2);potential 1.41 kg*9.81 m/s^2*y;"
+        "contact floor: y friction 0.33 along der(x - 1.63 m/s*abs(time - 0.11 s));experiment(stop = 1 s);"
+    )
+    run = mechc.loads(text).simulate(method="taylor", tolerance=1e-9)
+    assert run.remarks == ()
+    assert run.accuracy.error is not None
+    assert run.accuracy.error.largest < 1e-9
