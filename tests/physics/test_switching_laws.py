@@ -213,3 +213,14 @@ def test_switch_beside_a_lagrangian(law: str) -> None:
     assert [e.kind for e in ours.events] == [e.kind for e in theirs.events]
     for name in ("x", "y", "der(x)", "der(y)"):
         assert ours[name][-1] == pytest.approx(theirs[name][-1], rel=1e-9, abs=1e-9)
+
+
+def test_a_motion_along_the_energy_at_which_its_law_changes_comes_to_an_end() -> None:
+    """Each turn leads some 1e-13 s on: a thousand of them were too long for a moment, and 1e13 would have been the way."""
+    text = (
+        "coordinate x = 0 m;initial der(x) = 1 m/s;kinetic 1/2*2 kg*der(x)^2;coordinate y = 0.3 m;kinetic 1/2*1 kg*der(y)^2;"
+        "potential 1/2*3 N/m*(y - 1 m)^2;force if energy() < 2.435 J then 2 N else -0.5 N on x;force -0.1 N.s/m*der(y) on y;"
+        "experiment(stop = 1 s);"
+    )
+    run = mechc.loads(text).simulate(tolerance=1e-9, estimate_error=False)
+    assert "the motion slides along it" in run.message

@@ -113,11 +113,14 @@ static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
     return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
 }
 
-/* Many instants without a step between them, or crowds of them with steps that lead nowhere. */
+/* Many instants without a step between them, or crowds of them with steps that lead nowhere: a thousand bounces may be about to
+ * end, but a thousand turns of a law lead as far as the next thousand. */
 static int check_progress(mech_solver *s, int hit)
 {
+    const int turns = hit >= 0 && hit < s->model->hybrid->n_switches;
     mech_real *counters = s->events->counters;
-    const mech_real t = s->run->report.t, moment = MECH_C(1e-9) * mech_min(s->o.dt_max, mech_abs(t));
+    const mech_real share = turns ? MECH_C(1e-6) : MECH_C(1e-9);
+    const mech_real t = s->run->report.t, moment = share * mech_min(s->o.dt_max, mech_abs(t));
     if ((counters[MECH_CROWD] += 1) >= CROWD) {
         if (t - counters[MECH_CROWD_TIME] < moment) return fail_to_progress(s, hit, moment);
         counters[MECH_CROWD] = 0;
