@@ -263,6 +263,7 @@ def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Fun
     forces = rhs.outputs[layout.nq : layout.nq + layout.nv]
     return (
         layout.nx == len(layout.accounts)
+        and layout.nq == layout.nv  # of what is driven by its rate only the place is a state
         and not system.rotations
         and not layout.constrained
         and not system.graph.depend(forces, system.symbols.velocities)

@@ -327,6 +327,10 @@ class _Check:
         rates = set(range(e.nq, e.nq + e.nv))
         forces = self.functions["rhs"].outputs[e.nq : e.nq + e.nv]
         slots = [e.layout[s] for s in e.graph.support(*forces)]
+        if e.separable and e.nq != e.nv:
+            raise Malformed(
+                "equations", "are said to be separable, but not every coordinate has its velocity"
+            )
         if e.separable and any(slot.array == "y" and slot.index in rates for slot in slots):
             raise Malformed("equations", "are said to be separable, but accelerations depend on velocities")
 

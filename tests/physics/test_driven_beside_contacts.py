@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.outcome import Outcome
 
 BESIDE = """
@@ -64,3 +65,20 @@ def test_a_pendulum_under_a_trolley_that_is_driven_hits_a_wall(impacts: str) -> 
     assert run.outcome is Outcome.COMPLETED, run.message
     kept = run["energy.total"] + run["energy.dissipated"] - run["energy.supplied"]
     assert np.ptp(kept) < 1e-6  # of some hundred steps of 1e-8
+
+
+@pytest.mark.parametrize("method", sorted(set(KERNEL_METHODS) - {"auto"}))
+def test_every_method_takes_a_driven_rate_as_it_is_or_refuses_it(method: str) -> None:
+    """The place is 0.3 + 0.11 t + 0.25 sin(0.84 t), whatever moves beside it; `verlet` moved it by the velocity of that."""
+    text = (
+        "coordinate Angle a = 0.3 rad;kinetic 1/2*0.3 kg.m^2*der(a)^2;coordinate Length q = 0.69 m;"
+        "kinetic 1/2*0.6 kg*(der(q)^2 + (q^2 + 0.2 m^2)*der(a)^2);potential 1/2*3 N/m*q^2;"
+        "drive der(a) = 0.11 rad/s + 0.21 rad/s*cos(0.84 rad/s*time);experiment(stop = 1 s);"
+    )
+    step = {} if method in ("dop853", "radau5", "taylor") else {"step": 0.01}
+    try:
+        run = mechc.loads(text).simulate(method=method, **step)
+    except mechc.SimulationError as refused:
+        assert "of which the rate alone is prescribed" in str(refused)
+        return
+    assert run["a"][-1] == pytest.approx(0.3 + 0.11 + 0.25 * np.sin(0.84), abs=1e-5)

@@ -26,6 +26,7 @@ RATE = "coordinate Angle phi; drive der(phi) = 1 rad/s; mass 1 kg at world * rot
         ("lobatto6", SLED, "constraints between velocities"),
         ("rattle", MASS + LAG, "first-order states"),
         ("rattle", MASS + RATE, "of which the rate alone is prescribed"),
+        ("verlet", MASS + RATE, "of which the rate alone is prescribed"),
         ("rattle", MASS + "friction 0.1 N on x;", "dry friction"),
         ("lobatto6", MASS + "contact wall: x;", "contacts"),
         ("verlet", SPIN, "rotations"),
