@@ -16,7 +16,7 @@ from .asked import Facts, defined_by, expressions, parts
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
 from .starts import begun, rate_name
-from .twin import NotApplicable, Seen, Twin
+from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
 PLACE, TURN = "freed place", "freed turn"
 THIN = 1e-9
@@ -77,7 +77,7 @@ def joint_as_closure(model: FlatModel, seen: Seen | None, random: Random) -> Twi
         "joint as closure",
         f"the joint '{joint.name}' closes a loop",
         begun(made, start),
-        frozenset({"momentum"}) | defined_by(model, {"momentum"}),
+        ACCOUNTS | {"momentum"} | defined_by(model, {"momentum"}),
         start=start,
     )
 

@@ -15,6 +15,10 @@ States = Mapping[str, float]
 """Numbers in SI by the names that results have."""
 
 
+ACCOUNTS = frozenset({"energy.supplied", "energy.dissipated"})
+"""In which of them a force counts is seen by its formula, which may be another one in a twin."""
+
+
 class NotApplicable(Exception):
     """Say why a twin of this kind cannot be made of a model."""
 

@@ -27,7 +27,7 @@ from ..flat.model import (
 from ..flat.operands import children
 from .asked import Facts, defined_by, felt
 from .rewriting import apply, everywhere, measured, number, total, undrawn, with_operands
-from .twin import NotApplicable, Seen, Twin
+from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
 SHIFT = (Fraction(7, 10), Fraction(-2, 5), Fraction(1, 2))
 """How far the world is moved, as shares of how far a motion reaches at its start; without one, metres."""
@@ -56,7 +56,7 @@ def _brought_by_weights(model: FlatModel) -> frozenset[str]:
     facts = Facts(model)
     weights = ((m.value, m.gravity) for m in model.masses if m.gravity is not None)
     changes = any(not facts.constant(e) for weight in weights for e in weight)
-    return frozenset({"energy.supplied", "energy.dissipated"}) if changes else frozenset()
+    return ACCOUNTS if changes else frozenset()
 
 
 def _reach(model: FlatModel, seen: Seen | None) -> float:

@@ -11,9 +11,8 @@ from ..flat.model import Apply, Array, Contact, Element, Expression, FlatModel, 
 from .asked import expressions, parts
 from .rewriting import apply, measured, negative, product, rewritten, total, undrawn
 from .rewriting import number as constant
-from .twin import NotApplicable, Seen, Twin
+from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
-ACCOUNTS = frozenset({"energy.supplied", "energy.dissipated"})
 TURN = (0.6, 0.8)
 """Cosine and sine of the angle by which the axes of a slip are turned."""
 
