@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat import types
 from ..flat.model import Apply, Array, Expression, FlatModel, Joint, Name, Query, Role, Switch, Variable
 from ..mechanics.kinematics.topology import TreeEdge, classify, root_of
-from .asked import Facts, defined_by, expressions, parts
+from .asked import Facts, defined_by, expressions, felt, parts
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
 from .starts import begun, rate_name
@@ -29,6 +29,8 @@ def joint_as_closure(model: FlatModel, seen: Seen | None, random: Random) -> Twi
     """Let a joint of the tree close a loop: the frame that it placed gets a place and a turn of its own."""
     if seen is None:
         raise NotApplicable("where its frames are at the start is not known")
+    if felt(model, {"momentum"}):
+        raise NotApplicable("a law asks for a momentum, which is that of what each coordinate carries")
     tree = classify(model, Reporter()).tree
     held = held_coordinates(model)
     fit = [

@@ -406,6 +406,19 @@ experiment(stop = 0.5 s);
         twin_of("joint as closure", base_of(text))
 
 
+def test_a_law_that_asks_for_a_momentum_is_another_one_where_a_joint_is_a_closure() -> None:
+    """What the angle carried moves freely then, and its momentum is that of nothing."""
+    text = """
+import mech.planar.*;
+Bar arm(m = 1 kg, l = 0.5 m);
+Revolute shoulder(world -> arm.a, angle = -60 deg);
+torque -0.3 s^-1*momentum(shoulder.angle) on arm.a;
+experiment(stop = 0.5 s);
+"""
+    with pytest.raises(NotApplicable, match="a law asks for a momentum"):
+        twin_of("joint as closure", base_of(text))
+
+
 @pytest.mark.parametrize(("body", "fits"), [("Rod", False), ("Body", True)])
 def test_what_has_no_inertia_about_a_line_is_not_freed(body: str, fits: bool) -> None:
     """A thin rod in the air turns about itself without inertia: only what closes the loop would hold it."""
