@@ -105,13 +105,7 @@ class Integrals:
         if self._places == before and self._follows(value):
             self._places += (len(pieces) - 1) * len(rule.points)
         if self._depth == 1 or around is not None:
-            self._within = {}
-            for at in _looked_at(graph, pieces, rule.points):
-                integrand(at)
-            inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)
-            error = error_of(graph, integrand, pieces, bent, rule)
-            slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
-            found = {name: [Integral(expression.span, inside, error, slope)], **self._within}
+            found = self._known(expression, integrand, pieces, bent)
             if around is None:
                 self.errors |= {inner: _worst(graph, there) for inner, there in found.items()}
             else:
@@ -120,6 +114,20 @@ class Integrals:
         self._within = around
         self._depth -= 1
         return value
+
+    def _known(
+        self, expression: Quadrature, integrand: Integrand, pieces: Sequence[Node], bent: bool
+    ) -> dict[str, list[Integral]]:
+        """Return what is known of an integral and, at a few of its places, of those inside of it."""
+        graph, rule = self._graph, self._rules[expression.variable]
+        self._within = {}
+        for at in _looked_at(graph, pieces, rule.points):
+            integrand(at)
+        within, self._within = self._within, None
+        inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)
+        error = error_of(graph, integrand, pieces, bent, rule)
+        slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
+        return {expression.variable: [Integral(expression.span, inside, error, slope)], **within}
 
     def _places_left(self, integrand: Integrand, s: Node) -> int:
         """Return at how many places an integrand may be asked for."""
