@@ -326,14 +326,10 @@ class _Check:
                 self.indices(f"experiment '{plan.name}', {target.array}", [target.index], size)
         rates = set(range(e.nq, e.nq + e.nv))
         forces = self.functions["rhs"].outputs[e.nq : e.nq + e.nv]
-        slots = [e.layout[s] for s in e.graph.support(*forces)]
-        if e.separable and e.nq != e.nv:
-            raise Malformed(
-                "equations", "are said to be separable, but not every coordinate has its velocity"
-            )
-        if e.separable and any(slot.array == "y" and slot.index in rates for slot in slots):
-            raise Malformed("equations", "are said to be separable, but accelerations depend on velocities")
-
+        read = [e.layout[s] for s in e.graph.support(*forces)]
+        felt = any(slot.array == "y" and slot.index in rates for slot in read)
+        if e.separable and (felt or e.nq != e.nv):
+            raise Malformed("equations", "are said to be separable, but need other velocities")
         if e.scene is not None:
             size = e.scene.n_still + e.scene.n_moving
             for k, shape in enumerate(e.scene.shapes):

@@ -7,7 +7,6 @@ As these change, the estimate, which is formed in the same way at run time, is w
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial, reduce
@@ -19,34 +18,18 @@ from mechc.lang.source import Span
 
 from ...flat.model import Expression, Quadrature
 from ...graph import Graph, Node
-from ...graph import operations as ops
 from ...graph.differentiate import jvp
-from ...graph.evaluate import Tape, evaluate
+from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
-from .quadrature import BENT, Points, Rule, rules
+from .pieces import Integrand, pieces_of, place_in
+from .quadrature import BENT, Points, Rule
+from .rule_choice import chosen_rule, tell
 from .symbols import Symbols
 
-ENOUGH = 1e-12
-"""Error, relative to the integral of |integrand|, with which a rule is taken and no finer one is tried."""
-WORTH_A_WORD = 1e-9
-"""Error that is told when the model is compiled."""
-MOST_KINKS = 6
-"""Kinks at which an integral is split; of more, the others are left to the rule."""
-OTHERWISE = 2.0
-"""A rule that finds the integral of |integrand| smaller or larger by this factor misses, or sees twice, a part of it."""
-AT_THE_END = Fraction(1, 100_000)
-"""Places so close to the upper end are reckoned from it, which keeps their distance exact where that end is 0."""
-SAMPLES = (0.618, -0.414, 0.271)
-"""Values of what moves, at which rules are compared: of no consequence but that they are of no special kind."""
-
-WIDEST = -5
-"""The rule that looks at the most places: where one of the first agrees with it, no later one is tried."""
 PLACES, INNER_PLACES = 25_000, 510
 """Places of the innermost integrand that integrals inside of each other may take together, and those of one inside that follows the
 place of the outer, with those that tell its error. Each is written out: a rule that needs more gives way to a shorter one, and what
 that leaves is told."""
-
-Integrand = Callable[[Node], Node]
 
 
 class Integral(Struct, frozen=True):
@@ -97,7 +80,7 @@ class Integrals:
             most = self._places_left(integrand, s)
             self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled, most)
             tell(self._reporter, expression.span, error, self._rules[name])
-        pieces, bent = _pieces(graph, integrand, s, lower, upper)
+        pieces, bent = pieces_of(graph, integrand, s, lower, upper)
         rule = self._rules[name]
         around, self._within = self._within, None
         before = self._places
@@ -215,14 +198,14 @@ def _total(graph: Graph, integrand: Integrand, pieces: Sequence[Node], points: P
 def _sum(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
     width, result = graph.sub(b, a), graph.zero
     for place, weight in points:
-        at = _place(graph, a, b, place)
+        at = place_in(graph, a, b, place)
         result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), integrand(at)))
     return result
 
 
 def _inside(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
     """Return the first formula of the integrand that depends on the place and on what moves; else the integrand itself."""
-    here, there = (integrand(_place(graph, a, b, points[k][0])) for k in (len(points) // 2, 0))
+    here, there = (integrand(place_in(graph, a, b, points[k][0])) for k in (len(points) // 2, 0))
     elsewhere = set(graph.reach([there]))
     parts = (n for n in graph.reach([here]) if n not in elsewhere and not graph.is_constant(n))
     return next(parts, here)
@@ -231,170 +214,4 @@ def _inside(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points
 def _looked_at(graph: Graph, pieces: Sequence[Node], points: Points) -> list[Node]:
     """Return the first, the last and a middle place of each piece."""
     places = [points[k][0] for k in (0, len(points) // 2, -1)]
-    return [_place(graph, a, b, place) for a, b in itertools.pairwise(pieces) for place in places]
-
-
-def _place(graph: Graph, a: Node, b: Node, place: Fraction) -> Node:
-    """Return a place between a, at 0, and b, at 1."""
-    width = graph.sub(b, a)
-    if 1 - place < AT_THE_END:
-        return graph.sub(b, graph.mul(graph.constant(1 - place), width))
-    return graph.add(a, graph.mul(graph.constant(place), width))
-
-
-def _pieces(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Node) -> tuple[list[Node], bool]:
-    """Return the ends of the pieces: the bounds, and between them, in order, the kinks that the formula shows; and whether
-    it may bend elsewhere."""
-    found, bent = _kinks(graph, integrand(s), s)
-    kinks, bent = found[:MOST_KINKS], bent or len(found) > MOST_KINKS
-    if not kinks:
-        return [lower, upper], bent
-    low, high = graph.minimum(lower, upper), graph.maximum(lower, upper)
-    inside = [graph.minimum(graph.maximum(kink, low), high) for kink in kinks]
-    for end in range(len(inside) - 1, 0, -1):  # bubbles, as the order is not known before
-        for i in range(end):
-            a, b = inside[i], inside[i + 1]
-            inside[i], inside[i + 1] = graph.minimum(a, b), graph.maximum(a, b)
-    turned = graph.less(upper, lower)
-    ordered = [graph.select(turned, b, a) for a, b in zip(inside, reversed(inside), strict=True)]
-    return [lower, *ordered, upper], bent
-
-
-def _kinks(graph: Graph, body: Node, s: Node) -> tuple[list[Node], bool]:
-    """Return where relations, absolute values and extremes change inside a formula, and the points of tables, as far as
-    they are linear in s; and whether there are others."""
-    found: dict[Node, None] = {}
-    others = False
-    for n in graph.reach([body], [s]):
-        places: tuple[float, ...] = (0.0,)
-        match graph.op(n):
-            case ops.LOOKUP:
-                argument, places = graph.args(n)[0], graph.tables[graph.table_of(n)[0]].points
-            case ops.ABS | ops.SIGN:
-                argument = graph.args(n)[0]
-            case ops.MINIMUM | ops.MAXIMUM | ops.LESS | ops.LESS_EQUAL:
-                argument = graph.sub(*graph.args(n))
-            case ops.FLOOR:
-                others = True
-                continue
-            case _:
-                continue
-        (slope,) = jvp(graph, [argument], {s: graph.one})
-        if s in graph.support(slope):
-            others = True
-        if slope == graph.zero or s in graph.support(slope):
-            continue
-        (start,) = substitute(graph, [argument], {s: graph.zero})
-        flat = graph.equal(slope, graph.zero)
-        divisor = graph.select(flat, graph.one, slope)
-        for place in places:
-            off = graph.sub(start, graph.constant(place)) if place else start
-            found[graph.neg(graph.div(off, divisor))] = None
-    return list(found), others
-
-
-def chosen_rule(
-    graph: Graph,
-    integrand: Integrand,
-    s: Node,
-    lower: Node,
-    upper: Node,
-    defaults: Callable[[Iterable[Node]], Mapping[Node, float]],
-    most: int = PLACES,
-) -> tuple[Rule, float]:
-    """Return the first rule that is good enough, or the best, and its error over the integral of |integrand|.
-
-    ``defaults`` gives the values of those symbols that have one before a run, ``most`` the number of places that a rule may take in
-    all pieces; where none does with so few, the shortest is taken.
-    """
-    bounds, bent = _pieces(graph, integrand, s, lower, upper)
-    body = integrand(s)
-    settled = defaults(n for n in graph.support(body, *bounds) if n != s)
-    moving = [n for n in graph.support(body, *bounds) if n != s and n not in settled]
-    sampled = [
-        {**settled, **{n: value * (1 + 0.1 * k) for k, n in enumerate(moving)}}
-        for value in (SAMPLES if moving else SAMPLES[:1])
-    ]
-    tables = any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s]))
-    tried = _within_reach(rules(pieces=tables), bent, most // (len(bounds) - 1))
-    seen = [_errors(graph, body, s, bounds, bent, values, tried) for values in sampled]
-    defined = [found for found in seen if min(found) < math.inf] or seen[
-        :1
-    ]  # some values may lie out of its domain
-    errors = [max(found) for found in zip(*defined, strict=True)]
-    best = min(range(len(errors)), key=lambda k: (max(errors[k], ENOUGH), k))
-    return tried[best], errors[best]
-
-
-def _within_reach(all_rules: Sequence[Rule], bent: bool, most: int) -> Sequence[Rule]:
-    """Return the rules that take no more places than that, with their companions; else the shortest that there is."""
-    return [rule for rule in all_rules if rule.places(bent) <= most] or rules(pieces=True)[:1]
-
-
-def _errors(
-    graph: Graph,
-    body: Node,
-    s: Node,
-    bounds: Sequence[Node],
-    bent: bool,
-    values: Mapping[Node, float],
-    tried: Sequence[Rule],
-) -> list[float]:
-    """Return the error of each rule over the integral of |integrand|: its difference from the one that agrees best with
-    its companions, and the error that these tell of that one; ``bent``: the integrand may bend inside of pieces."""
-    ends = evaluate(graph, list(bounds), values)
-    still = {n: x for n, x in values.items() if n != s}
-    tape = Tape(graph, [body], [*still, s]).settled(still)
-
-    def at(place: float) -> float:
-        return float(tape({s: place})[body])
-
-    def total(points: Points) -> tuple[float, float]:
-        value, size = 0.0, 0.0
-        for a, b in itertools.pairwise(ends):
-            terms = [
-                float(w)
-                * (b - a)
-                * at(b - float(1 - x) * (b - a) if 1 - x < AT_THE_END else a + float(x) * (b - a))
-                for x, w in points
-            ]
-            value, size = value + math.fsum(terms), size + abs(math.fsum(map(abs, terms)))
-        return value, size
-
-    last = next((k for k, rule in enumerate(tried) if rule == rules()[WIDEST]), len(tried) - 1)
-    widest = total(tried[last].points)
-    short = next((k for k, rule in enumerate(tried) if rule == rules()[0]), last)
-    for k in range(min(short + 1, last) if math.isfinite(widest[1]) else 0):
-        close = abs(total(tried[k].companions[0])[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
-        if close and abs(total(tried[k].points)[0] - widest[0]) <= ENOUGH * widest[1]:
-            return [math.inf] * k + [0.0] * (len(tried) - k)
-    found = [(*total(rule.points), *(total(x)[0] for x in rule.seen(bent))) for rule in tried]
-    finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
-    if not finite:
-        return [math.inf] * len(found)
-    size = found[last if last in finite else finite[-1]][1]
-    if size == 0:
-        return [0.0 if found[k][1] == 0 else math.inf for k in range(len(found))]
-    seeing = [k for k in finite if size < OTHERWISE * found[k][1] < OTHERWISE**2 * size]
-    off = [(BENT if bent else 1.0) * max(abs(value - x) for x in others) for value, _, *others in found]
-    best = min(reversed(seeing), key=lambda k: off[k])
-    return [
-        (abs(value - found[best][0]) + off[best]) / size if k in seeing else math.inf
-        for k, (value, *_) in enumerate(found)
-    ]
-
-
-def tell(reporter: Reporter, span: Span, error: float, rule: Rule) -> None:
-    """Warn of an integral that no rule gives to nine digits."""
-    if error <= WORTH_A_WORD:
-        return
-    known = error < 0.01
-    amount = f"known to {error:.0e} of its size only" if known else "not known"
-    look = rule.words if known else "512 places in each of its pieces, which do not show its shape"
-    reporter.warning(
-        "W0538",
-        f"this integral is {amount}",
-        span,
-        caption=f"with the default values and {look}",
-        help="split it where the integrand has a peak or a kink, or write what is singular in another variable",
-    )
+    return [place_in(graph, a, b, place) for a, b in itertools.pairwise(pieces) for place in places]
