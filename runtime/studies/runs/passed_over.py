@@ -64,7 +64,7 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> See
     if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:
         return Seen(plan, main)
     met: float | None = None
-    shown, best = plan, main
+    shown, best, left = plan, main, ""
     for _ in range(ROUNDS):
         look = look_between(shown, best)
         if look is None:
@@ -75,8 +75,8 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> See
         bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY, stiff_after=None))
         again = trajectory_of(bounded, case.tolerance, case.step, plan.options.dense, progress)
         if again.failure is not None or again.interrupted:
-            unseen = f"something narrow may have been passed over at {time_text(case.problem, look.time)}"
-            return Seen(plan, main, (f"{unseen}: the run could not be repeated with shorter steps",))
+            left = f"something narrow may have been passed over at {time_text(case.problem, look.time)}"
+            break
         if not _differs(plan, best, again):
             break
         met = look.time if met is None else met
@@ -85,6 +85,7 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> See
         return Seen(plan, main)
     unit = f" {case.problem.time.unit}" if case.problem.time.unit else ""
     told = f"looked for what is narrow every {look.apart:.2g}{unit} or closer: what is met for less may be missed"
+    told = f"{left}: the run could not be repeated with shorter steps" if left else told
     if met is None:
         return Seen(plan, main, (told,), look.apart)
     at = time_text(case.problem, met)
