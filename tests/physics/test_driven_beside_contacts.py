@@ -82,3 +82,40 @@ def test_every_method_takes_a_driven_rate_as_it_is_or_refuses_it(method: str) ->
         assert "of which the rate alone is prescribed" in str(refused)
         return
     assert run["a"][-1] == pytest.approx(0.3 + 0.11 + 0.25 * np.sin(0.84), abs=1e-5)
+
+
+COUPLED = """
+coordinate Length x;
+kinetic 1/2*2 kg*der(x)^2;
+coordinate Angle q = 0.1 rad;
+initial der(q) = -1 rad/s;
+kinetic 1/2*1.5 kg.m^2*der(q)^2 + 0.8 kg.m*(der(q)*der(x))*cos(2*q);
+coordinate Length z = 0 m;
+initial der(z) = 0.2 m/s;
+kinetic 1/2*1 kg*der(z)^2 + 0.3 kg.m*der(q)*der(z);
+experiment(stop = 0.5 s);
+"""
+PLACE = "drive x = 0.35 m + 0.3 m*cos(2 s^-1*time);"
+
+
+@pytest.mark.parametrize(
+    "what",
+    [
+        PLACE + "contact C: q restitution 0.5 friction 0.3 along der(z) - 0.5*der(x);",
+        PLACE + "contact C: q*1 m + 0.1*(x - 0.65 m) - 0.02 m*sin(3 s^-1*time) restitution 0.5;",
+        "initial x = 0.3 m;drive der(x) = 0.3 m/s*cos(2 s^-1*time);contact C: q restitution 0.5;",
+        PLACE
+        + "constraint k: der(q)*1 m = der(z) - 0.1*der(x);when initial() then release k;end when;when time > 0.2 s then engage k;end when;",
+        PLACE + "when time > 0.2 s then reinit(der(q), 2 rad/s);end when;",
+        PLACE + "when time > 0.2 s then impulse 0.7 N.m.s on q;end when;",
+        PLACE + "potential (if q < 0 rad then 0.2 J else 0 J);",
+        PLACE + "potential (if q < 0 rad then 5 J else 0 J);",
+        PLACE + "friction 5 N.m on q;",
+    ],
+)
+def test_whatever_throws_what_is_coupled_to_a_drive_is_booked(what: str) -> None:
+    run = mechc.loads(COUPLED + what).simulate(tolerance=1e-9)
+    assert run.events
+    assert run.outcome is Outcome.COMPLETED, run.message
+    lost = run["energy.dissipated"] if "energy.dissipated" in run else 0.0
+    assert np.ptp(run["energy.total"] + lost - run["energy.supplied"]) < 1e-10
