@@ -117,5 +117,5 @@ def test_whatever_throws_what_is_coupled_to_a_drive_is_booked(what: str) -> None
     run = mechc.loads(COUPLED + what).simulate(tolerance=1e-9)
     assert run.events
     assert run.outcome is Outcome.COMPLETED, run.message
-    lost = run["energy.dissipated"] if "energy.dissipated" in run else 0.0
+    lost = run.get("energy.dissipated", 0.0)
     assert np.ptp(run["energy.total"] + lost - run["energy.supplied"]) < 1e-10
