@@ -267,8 +267,11 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
     beside += rough
     stated = {name: error + beside for name, error in estimate.by_state.items()}
     found: dict[str, tuple[Array, Array]] = {}
+    left = _not_followed(solution)
     for q in problem.states:
         size = estimate.nominal[q.name] + np.abs(solution[q.name][rows])
+        if left:
+            stated[q.name] += left * _fastest(solution.time[rows], solution[q.name][rows]) / float(size.max())
         found[q.name] = size, FACTOR * stated[q.name] * size
     if problem.outputs and solution.motion.states_at is not None:
         t = solution.time[rows]
@@ -295,6 +298,20 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
                 (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * (error + rough * own) + rounding)),
             )
     return found
+
+
+def _not_followed(solution: Solution) -> float:
+    """Give the longest time that bounces went on behind the last one that was followed: a law that asks `closed` may begin by as much
+    too early, in a run and in its companion."""
+    hits = [(e.name, float(e.time)) for e in solution.events if e.kind == "impact"]
+    rests = [(e.name, float(e.time)) for e in solution.events if e.kind == "rest"]
+    return max((t - max((s for m, s in hits if m == n and s <= t), default=t) for n, t in rests), default=0.0)
+
+
+def _fastest(t: Array, x: Array) -> float:
+    """Give the fastest change of a result from row to row."""
+    apart = np.diff(t)
+    return float(np.max(np.abs(np.diff(x)[apart > 0]) / apart[apart > 0], initial=0.0))
 
 
 def _bases(plan: Plan, largest: Mapping[str, float]) -> tuple[float, float, float, float]:
