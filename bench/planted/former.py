@@ -119,18 +119,19 @@ FAULTS = (
             f"definite integrals have 48 fixed points in one piece, and no known error: {of}",
             (
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled)\n"
+                     "from .quadrature import BENT, Points, Rule\n",
+                     "from .quadrature import BENT, Points, Rule, rules\n"),
+                Edit("compiler/mechanics/meaning/integrals.py",
+                     "            most = self._places_left(integrand, s)\n"
+                     "            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled, most)\n"
                      "            tell(self._reporter, expression.span, error, self._rules[name])\n",
                      "            self._rules[name] = rules()[0]\n"),
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "        pieces, bent = _pieces(graph, integrand, s, lower, upper)\n",
-                     "        pieces = [lower, upper]\n"),
+                     "        pieces, bent = pieces_of(graph, integrand, s, lower, upper)\n",
+                     "        pieces, bent = [lower, upper], False\n"),
                 Edit("compiler/mechanics/meaning/integrals.py",
-                     "            inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)\n"
-                     "            error = error_of(graph, integrand, pieces, bent, rule)\n"
-                     "            slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero\n"
-                     "            self.errors[name] = Integral(expression.span, inside, error, slope)\n",
-                     "            pass\n"),
+                     "            found = self._known(expression, integrand, pieces, bent)\n",
+                     "            found: dict[str, list[Integral]] = {}\n"),
             ),
             model,
             point="7",

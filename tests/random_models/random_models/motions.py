@@ -200,12 +200,13 @@ def loose(first: Any, other: Any, method: str) -> str:
     return f"an estimated error of {told:.2g}, for {known:.2g}"
 
 
-COARSE = 0.01
-"""Seconds, of two steps the shorter, at which the order of a method shows."""
+COARSE, HIGH = 0.01, 6
+"""Seconds, of two steps the shorter, at which the order of a method shows; and the order from which it shows late."""
 
 
 def slow(text: str, first: Any, method: str) -> str:
-    """Say that a method of order p with steps of one size loses less than 2^(p - 1) of an error by half the step.
+    """Say that a method of order p with steps of one size loses less than 2^(p - 1/2) of an error by half the step, or of high order
+    2^(p - 1).
 
     Looked at is what is off by far more than the first motion may be, and by little enough that the order shows.
     """
@@ -225,7 +226,7 @@ def slow(text: str, first: Any, method: str) -> str:
             continue
         scale = 1 + np.max(np.abs(x), initial=0.0)
         coarse, fine = (float(np.max(np.abs(c[name] - x), initial=0.0)) / scale for c in two)
-        if 30 * FLOOR < coarse < 1e-2 and fine > coarse / 2 ** (order - 1):
+        if 30 * FLOOR < coarse < 1e-2 and fine > coarse / 2 ** (order - (0.5 if order < HIGH else 1)):
             return f"{name} is off by {coarse:.2g}, and with half the step by {fine:.2g}"
     return ""
 
