@@ -125,7 +125,7 @@ def test_what_a_run_saw_is_no_error_where_its_companion_passed_over_it(
 
 def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """What seemed to be seen there asked for steps of a microsecond, with which no run came to its end, and nobody looked again."""
-    seen = []
+    seen: list[passed_over.Look | None] = []
     look = passed_over.look_between
 
     def looking(*given: Any) -> Any:
@@ -139,4 +139,4 @@ def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch
     )
     mechc.loads(text).simulate(tolerance=1e-9)
     assert seen
-    assert all(found.step is None for found in seen)
+    assert all(found is not None and found.step is None for found in seen)
