@@ -145,7 +145,8 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
     here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
     then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)
-    slow = UNSEEN * sizes[own] / span
+    with np.errstate(over="ignore"):  # in a moment nothing moves
+        slow = UNSEEN * sizes[own] / span
     rests = (np.abs(here[:, own]) <= slow).all(axis=1) | (np.abs(then[:, own]) <= slow).all(axis=1)
     rows, here = rows[rests], here[rests]  # the others went forth and came back
     if not rows.size:
