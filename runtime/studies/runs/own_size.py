@@ -92,16 +92,16 @@ def _sizeless(problem: Problem) -> NDArray[np.bool_] | None:
 
 
 def _no_rounding(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
-    """Keep those that are no rounding beside the states of their unit, by what they feel of it; where projections round, or contacts
-    are held, by their size, also beside the nominal values and, of a velocity, beside all others, each over the nominal value
-    of its coordinate."""
+    """Keep those that are no rounding beside the states of their unit, by what they feel of it, and where contacts hold them beside
+    the nominal values; where projections round, by their size, also beside the nominal values and, of a velocity, beside all
+    others, each over the nominal value of its coordinate."""
     problem, found = plan.case.problem, []
     groups = problem.groups or (0,) * problem.ny
     if small and not problem.constraints:
         heard = _heard(plan.case, run, reached)
-        small = [i for i in small if heard[i] < HEARD]
-        if problem.hybrid is None or not problem.hybrid.rows:
-            return small
+        held = problem.hybrid is not None and problem.hybrid.rows
+        least = ROUNDING * plan.nominal if held else np.zeros(problem.ny)
+        return [i for i in small if heard[i] < HEARD and reached[i] > least[i]]
     speeds = np.zeros(problem.ny)
     for velocity, q in enumerate(problem.partner, problem.nq):
         speeds[velocity] = reached[velocity] / plan.nominal[q]
