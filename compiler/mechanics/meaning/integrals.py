@@ -51,7 +51,7 @@ class Integral(Struct, frozen=True):
 
 class Integrals:
     """The definite integrals of a model. ``errors``: what is known of each, by its variable; of one inside of another, the worst of
-    all places of that."""
+    a few places of that."""
 
     def __init__(
         self,
@@ -143,7 +143,7 @@ class Integrals:
 
 
 def _worst(graph: Graph, there: Sequence[Integral]) -> Integral:
-    """Return what is known of an integral at all places of the one around it."""
+    """Return what is known of an integral from a few places of the one around it: the worst."""
 
     def slope(along: Sequence[Node]) -> Node:
         return reduce(graph.maximum, (integral.slope(along) for integral in there))
