@@ -119,3 +119,19 @@ def test_whatever_throws_what_is_coupled_to_a_drive_is_booked(what: str) -> None
     assert run.outcome is Outcome.COMPLETED, run.message
     lost = run.get("energy.dissipated", 0.0)
     assert np.ptp(run["energy.total"] + lost - run["energy.supplied"]) < 1e-10
+
+
+def test_a_rod_on_a_slider_that_is_driven_hits_a_stop() -> None:
+    """The jump of the speed gives the slider m l sin(angle) of it as an impulse, which what drives it takes up at its own speed."""
+    text = (
+        "import mech.planar.*;Prismatic rail(world -> cart.a);Body cart(m = 5 kg);drive rail.position = 0.3 m/s*time;"
+        "Body rod(m = 2 kg, J = 0.1 kg.m^2, com = {0.4 m, 0 m});Revolute pin(cart.a -> rod.a, angle = 90 deg, der(angle) = -2 rad/s);"
+        "contact stop: pin.angle - 60 deg restitution 0.5;experiment(stop = 0.5 s);"
+    )
+    run = mechc.loads(text).simulate(tolerance=1e-10)
+    (k,) = np.flatnonzero(np.diff(run.time) == 0)
+    jump = {name: run[name][k + 1] - run[name][k] for name in run if name != "time"}
+    speed, inertia = -2.0, 0.1 + 2 * 0.4**2
+    assert jump["der(pin.angle)"] == pytest.approx(-1.5 * speed, rel=1e-9)
+    assert jump["energy.supplied"] == pytest.approx(0.3 * 2 * 0.4 * np.sin(np.pi / 3) * 1.5 * speed, rel=1e-9)
+    assert jump["energy.dissipated"] == pytest.approx(inertia * speed**2 / 2 * (1 - 0.5**2), rel=1e-9)
