@@ -138,6 +138,12 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportS
                 f"impacts follow each other without end where a gap bends, until {at}: a body in a corner touches both sides, "
                 "and a gap has one side at a time; write a contact for each of them",
             )
+        case Status.CHATTER if report.failed_part == 2:
+            return _Told(
+                "chattering",
+                f"a condition changes its sign millions of times within one step at {at}: "
+                "it oscillates much faster than the motion, or it is a difference of equal numbers",
+            )
         case Status.CHATTER:
             return _Told(
                 "chattering",

@@ -123,7 +123,8 @@ typedef struct mech_report {
     int status;
     int failed_index;       /* of the derivative, assertion, branch, row or switch, else -1 */
     int method;             /* in use at present                              */
-    int failed_part;        /* of a branch: its assertion; of a loop: 1 for a switch; of chatter: 1 for impacts */
+    int failed_part;        /* of a branch: its assertion; of a loop: 1 for a switch; of chatter: 1 for impacts,
+                             2 for too many changes of sign within a step */
     long n_events, n_instants;
 } mech_report;
 

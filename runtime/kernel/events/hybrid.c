@@ -217,7 +217,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     if (e->n) {
         hold_attempt(s, t_new);
         mech_fill_dense(s, h);
-        mech_locate(s, h, &hit, &part);
+        if ((status = mech_locate(s, h, &hit, &part))) return status;
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {

@@ -69,3 +69,25 @@ int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w)
 {
     return mech_abs(w) <= (s->events->fresh[k] > 0 ? 10000 : 1) * mech_indicator_tolerance(s, k);
 }
+
+/* The differences are taken over 1e-6 of each value: far above rounding, and a size needs no digits. A 32nd of the terms makes
+ * the tolerance 14 roundings of them. */
+void mech_indicator_widen_by_terms(mech_solver *s, int k, mech_real t, const mech_real *y)
+{
+    const mech_real share = MECH_C(1e-6);
+    mech_event_state *e = s->events;
+    mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n, *rate = e->rate + (MECH_SAMPLES - 1) * e->n;
+    mech_real size = 0, rate_size = 0;
+    mech_indicator_read(s, k, t, y, w, rate);
+    const mech_real here = w[k], rate_here = rate[k];
+    for (int i = 0; i < s->ny; i++) e->y_at[i] = y[i];
+    for (int i = 0; i < s->ny; i++) {
+        e->y_at[i] = y[i] * (1 + share);
+        mech_indicator_read(s, k, t, e->y_at, w, rate);
+        size += mech_abs(w[k] - here) / share;
+        rate_size += mech_abs(rate[k] - rate_here) / share;
+        e->y_at[i] = y[i];
+    }
+    mech_indicator_widen(s, k, size / 32);
+    mech_widen(e->rate_scale + k, rate_size / 32);
+}

@@ -16,6 +16,9 @@ int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w);
 mech_real *mech_indicator_size(const mech_solver *s, int k);
 /* Lets it grow to |w|; of forces of a crowd mech_rows_weigh does. */
 void mech_indicator_widen(mech_solver *s, int k, mech_real w);
+/* Lets the sizes of switch k and of its rate grow until their tolerances cover the rounding of their terms, whose size is the
+ * sum of |y dw/dy| over the state: a difference of equal terms is rounding. */
+void mech_indicator_widen_by_terms(mech_solver *s, int k, mech_real t, const mech_real *y);
 /* Of w, up to which it vanishes: forces are differences of larger ones. */
 mech_real mech_indicator_tolerance(const mech_solver *s, int k);
 

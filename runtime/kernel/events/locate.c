@@ -12,6 +12,9 @@ typedef struct search {
     mech_solver *s;
     mech_real h, shift, tol, room;
     int k, known;
+    int measured; /* its tolerance covers the rounding of its terms                              */
+    int rounding; /* the search was broken off: it may see rounding                              */
+    long *looks;  /* samples in this step so far                                                 */
 } search;
 
 typedef struct sample {
@@ -26,6 +29,7 @@ static sample sampled(const search *q, mech_real part, mech_real w, mech_real ra
 static sample look(const search *q, mech_real part)
 {
     mech_solver *s = q->s;
+    ++*q->looks;
     mech_real *y = s->events->y_at;
     mech_real *w = s->events->w + (MECH_SAMPLES - 1) * s->events->n;
     mech_real *rate = s->events->rate + (MECH_SAMPLES - 1) * s->events->n;
@@ -90,7 +94,7 @@ static mech_real zero_between(const search *q, sample a, sample b)
     return b.part;
 }
 
-enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 12, NOWHERE = 2 };
+enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 12, NOWHERE = 2, DEEP = 8, MOST_LOOKS = 2000000 };
 
 /* How far a sample is off the cubic through a and b. */
 static mech_real off(const search *q, const sample *a, const sample *b, const sample *x)
@@ -143,10 +147,14 @@ static int far_off(const sample *x, int n)
  * interval is dismissed where the cubics on both sides of the middle stay positive by more than that, searched where
  * they fall all the way, and halved else. `given`: samples that are known already, 2 span + 1 of them from a to b.
  * `rough`: the error of the interval that this is a part of. */
-static mech_real first_below(const search *q, const sample *given, int span, sample a, sample b, mech_real rough,
+static mech_real first_below(search *q, const sample *given, int span, sample a, sample b, mech_real rough,
                              int depth)
 {
-    if (a.part >= q->room) return NOWHERE;
+    if (a.part >= q->room || q->rounding || *q->looks > MOST_LOOKS) return NOWHERE;
+    if (depth > DEEP && !q->measured) {
+        q->rounding = 1;
+        return NOWHERE;
+    }
     const mech_real length = b.part - a.part;
     sample m = span ? given[span] : look(q, a.part + MECH_C(0.4547) * length);
     mech_real error = off(q, &a, &b, &m), rate, where[2];
@@ -168,7 +176,7 @@ static mech_real first_below(const search *q, const sample *given, int span, sam
         return m.f < 0 ? zero_between(q, a, m) : zero_between(q, m, b);
     }
     const mech_real steep = mech_max(mech_max(mech_abs(a.rate), mech_abs(b.rate)), mech_abs(m.rate));
-    const int noise = q->known ? depth > 8 && error > 10 * steep * length : depth >= DEEPEST_WITHOUT_RATES;
+    const int noise = q->known ? depth > DEEP && error > 10 * steep * length : depth >= DEEPEST_WITHOUT_RATES;
     const int within = !(error > q->tol) && !(low < -q->tol);
     /* What rests has no values that its rates, which are of rounding, could lead to. */
     const int rests = a.f == 0 && m.f == 0 && b.f == 0;
@@ -258,17 +266,14 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
     return 1;
 }
 
-void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
+/* Where in a step indicator k leaves its side, before `room`; NOWHERE if it does not. */
+static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, long *looks)
 {
-    mech_event_state *e = s->events;
+    const mech_event_state *e = s->events;
     const int n = e->n, last = MECH_SAMPLES - 2;
-    *hit = -1;
-    *part = 0;
-    if (!sample_all(s, h, hit)) return;
-    *part = 1;
-    for (int k = 0; k < n; k++) {
+    for (int measured = k >= s->model->hybrid->n_switches;; measured = 1) {
+        search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = room, .k = k, .looks = looks, .measured = measured};
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
-        search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k};
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */
         const int idle = zero && is_idle(s, k);
@@ -281,9 +286,28 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
         if (leaves) x[0] = behind_rise(&q, &x[0], x[1].part);
         if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
         const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
+        if (!q.rounding) return found;
+        mech_indicator_widen_by_terms(s, k, s->run->report.t + h, s->y_new);
+    }
+}
+
+int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
+{
+    long looks = 0;
+    *hit = -1;
+    *part = 0;
+    if (!sample_all(s, h, hit)) return MECH_RUNNING;
+    *part = 1;
+    for (int k = 0; k < s->events->n; k++) {
+        const mech_real found = locate_one(s, k, h, *part, &looks);
+        if (looks > MOST_LOOKS) {
+            s->run->report.failed_part = 2;
+            return mech_fail(s, MECH_CHATTER, k);
+        }
         if (found < *part) {
             *part = found;
             *hit = k;
         }
     }
+    return MECH_RUNNING;
 }

@@ -4,7 +4,8 @@
 
 #include "run.h"
 
-/* Seeks the first one on the attempted step: *hit its indicator or -1, *part where in 0..1. */
-void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
+/* Seeks the first one on the attempted step: *hit its indicator or -1, *part where in 0..1. Fails with MECH_CHATTER where an
+ * indicator changes sign too often to be followed. */
+int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
 
 #endif
