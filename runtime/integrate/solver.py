@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}
 """By their numbers, sooner than ``Status`` finds them."""
+LONGEST_CALL = 0.1
+"""Seconds after which the kernel returns between two steps, so that Ctrl-C is heard and bounds of time are kept."""
 NO_TABLES = (native.TableStruct * 0)()
 
 
@@ -92,6 +94,7 @@ class Solver:
             record=address_of(record) if records else None,
             record_capacity=records,
             dense=dense,
+            longest_call=LONGEST_CALL,
         )
         self._create()
 

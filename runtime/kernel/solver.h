@@ -4,7 +4,7 @@
  *     mech_free. `p`, `z` and table values may change between two calls of mech_advance: say so by
  *     mech_restart.
  *  2. mech_advance takes at most max_steps accepted steps towards t_end and lands on it exactly. Cutting a run
- *     into slices by max_steps changes no bit of the result.
+ *     into slices by max_steps or longest_call changes no bit of the result.
  *  3. Nothing is allocated after mech_create, and nothing is printed. Several solvers run side by side; one
  *     solver is used by one thread at a time.
  *  4. Rows of `grid_y` are written as soon as a step passes their time, from the dense output of the step.
@@ -105,6 +105,7 @@ typedef struct mech_options {
     long event_capacity, instant_capacity;
     int dense;              /* the errors of all steps are bounded between their ends too, as they are where rows of
                                the grid or records ask for that */
+    double longest_call;    /* mech_advance returns MECH_RUNNING between two steps after about so many seconds; 0: never */
 } mech_options;
 
 /* Where a run stands. */

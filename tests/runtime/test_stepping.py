@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from scipy.special import ellipj
 from written_problems import compiled_driven, compiled_kepler
 
 import mechc
@@ -16,6 +18,7 @@ from mechc.runtime.inputs import make_table
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.native.status import Status
+from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Problem
 
 STOP = 20.0
@@ -160,3 +163,53 @@ def test_polynomials_have_the_bits_of_their_nested_form(terms: int) -> None:
             nested = c[k] + (1 - s if k % 2 else s) * nested
         kernel.mech_dense_at(c.ctypes.data, terms, n, s, found.ctypes.data)
         assert found.tobytes() == nested.tobytes()
+
+
+FLEEING = """\
+model Fleeing
+  input Force u = 0 N;
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  force 1 N/m^3*x^3 + u on x;
+  experiment(stop = 1 s);
+end Fleeing;
+"""
+
+
+def test_a_motion_that_flees_ends_within_its_bound_of_steps() -> None:
+    """x'' = x^3 from rest at 1 is 1/cn(t, 1/2), infinite at K(1/2) = 1.8540747 s: no number of steps leads to 2 s."""
+    with mechc.loads(FLEEING).start() as sim, pytest.raises(SimulationError) as caught:
+        sim.step(1.0)
+        assert sim["x"] == pytest.approx(1 / ellipj(1, 0.5)[1], rel=1e-5)
+        sim.step(2.0, max_steps=50)
+    assert "50 steps lead to t = 1.8" in caught.value.message
+    assert "der(x) =" in caught.value.message and "max_steps" in (caught.value.help or "")
+
+
+def test_a_step_that_takes_long_ends_within_its_bound_of_time() -> None:
+    """An input that oscillates a million times a second keeps the steps short."""
+    text = FLEEING.replace("1 N/m^3*x^3", "1 N*sin(1e8 Hz*time)")
+    with mechc.loads(text).start() as sim:
+        begun = time.perf_counter()
+        with pytest.raises(SimulationError, match=r"0.2 s of computing lead to t = "):
+            sim.step(100.0, max_steps=10**9, seconds=0.2)
+        assert time.perf_counter() - begun < 5
+        reached = sim.time
+        assert 0 < reached < 100
+        sim.step(reached + 1e-6)
+        assert sim.time == reached + 1e-6
+
+
+def test_a_call_of_limited_length_cuts_the_run_without_a_change_of_bits() -> None:
+    problem, method, options = cases()[0]
+    with solver(problem, method, options) as (whole, _):
+        assert whole.advance(STOP, 10**9) == Status.REACHED
+        expected = result(whole)
+    with solver(problem, method, options) as (cut, _):
+        cut._options.longest_call = 1e-9
+        cut._create()
+        calls = 1
+        while cut.advance(STOP, 10**9) == Status.RUNNING:
+            calls += 1
+        assert calls > 1
+        assert result(cut) == expected

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "begin.h"
+#include "clock.h"
 #include "contact_projection.h"
 #include "indicators.h"
 #include "instant.h"
@@ -253,6 +254,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     }
     for (long taken = 0; r->t < t_end; taken++) {
         if (taken == max_steps) return MECH_RUNNING;
+        if (s->call_end > 0 && taken % 4 == 3 && mech_clock() > s->call_end) return MECH_RUNNING;
         if (s->o.record_capacity && r->n_record == s->o.record_capacity) return MECH_RECORD_FULL;
         if (s->o.instants && (r->n_instants == s->o.instant_capacity || 2 * r->n_events > s->o.event_capacity))
             return MECH_EVENTS_FULL;

@@ -43,6 +43,7 @@ struct mech_solver {
     mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
     int *segments;          /* the row of each table that holds during the present step      */
     struct mech_event_state *events; /* models with events only                              */
+    double call_end;        /* on the clock: mech_advance returns then; 0: no end               */
     int waits;              /* 1: events are told (MECH_AT_EVENT) before they happen         */
     void (*listener)(long n_grid); /* told of rows of the grid; NULL: nobody is              */
     long told_every, told_next;

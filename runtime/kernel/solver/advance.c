@@ -14,6 +14,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     }
     for (long taken = 0; run->report.t < t_end; taken++) {
         if (taken == max_steps) return MECH_RUNNING;
+        if (s->call_end > 0 && taken % 64 == 63 && mech_clock() > s->call_end) return MECH_RUNNING;
         if (s->o.record_capacity && run->report.n_record == s->o.record_capacity) return MECH_RECORD_FULL;
         const int stop = run->next_stop < s->o.n_stops && s->o.stops[run->next_stop] < t_end;
         mech_real t_new, h;
@@ -27,6 +28,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
 int mech_advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     const double begun = mech_clock();
+    s->call_end = s->o.longest_call > 0 ? begun + s->o.longest_call : 0;
     const int status = s->events ? mech_events->advance(s, t_end, max_steps) : advance(s, t_end, max_steps);
     s->run->report.seconds += mech_clock() - begun;
     return s->run->report.status = status;

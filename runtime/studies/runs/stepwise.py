@@ -25,8 +25,8 @@ from .simulate import plan_run
 LONGEST = 1000
 """The longest step over that of the experiment's run: how far the caller will go is not known."""
 
-SLICE = 100_000
-"""Steps in one call of the kernel."""
+MAX_STEPS = 1_000_000
+"""Steps of the integrator that one ``step`` takes, if the caller sets no bound: about a second of a small model."""
 
 
 class Stepper:
@@ -68,6 +68,7 @@ class Stepper:
         self._end: SimulationError | None = None
         self._kernel = native.load_kernel(options.reproducible)
         tolerance = plan.case.tolerance
+        self._nominal = plan.nominal
         self._solver = Solver(
             self._kernel, self._case, plan.method.name, tolerance, tolerance * plan.nominal,
             plan.case.step or 0.0,
@@ -87,20 +88,44 @@ class Stepper:
     def time(self) -> float:
         return self._solver.report()[0].t
 
-    def step(self, until: float) -> None:
-        """Go on to the time ``until`` [s]. Raises ``SimulationError`` if the run fails on its way or has ended."""
+    def step(self, until: float, *, max_steps: int = MAX_STEPS, seconds: float = math.inf) -> None:
+        """Go on to the time ``until`` [s]. Raises ``SimulationError`` if the run fails on its way or has ended.
+
+        So does a motion that needs more than ``max_steps`` steps of the integrator or ``seconds`` of computing (checked ten
+        times a second): then the run stands where it came to, and may be restored or taken on.
+        """
         if until < self.time:
             raise SimulationError(f"the run is at {time_text(self._problem, self.time)}, beyond {until:g}")
         if self._end is not None:
             raise self._end
-        status = Status.RUNNING
+        status, begun = Status.RUNNING, self._solver.progress()
+        last, end = begun.steps + max_steps, begun.seconds + seconds
+        left = max_steps
         while status in (Status.RUNNING, Status.EVENTS_FULL):
-            status = self._solver.advance(until, SLICE)
+            status = self._solver.advance(until, left)
             if status == Status.EVENTS_FULL:
                 self._solver.start_events(FIRST_EVENTS)
+            elif status == Status.RUNNING:
+                now = self._solver.progress()
+                left = last - now.steps
+                if left <= 0 or now.seconds > end:
+                    raise self._over_budget(until, max_steps if left <= 0 else None, seconds)
         if status != Status.REACHED:
             self._end = self._failure(status)
             raise self._end
+
+    def _over_budget(self, until: float, max_steps: int | None, seconds: float) -> SimulationError:
+        """Say how far a step has come within its bounds, and which state is the largest."""
+        report, y = self._solver.report()
+        spent = f"{seconds:g} s of computing" if max_steps is None else f"{max_steps} steps"
+        own = np.array([state.kind != "account" for state in self._problem.states])
+        largest = int(np.argmax(own * np.abs(y) / self._nominal))
+        state = self._problem.states[largest]
+        return SimulationError(
+            f"{spent} lead to {time_text(self._problem, report.t)} only, not to {time_text(self._problem, until)}; "
+            f"the largest state there is {state.name} = {y[largest]:.4g} {state.unit}".rstrip(),
+            help="the motion grows without bound, or it needs a larger max_steps or seconds in 'step'",
+        )
 
     def _failure(self, status: Status) -> SimulationError:
         report, y = self._solver.report()
