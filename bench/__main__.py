@@ -36,7 +36,7 @@ PAGES = (
     "examples",
     "calibration",
     "doubts",
-    "planted",
+    "mutants",
     "fits",
     "exponents",
     "studies",

@@ -1,4 +1,4 @@
-"""What a planted fault is, and a tree of sources in which it stands."""
+"""What a mutant is, and a tree of sources in which it stands."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Tree:
             )
 
     @contextmanager
-    def planted(self, edits: tuple[Edit, ...]) -> Iterator[None]:
+    def mutated(self, edits: tuple[Edit, ...]) -> Iterator[None]:
         """Put edits in for as long as the body runs. Raises DoesNotFit."""
         texts = changed(edits)
         try:

@@ -1,4 +1,4 @@
-"""Faults that mechc once had, planted again: each is what a mend took away, said in the code as it is now."""
+"""Faults that mechc once had, put back: each is what a mend took away, said in the code as it is now."""
 
 from __future__ import annotations
 

@@ -54,18 +54,18 @@ class Stressed(Struct, frozen=True):
 
 
 class Found(Struct, frozen=True):
-    """A model in mechc as it is, and with a fault planted."""
+    """A model in mechc as it is, and in a mutant."""
 
     fault: Fault
     sound: Run
     sound_stressed: Stressed
-    planted: Run
+    mutant: Run
     stressed: Stressed
 
     @property
     def moved(self) -> float | None:
-        """What the planted run's balance is off by, over its largest estimated error."""
-        run = self.planted
+        """What the balance of the mutant's run is off by, over its largest estimated error."""
+        run = self.mutant
         if run.off is None or run.estimate is None:
             return None
         return run.off / max(run.estimate, sys.float_info.epsilon)
@@ -73,7 +73,7 @@ class Found(Struct, frozen=True):
     @property
     def elsewhere(self) -> float | None:
         """By what the energies at the end differ from those without the fault, relative to their size."""
-        mine, true = self.planted.accounts, self.sound.accounts
+        mine, true = self.mutant.accounts, self.sound.accounts
         if not mine or len(mine) != len(true) or not self.sound.size:
             return None
         return max(abs(a - b) for a, b in zip(mine, true, strict=True)) / self.sound.size
@@ -86,14 +86,14 @@ class Found(Struct, frozen=True):
     @property
     def told(self) -> bool:
         """Whether the run speaks up, or does not end at all."""
-        return self.planted.code != 0
+        return self.mutant.code != 0
 
     @property
     def good(self) -> bool:
         """Whether all is as it must be: silent without the fault, loud with it, and not right under stress."""
         refused = self.sound.outcome in ("failed", "refused")
         silent = refused or (self.sound.code == 0 and self.sound_stressed.code == 0)
-        caught = self.planted.code == DOUBTFUL if self.owed else True
+        caught = self.mutant.code == DOUBTFUL if self.owed else True
         seen = not self.stressed.right or not (self.owed or self.fault.point)
         return silent and caught and seen
 
@@ -148,9 +148,9 @@ class Judge:
         model, asked = self._file(fault), (fault.model, fault.options)
         if asked not in self._sound:
             self._sound[asked] = run(self._mechc, model, fault.options), stress(self._mechc, model)
-        with self._tree.planted(fault.edits):
-            planted = run(self._mechc, model, fault.options), stress(self._mechc, model)
-        return Found(fault, *self._sound[asked], *planted)
+        with self._tree.mutated(fault.edits):
+            mutant = run(self._mechc, model, fault.options), stress(self._mechc, model)
+        return Found(fault, *self._sound[asked], *mutant)
 
     def _mechc(self, *words: str) -> subprocess.CompletedProcess[str]:
         return self._call("-m", "mechc", *words)

@@ -1,4 +1,4 @@
-"""The page of planted faults: a row for each, and whether all is as it must be."""
+"""The page of mutants: a row for each, and whether all is as it must be."""
 
 from __future__ import annotations
 
@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mechc.runtime.results import contradictions as rule
-
 from ..machine import table, write
-from . import as_it_was, energy, former
+from . import energy, former
 from .fault import changed
 from .judged import FACTOR, Found, Judge, Run, Stressed
 
@@ -43,13 +41,13 @@ def main(quick: bool = False, only: str = "") -> int:
     for faults in wanted.values():
         for fault in faults:
             changed(fault.edits)  # what does not fit is told before anything is run
-    with TemporaryDirectory(prefix="mechc-planted-") as work:
+    with TemporaryDirectory(prefix="mechc-mutant-") as work:
         judge = Judge(Path(work).resolve())
         found = {title: [_shown(judge(f)) for f in faults] for title, faults in wanted.items()}
     every = [one for made in found.values() for one in made]
     print(_sum(every))
     if not only:
-        write("planted", "Planted faults", _parts(found))
+        write("mutants", "Mutants", _parts(found))
     return int(not all(one.good for one in every))
 
 
@@ -63,25 +61,13 @@ def _parts(found: dict[str, list[Found]]) -> Sequence[str]:
     parts = [
         "Each fault is put into a copy of mechc, where a model that reaches it is run and put under stress (the run "
         f"as stated, and its twins). {_sum(every)} Times: what the balance is off by, as a share of the largest energy, over the "
-        f"largest estimated error; from {FACTOR:g} on the run must be doubtful. `python -m bench.planted` ends with exit code 1 if "
+        f"largest estimated error; from {FACTOR:g} on the run must be doubtful. `python -m bench.mutants` ends with exit code 1 if "
         "one is not, if a model is doubtful without its fault, or if stress calls right what it must not. Where an old fault moves less, "
         "it leads to another motion that keeps its own balance, which no run can see."
     ]
     for title, made in found.items():
         parts += [f"## {title}", table(HEAD, [row(one) for one in made])]
-    return [*parts, IMPOSSIBLE, *_as_it_was()]
-
-
-def _as_it_was() -> Sequence[str]:
-    """Tell of the mechc that had the former faults."""
-    kept = as_it_was.kept()
-    how = (
-        f"The same models, and brothers of theirs, in the sources of commit {as_it_was.COMMIT[:8]}, the last before these faults "
-        "were mended, when no run was doubtful: motions, balances and estimates are those of that mechc, and the rule of today judges "
-        f"them (from {rule.FACTOR:g} times what the estimates allow on a run is doubtful). {as_it_was.words(kept)} The others were refused, did "
-        "not end, kept the balance of a wrong motion, or claimed errors as large. `python -m bench.planted --as-it-was` runs them again."
-    )
-    return ["## The mechc that had them", how, table(as_it_was.HEAD, [as_it_was.row(one) for one in kept])]
+    return [*parts, IMPOSSIBLE]
 
 
 def _sum(every: Sequence[Found]) -> str:
@@ -101,10 +87,10 @@ def row(one: Found) -> list[str]:
     point = f" ({fault.point})" if fault.point else ""
     return [
         f"{fault.text}{point}",
-        _number(one.planted.off),
-        _number(one.planted.estimate),
+        _number(one.mutant.off),
+        _number(one.mutant.estimate),
         _number(one.moved),
-        _ended(one.planted, one.sound),
+        _ended(one.mutant, one.sound),
         _stressed(one.stressed, one.sound_stressed),
     ]
 

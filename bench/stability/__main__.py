@@ -1,7 +1,7 @@
-"""``python -m bench.stability [--quick | --full] [--planted] [GROUP ...] [--only WORD]``.
+"""``python -m bench.stability [--quick | --full] [--mutated] [GROUP ...] [--only WORD]``.
 
-Runs the cases and writes docs/stability.md, if all groups were asked for. ``--planted`` runs each case with a fault
-planted under which its expectation must fail. The exit code is 1 if an expectation is not met (not failed, if planted).
+Runs the cases and writes docs/stability.md, if all groups were asked for. ``--mutated`` runs each case in a
+mutant of mechc in which its expectation must fail. The exit code is 1 if an expectation is not met (not failed, in a mutant).
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ def main(arguments: list[str]) -> int:
     size = given.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="leave out the long cases (the default)")
     size.add_argument("--full", action="store_true", help="all cases")
-    given.add_argument("--planted", action="store_true", help="see each expectation fail under its fault")
+    given.add_argument("--mutated", action="store_true", help="see each expectation fail under its fault")
     given.add_argument("--only", default="", metavar="WORD", help="cases whose name holds this")
     asked = given.parse_args(arguments)
     wanted = questions(not asked.full, tuple(asked.groups), asked.only)
-    return planted(wanted) if asked.planted else run(wanted, not (asked.groups or asked.only), asked.full)
+    return mutated(wanted) if asked.mutated else run(wanted, not (asked.groups or asked.only), asked.full)
 
 
 def run(wanted: list[Question], all_groups: bool, full: bool) -> int:
@@ -51,7 +51,7 @@ def run(wanted: list[Question], all_groups: bool, full: bool) -> int:
     return int(any(row.kind != "met" for row in rows))
 
 
-def planted(wanted: list[Question]) -> int:
+def mutated(wanted: list[Question]) -> int:
     """Run each case under its fault; the worker is begun anew for each fault."""
     green: list[Row] = []
     red: Counter[str] = Counter()
@@ -59,7 +59,7 @@ def planted(wanted: list[Question]) -> int:
         under = [q for q in wanted if case_of(q).fault == name]
         if not under:
             continue
-        print(f"planted: {fault.text}")
+        print(f"mutant: {fault.text}")
         with Watchdog(maker, name) as dog:
             for question in under:
                 row = watched(dog, question)

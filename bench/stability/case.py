@@ -171,7 +171,7 @@ Expectation = Known | Measured | Refusal | Followed
 
 
 class Case(Struct, frozen=True):
-    """``model``: a text, or ``examples/NAME.mech``; ``options`` those of ``Model.simulate``. ``fault``: the planted
+    """``model``: a text, or ``examples/NAME.mech``; ``options`` those of ``Model.simulate``. ``fault``: the
     fault (faults.py) under which the expectation must fail. ``seconds``: of the watchdog. ``full``: left out of the
     quick run."""
 

@@ -1,4 +1,4 @@
-"""Faults that are planted to see an expectation fail: in the sources of the kernel or in its callers, never in the
+"""Mutants that show that an expectation can fail: in the sources of the kernel or in its callers, never in the
 product itself. The reference in higher precision is compiled before, from the true sources."""
 
 from __future__ import annotations

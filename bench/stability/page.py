@@ -17,7 +17,7 @@ LEAD = """\
 
 Each case states what is expected of it: an answer that is known within a bound, or a refusal that names time, state
 and cause. `python -m bench.stability --quick` runs them and writes this page, `--full` adds the long ones;
-`--planted` runs every case with the fault planted under which its expectation must fail (column *fails if*). *Error* is the true one in the measure of the expectation, *estimated* what
+`--mutated` runs every case in a mutant of mechc in which its expectation must fail (column *fails if*). *Error* is the true one in the measure of the expectation, *estimated* what
 the run itself reports for the same states, relative to nominal + |value|. A run is *silent* if it is wrong and
 does not say so; a case that hangs or crashes is ended by a watchdog and shown as such. Run time is that of the main
 run in the kernel. `mechc stress MODEL` makes such cases out of any model.

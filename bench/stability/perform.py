@@ -81,7 +81,7 @@ def _unfinished(question: Question, kind: str, reason: str) -> Row:
 
 
 def maker(fault: str) -> Callable[[Question], Row]:
-    """Return what runs cases in this process, with a fault planted (none if empty)."""
+    """Return what runs cases in this process, in a mutant of mechc (none if empty)."""
     if fault:
         FAULTS[fault].plant()
         load_kernel()  # a fault that does not compile is no fault of the model

@@ -8,10 +8,10 @@ import pytest
 from msgspec.structs import replace
 
 import mechc
-from bench.planted import energy, former
-from bench.planted.fault import DoesNotFit, Fault, changed, edit
-from bench.planted.judged import DOUBTFUL, Found, Judge, Run, Stressed
-from bench.planted.page import row
+from bench.mutants import energy, former
+from bench.mutants.fault import DoesNotFit, Fault, changed, edit
+from bench.mutants.judged import DOUBTFUL, Found, Judge, Run, Stressed
+from bench.mutants.page import row
 
 EVERY = (*energy.FAULTS, *former.FAULTS)
 
@@ -42,7 +42,7 @@ FAULT = Fault("a fault", (), "")
 
 
 @pytest.mark.parametrize(
-    ("planted", "stressed", "point", "good"),
+    ("mutant", "stressed", "point", "good"),
     [
         (LOUD, Stressed(DOUBTFUL, {"": "doubtful"}), "", True),
         (replace(LOUD, code=0), CALM, "", False),
@@ -52,8 +52,8 @@ FAULT = Fault("a fault", (), "")
         (replace(RIGHT, off=9e-9), Stressed(0, {"": "rough"}), "3", True),
     ],
 )
-def test_what_is_as_it_must_be(planted: Run, stressed: Stressed, point: str, good: bool) -> None:
-    found = Found(replace(FAULT, point=point), RIGHT, CALM, planted, stressed)
+def test_what_is_as_it_must_be(mutant: Run, stressed: Stressed, point: str, good: bool) -> None:
+    found = Found(replace(FAULT, point=point), RIGHT, CALM, mutant, stressed)
     assert found.good is good
     assert not replace(found, sound=LOUD).good
     assert len(row(found)) == 6

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from random_models.another_library import FOLDER, another_library, definitions
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
-from random_models.planted import ROOT
+from random_models.mutants import ROOT
 from random_models.tree import Model, statement
 
 from mechc.lang import ast

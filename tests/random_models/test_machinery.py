@@ -1,4 +1,4 @@
-"""The machinery around random models: states at which they are compared, limits, planted faults."""
+"""The machinery around random models: states at which they are compared, limits, mutants."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from random_models.definition import LOOKED, along, edged, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 from random_models.motions import by_another_method, columns, difference, doubts, loose, run, slow
+from random_models.mutants import FOLDER, ROOT, mutants, texts
 from random_models.nesting import by_element, with_gravity
 from random_models.overruling import overruling
-from random_models.planted import ROOT, faults, texts
 from random_models.spelled_out import spelled_out
 from random_models.states import looks
 from random_models.structure import as_functions, inherited
@@ -107,11 +107,6 @@ def test_limits_stand_inside_of_each_other() -> None:
                 pass
         while True:
             pass
-
-
-def test_faults_are_read() -> None:
-    text = "# Faults\n\n## 3. units\n\nwords\n\n```diff\n--- a/x\n+++ b/x\n```\n\n## 4. no patch\n"
-    assert faults(text) == {3: ("units", "--- a/x\n+++ b/x\n")}
 
 
 @pytest.mark.slow
@@ -313,25 +308,13 @@ def test_of_initial_values_the_outermost_text_counts() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "file",
-    [
-        "faults.md",
-        "faults_second.md",
-        "faults_third.md",
-        "faults_fourth.md",
-        "faults_fifth.md",
-        "faults_sixth.md",
-        "faults_seventh.md",
-    ],
-)
-def test_the_kept_faults_fit(file: str) -> None:
-    """Whoever changes what a fault is planted in writes its patch anew."""
-    kept = faults((ROOT / "tests/random_models" / file).read_text(encoding="utf-8"))
-    assert sorted(kept) == list(range(1, 31))
-    words = ["patch", "-p1", "--dry-run", "-s"]
-    fit = {
-        n: subprocess.run(words, cwd=ROOT, input=patch, text=True, capture_output=True).returncode == 0
-        for n, (_, patch) in kept.items()
+def test_every_mutant_applies() -> None:
+    """Whoever changes what a patch mutates writes the patch anew, or removes it with its row."""
+    kept = mutants()
+    assert {f"{name}.patch" for name in kept} == {file.name for file in FOLDER.glob("*.patch")}
+    words = ["patch", "-p0", "--dry-run", "-s", "-f"]
+    applies = {
+        name: subprocess.run(words, cwd=ROOT, input=one.patch, text=True, capture_output=True).returncode == 0
+        for name, one in kept.items()
     }
-    assert [n for n, fits in fit.items() if not fits] == []
+    assert [name for name, fits in applies.items() if not fits] == []

@@ -13,7 +13,7 @@ from random_models.from_outside import chosen, differs_from_text
 from random_models.generator import generate
 from random_models.lists import element_by_element
 from random_models.measures import put_together
-from random_models.planted import texts
+from random_models.mutants import texts
 from random_models.settings import settings
 from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, dim, statement
 from random_models.twins import Twin, other_units, plain_units

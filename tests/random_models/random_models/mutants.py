@@ -1,12 +1,13 @@
-"""How many planted faults random models catch: ``python -m random_models.planted FAULTS.md --models 300``.
+"""Mutation testing of the random models: ``python -m random_models.mutants 12-03 --models 300``.
 
-The file holds faults as patches: ``## NUMBER. TITLE``, some words, and a block of diff. Each is put into a copy of the
+A mutant is a patch in ``tests/mutants`` that makes mechc wrong; ``mutants.csv`` there lists them all. Each is applied to a copy of the
 tree, and models are examined there until one disagrees that agrees here.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import functools
 import hashlib
 import json
@@ -21,24 +22,37 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from msgspec import Struct
+
 import mechc
 from random_models.checks import composed_of, structured_of
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 
 ROOT = Path(__file__).resolve().parents[3]
+FOLDER = ROOT / "tests/mutants"
 _CHUNK = 10
 
 
-def faults(text: str) -> dict[int, tuple[str, str]]:
-    """Return title and patch of each fault by its number."""
-    found = {}
-    for section in re.split(r"^## ", text, flags=re.M)[1:]:
-        head = re.match(r"(\d+)\. *(.*)", section)
-        patches = re.findall(r"^```diff\n(.*?)^```", section, re.M | re.S)
-        if head and patches:
-            found[int(head[1])] = head[2], "".join(patches)
-    return found
+class Mutant(Struct, frozen=True):
+    """One row of ``mutants.csv``. ``origin``: ``new``, or ``old`` for an error that mechc once had. ``mode`` and ``model``: what is
+    known to catch it, empty if nothing is."""
+
+    mutant: str
+    origin: str
+    mode: str
+    model: str
+    mutation: str
+
+    @property
+    def patch(self) -> str:
+        return (FOLDER / f"{self.mutant}.patch").read_text(encoding="utf-8")
+
+
+def mutants() -> dict[str, Mutant]:
+    """Return all mutants by their names."""
+    with (FOLDER / "mutants.csv").open(encoding="utf-8", newline="") as file:
+        return {row["mutant"]: Mutant(**row) for row in csv.DictReader(file)}
 
 
 def copied(folder: Path) -> Path:
@@ -72,7 +86,7 @@ def _run(tree: Path, *words: str) -> subprocess.CompletedProcess[str]:
     tests = [tree, tree / "tests/random_models", tree / "tests/oracle"]
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(map(str, tests)),
-        "MECHC_CACHE": str(ROOT / "build/random_models/planted_cache"),
+        "MECHC_CACHE": str(ROOT / "build/random_models/mutant_cache"),
     }
     return subprocess.run(
         [sys.executable, "-m", *words], cwd=tree, env=environment, capture_output=True, text=True, check=False
@@ -95,7 +109,7 @@ def changed(tree: Path, seeds: Sequence[int]) -> list[int]:
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(digests(seeds)))
     here: dict[str, str] = json.loads(kept.read_text())
-    ran = _run(tree, "random_models.planted", "digests", *map(str, seeds))
+    ran = _run(tree, "random_models.mutants", "digests", *map(str, seeds))
     there: dict[str, str] = json.loads(ran.stdout) if ran.returncode == 0 else {}
     return [int(seed) for seed, digest in here.items() if there.get(seed) != digest]
 
@@ -121,13 +135,13 @@ def examine(tree: Path, seeds: Sequence[int], mode: str) -> list[dict[str, Any]]
 def caught(
     patch: str, seeds: Sequence[int], mode: str, *, by_program: bool = False
 ) -> tuple[int, dict[str, Any] | None]:
-    """Return how many models were examined, and the first that shows the fault.
+    """Return how many models were examined, and the first that catches the mutant.
 
     ``by_program``: only models are examined of which the compiler makes something else.
     """
     with TemporaryDirectory() as folder:
         tree = copied(Path(folder))
-        subprocess.run(["patch", "-p1", "-s"], cwd=tree, input=patch, text=True, check=True)
+        subprocess.run(["patch", "-p0", "-s"], cwd=tree, input=patch, text=True, check=True)
         done = 0
         for start in range(0, len(seeds), _CHUNK):
             chunk = list(seeds[start : start + _CHUNK])
@@ -140,60 +154,64 @@ def caught(
     return done, None
 
 
-def again(text: str, only: Sequence[int] | None) -> int:
-    """Examine of each fault the model that is said to show it; return how many do not."""
-    missed = 0
-    for number, (title, patch) in faults(text).items():
-        if only and number not in only:
-            continue
-        section = re.search(rf"^## {number}\..*?(?=^## |\Z)", text, re.M | re.S)
-        said = section and re.search(r"^- caught: (\w+), model (\d+)", section[0], re.M)
-        if not said:
-            print(f"{number:3d}  {title}: no model is known to show it", flush=True)
-            missed += 1
-            continue
-        try:
-            _, by = caught(patch, [int(said[2])], said[1])
-        except subprocess.CalledProcessError:
-            by = None
-        missed += by is None
-        shown = f"{by['check']}: {by['key']}" if by else "NOT CAUGHT"
-        print(f"{number:3d}  {title}: {said[1]}, model {said[2]}: {shown}", flush=True)
-    return missed
+def again(chosen: Sequence[Mutant]) -> int:
+    """Examine the model that is known to catch each mutant; return how many survive."""
+    survivors = 0
+    for one in chosen:
+        by = None
+        if one.mode:
+            try:
+                _, by = caught(one.patch, [int(one.model)], one.mode)
+            except subprocess.CalledProcessError:
+                by = {"check": "the patch does not apply", "key": ""}
+                survivors += 1
+        survivors += by is None
+        shown = f"{by['check']}: {by['key']}" if by else "SURVIVES"
+        print(f"{one.mutant}  {one.mutation}: {one.mode} {one.model}: {shown}", flush=True)
+    return survivors
 
 
 def main() -> None:
-    """Plant each fault and say whether it was caught."""
-    if sys.argv[1] == "digests":
+    """Apply each mutant and say whether it was caught."""
+    if sys.argv[1:2] == ["digests"]:
         print(json.dumps(digests([int(seed) for seed in sys.argv[2:]])))
         return
-    parser = argparse.ArgumentParser()
-    parser.add_argument("file", type=Path)
+    parser = argparse.ArgumentParser(prog="python -m random_models.mutants", description=__doc__)
+    parser.add_argument(
+        "names", nargs="*", help="of mutants, as 12-03, or of a whole set, as 12 (default: all)"
+    )
     parser.add_argument("--models", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--mode", default="mixed")
-    parser.add_argument("--only", type=int, nargs="*")
-    parser.add_argument("--by-program", action="store_true", help="only what the compiler makes otherwise")
-    parser.add_argument("--holding", help="only models whose text, or that of a twin, holds this")
-    parser.add_argument("--again", action="store_true", help="only the model that is said to show the fault")
+    parser.add_argument(
+        "--by-program", action="store_true", help="only models whose compiled program changes"
+    )
+    parser.add_argument("--holding", help="only models whose text, or that of a twin, matches this pattern")
+    parser.add_argument(
+        "--again", action="store_true", help="only the model that is known to catch the mutant"
+    )
     given = parser.parse_args()
+    chosen = [
+        one
+        for name, one in mutants().items()
+        if not given.names or name in given.names or name.partition("-")[0] in given.names
+    ]
     if given.again:
-        sys.exit(again(given.file.read_text(), given.only))
+        sys.exit(again(chosen))
     seeds: Sequence[int] = range(given.first, given.first + given.models)
     if given.holding:
         seeds = [seed for seed in seeds if re.search(given.holding, texts(seed), re.S)]
-    for number, (title, patch) in faults(given.file.read_text()).items():
-        if given.only and number not in given.only:
-            continue
+    for one in chosen:
         begun = time.monotonic()
         try:
-            count, by = caught(patch, seeds, given.mode, by_program=given.by_program)
+            count, by = caught(one.patch, seeds, given.mode, by_program=given.by_program)
         except subprocess.CalledProcessError:
-            print(f"{number:3d}  does not fit  {title}", flush=True)
+            print(f"{one.mutant}  does not apply  {one.mutation}", flush=True)
             continue
-        said = f"{by['check']}: {by['key']} (seed {by['seed']})" if by else "not caught"
+        said = f"{by['check']}: {by['key']} (seed {by['seed']})" if by else "survives"
         print(
-            f"{number:3d}  {count:5d} models  {time.monotonic() - begun:5.0f} s  {title}: {said}", flush=True
+            f"{one.mutant}  {count:5d} models  {time.monotonic() - begun:5.0f} s  {one.mutation}: {said}",
+            flush=True,
         )
 
 

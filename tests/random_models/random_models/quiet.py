@@ -21,7 +21,7 @@ SEPARABLE = 0.3
 
 
 def is_quiet(seed: int) -> bool:
-    """Whether the model of a seed is one of these: of none by which a planted fault is known."""
+    """Whether the model of a seed is one of these: of none that is known to catch a mutant."""
     return Random(f"smoothly {seed}").random() < SHARE
 
 

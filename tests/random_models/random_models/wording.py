@@ -92,7 +92,7 @@ def _with_other_imports(model: Model, random: Random) -> Model:
 
 def _names_of(library: str) -> set[str]:
     """Return the models that a file of the library holds."""
-    from random_models.planted import ROOT
+    from random_models.mutants import ROOT
 
     text = (ROOT / "stdlib" / f"{library.removeprefix('mech.')}.mech").read_text(encoding="utf-8")
     return set(re.findall(r"^(?:partial )?model (\w+)", text, re.M))
