@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from mechc.suggest import closest
@@ -9,6 +10,13 @@ from mechc.suggest import closest
 from .diagnostics import Reporter
 from .source import SourceFile
 
+_XML = {
+    "robot": "a robot in URDF",
+    "mujoco": "a robot in MJCF",
+    "sdf": "a robot in SDF",
+    "fmiModelDescription": "the description of an FMU",
+}
+"""Formats by their first element."""
 LARGEST = 10_000_000
 """Most bytes of a source file."""
 
@@ -51,7 +59,21 @@ def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
     if not text.strip():
         help = "'mechc new NAME' writes a model to begin with"
         raise reporter.fail("E0101", f"'{name}' is empty", None, help=help)
+    foreign = _foreign(name, text)
+    if foreign:
+        help = "mechc reads models in its own language; 'mechc new NAME' writes one to begin with"
+        raise reporter.fail("E0101", f"'{name}' is {foreign}, not a model of mechc", None, help=help)
     return SourceFile(name, text)
+
+
+def _foreign(name: str, text: str) -> str:
+    """Say which other format a text is in; empty if it may be a model."""
+    if name.endswith(".mo"):
+        return "a Modelica file"
+    if not text.lstrip().startswith("<"):
+        return ""
+    root = re.search(r"<([A-Za-z][\w:]*)", re.sub(r"<!--.*?-->", "", text, flags=re.S))
+    return _XML.get(root[1] if root else "", "an XML file")
 
 
 def _near(path: Path) -> str:

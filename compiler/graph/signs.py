@@ -15,8 +15,10 @@ _Factors = tuple[int, frozenset[Node]]
 """Sign of a product, and the factors of unknown sign that stand in it an odd number of times."""
 
 
-def never_positive(graph: Graph, products: Sequence[tuple[Node, Node]], known: Mapping[Node, float]) -> bool:
-    """Tell whether each product of two formulas is seen to be zero or negative; no node is made for that.
+def one_sign(
+    graph: Graph, products: Sequence[tuple[Node, Node]], known: Mapping[Node, float], sign: int
+) -> bool:
+    """Tell whether each product of two formulas is seen to be zero or of the ``sign`` 1 or -1; no node is made for that.
 
     ``known``: numbers of symbols; zero counts as positive.
     """
@@ -25,7 +27,7 @@ def never_positive(graph: Graph, products: Sequence[tuple[Node, Node]], known: M
         factors[n] = _of(graph, n, known, factors)
     for pair in products:
         (a, first), (b, second) = (factors[n] for n in pair)
-        if graph.zero not in pair and (a * b > 0 or first != second):
+        if graph.zero not in pair and (a * b != sign or first != second):
             return False
     return True
 

@@ -7,7 +7,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
 from ..graph.differentiate import is_affine, jvp
-from ..graph.signs import never_positive
+from ..graph.signs import one_sign
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame, Point
 from .kinematics.reactions import undisplaced, virtual_rates
@@ -36,20 +36,27 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
         brakes = not support & outside and (
-            _brakes(lowering, pairs) or _brakes(lowering, _as_written(lowering, load, symbols))
+            _always(lowering, pairs, -1) or _always(lowering, _as_written(lowering, load, symbols), -1)
         )
+        if not brakes and support & symbols.velocities and _always(lowering, pairs, 1):
+            reporter.warning(
+                "W0532",
+                f"this {load.kind} pushes along every motion: it feeds energy in, without end",
+                load.origin.shown,
+                help="a drag is written 'damping c on q', or as a force with the opposite sign",
+            )
         result.append(Effort(load.name, tuple(pairs), not brakes, load.origin))
     return tuple(result)
 
 
-def _brakes(lowering: Lowering, pairs: Pairs) -> bool:
-    """Tell whether a force takes energy whatever the motion, with the default values of parameters."""
+def _always(lowering: Lowering, pairs: Pairs, sign: int) -> bool:
+    """Tell whether the power of a force has one sign whatever the motion, with the default values of parameters."""
     if not pairs:
         return False
     graph = lowering.graph
     pairs = [(undisplaced(graph, rate), undisplaced(graph, effort)) for rate, effort in pairs]
     known = lowering.integrals.settled(graph.support(*(n for pair in pairs for n in pair)))
-    return never_positive(graph, pairs, known)
+    return one_sign(graph, pairs, known, sign)
 
 
 def _as_written(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:

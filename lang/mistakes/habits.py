@@ -6,6 +6,7 @@ None where it knows nothing. ``syntax_errors.py`` asks them in order.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 from mechc.suggest import closest
@@ -308,10 +309,23 @@ def missing_operator(s: Situation) -> Finding | None:
         help = f"a name is followed by ':', as in '{first.text} {before.text}: ..'"
     if token.kind in ("LPAR", "LBRACE"):
         help = "a product is written with '*'"
+    inverse = _inverse_unit(s, before, token)
+    if inverse:
+        help = f"a unit with nothing above its fraction is written with a power: '{before.text} {inverse}'"
     if before.text in BUILTINS:
         help = f"the argument of a function stands in parentheses: '{before.text}({token.text})'"
     message = f"an operator is missing between '{before.text}' and '{token.text}'"
     return error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
+
+
+def _inverse_unit(s: Situation, before: Token, token: Token) -> str:
+    """Return ``m^-1`` for a number followed by ``1/m``; empty for anything else."""
+    slash = s.tokens[s.index + 1] if s.index + 1 < len(s.tokens) else None
+    if before.kind != "NUMBER" or token.text != "1" or slash is None or slash.text != "/":
+        return ""
+    unit = s.source.text[slash.end : unit_end(s.source.text, slash.end)]
+    found = re.fullmatch(r"([^\W\d_]+)(?:\^(\d+))?([./].*)?", unit)
+    return f"{found[1]}^-{found[2] or 1}{found[3] or ''}" if found else ""
 
 
 def unit_behind_call(s: Situation) -> Finding | None:

@@ -26,6 +26,7 @@ from ..rows.prescribed import check_held, check_prescribed
 from ..rows.residual import constraint_rates, residual
 from ..rows.signs import Side
 from .accelerations import accelerations, massless
+from .counted_twice import warn_of_counting_twice
 from .energies import Energies, energies
 from .energies import still as resting
 from .feeding import warn_of_feeding
@@ -146,6 +147,7 @@ def solve_system(
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
     energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
+    warn_of_counting_twice(system, energy.kinetic, {**driven, **still}, reporter)
     replies = replace_fields(replies, dropped=frozenset(absent))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS
@@ -37,6 +37,26 @@ _ELSEWHERE = {
     "where": "if",
 }
 """What functions of other languages are called here."""
+_INSTEAD = {
+    **dict.fromkeys(
+        ("delay", "delayed", "transportdelay"),
+        "there are no delayed values; a state of first order lags: 'equation der(y) = (x - y)/T;'",
+    ),
+    **dict.fromkeys(
+        ("interp", "interp1", "interp1d", "lookup", "lookup1", "lookup1d", "lookuptable", "table1d"),
+        "a table is written 'table(x, {0, 1, 2} m, {0, 5, 7} N)'",
+    ),
+    **dict.fromkeys(
+        ("ode45", "ode15s", "odeint", "solve_ivp", "integrate"),
+        "a run integrates by itself: state energies and forces, and 'experiment(stop = 10 s);'",
+    ),
+    **dict.fromkeys(
+        ("rand", "randn", "random", "noise", "normal"),
+        "a model has no random numbers; 'mechc ensemble' draws values for many runs",
+    ),
+    **dict.fromkeys(("step", "unitstep"), "a step is written 'if time < 1 s then 0 N else 5 N'"),
+}
+"""What to write in the place of functions that there are not."""
 _LARGEST = 20_000
 """Most operations of a call after it is written out."""
 
@@ -138,8 +158,16 @@ def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -
             help=f"write '{name}*(...)' for a product" if declared else "",
         )
     return scope.fail(
-        "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, scope.namespace.names())
+        "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, _functions(scope, node))
     )
+
+
+def _functions(scope: Scope, node: ast.Call) -> Iterator[str]:
+    """Yield the names of functions that the text defines or imports."""
+    for name in scope.namespace.names():
+        found = scope.namespace.look_up(name, node.function.span)
+        if found is not None and isinstance(found.definition, ast.Function):
+            yield name
 
 
 def _meant(name: str, known: Iterable[str]) -> str:
@@ -147,6 +175,8 @@ def _meant(name: str, known: Iterable[str]) -> str:
     last = name.rpartition(".")[2].casefold()  # np.sin, Math.sin
     if last in ("pow", "power"):
         return "a power is written 'x^y'"
+    if last in _INSTEAD:
+        return _INSTEAD[last]
     here = _ELSEWHERE.get(last, last if name != last else "")
     if here == "if":
         return "a choice is written 'if c then a else b'"

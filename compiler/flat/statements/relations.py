@@ -212,7 +212,13 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         "declare it as 'state', write 'constraint' for a relation between coordinates, or 'output x ~ guess;' for what "
         "equations determine"
     )
-    if target is not None and target.role is Role.COORDINATE:
+    moved = _accelerated(left)
+    if moved:
+        help = (
+            f"accelerations follow from energies and forces: 'kinetic 1/2*m*der({moved})^2;' and, of what is no energy, "
+            f"'force {statement.right.span.text} on {moved};'"
+        )
+    elif target is not None and target.role is Role.COORDINATE:
         help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
     elif not isinstance(left, ast.Derivative) and any(isinstance(n, ast.Derivative) for n in nodes(left)):
         help = "solve it for the rate: 'equation der(x) = ..;'"
@@ -226,6 +232,18 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         else "this is not 'der(x)' of a state",
         help=help,
     )
+
+
+def _accelerated(left: ast.Expression) -> str:
+    """Return what is differentiated twice, as in Newton's ``m*der(der(x))``; empty if nothing is."""
+    for node in nodes(left):
+        if isinstance(node, ast.Derivative):
+            inner = node.operand
+            if node.order == 2:
+                return inner.span.text
+            if isinstance(inner, ast.Derivative):
+                return inner.operand.span.text
+    return ""
 
 
 def exact(scope: Scope, statement: ast.Exact, record: Record) -> None:

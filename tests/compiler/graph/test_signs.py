@@ -8,7 +8,7 @@ import pytest
 
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.graph.signs import never_positive
+from mechc.compiler.graph.signs import one_sign
 
 
 def formulas(graph: Graph) -> dict[str, tuple[Node, bool]]:
@@ -53,7 +53,7 @@ def formulas(graph: Graph) -> dict[str, tuple[Node, bool]]:
 def test_never_positive(name: str) -> None:
     graph = Graph()
     node, expected = formulas(graph)[name]
-    assert never_positive(graph, [(graph.one, node)], {graph.symbol("c"): 2.0}) is expected
+    assert one_sign(graph, [(graph.one, node)], {graph.symbol("c"): 2.0}, -1) is expected
     rng = random.Random(1)
     values = [
         evaluate(graph, [node], {graph.symbol("c"): 2.0} | {graph.symbol(n): rng.gauss(0, 2) for n in "vw"})[
@@ -67,6 +67,6 @@ def test_never_positive(name: str) -> None:
 def test_sign_of_a_number_counts() -> None:
     graph = Graph()
     node = graph.mul(graph.symbol("c"), graph.mul(graph.symbol("v"), graph.symbol("v")))
-    assert never_positive(graph, [(graph.one, node)], {graph.symbol("c"): -2.0})
-    assert not never_positive(graph, [(graph.one, node)], {graph.symbol("c"): 0.0})
-    assert not never_positive(graph, [(graph.one, node)], {})
+    assert one_sign(graph, [(graph.one, node)], {graph.symbol("c"): -2.0}, -1)
+    assert not one_sign(graph, [(graph.one, node)], {graph.symbol("c"): 0.0}, -1)
+    assert not one_sign(graph, [(graph.one, node)], {}, -1)

@@ -1,0 +1,61 @@
+"""What somebody who is new writes first, and the help that leads on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import mechc
+from mechc.lang.diagnostics import CompileError
+from mechc.lang.read import read_source
+
+BODY = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (
+            "parameter k = 3 N/m; coordinate x = 1 m;\nequation 1 kg*der(der(x)) = -k*x;",
+            "E0421",
+            ["'kinetic 1/2*m*der(x)^2;'", "'force -k*x on x;'"],
+        ),
+        ("coordinate x = 1 m;\nequation der(x, 2) = -4 s^-2*x;", "E0421", ["'force -4 s^-2*x on x;'"]),
+        (BODY + "parameter k = 0.8 1/m;", "E0110", ["'0.8 m^-1'"]),
+        (BODY + "parameter k = 2 1;", "E0110", ["'2*1'"]),
+        (BODY + "force -4 N/m*delay(x, 0.1 s) on x;", "E0209", ["no delayed values"]),
+        (BODY + "force interp1(x, 1) on x;", "E0209", ["'table("]),
+        (BODY + "force rand(1)*1 N on x;", "E0209", ["ensemble"]),
+    ],
+)
+def test_help_says_what_to_write(text: str, code: str, words: list[str]) -> None:
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(text)
+    found = next(d for d in caught.value.diagnostics if d.code == code)
+    assert all(word in found.help for word in words), found.help
+
+
+def test_a_model_is_no_suggestion_for_a_function() -> None:
+    text = "model Lookop\n coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force lookop(x) on x;\nend Lookop;"
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(text)
+    assert "Lookop" not in caught.value.diagnostics[0].help
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("arm.urdf", '<?xml version="1.0"?>\n<!-- <sdf/> -->\n<robot name="arm"/>', "a robot in URDF"),
+        ("arm.xml", '<mujoco model="arm"/>', "a robot in MJCF"),
+        ("world.sdf", '<?xml version="1.0"?><sdf version="1.9"/>', "a robot in SDF"),
+        ("a.xml", "<html></html>", "an XML file"),
+        ("P.mo", "model P\n  Real x;\nend P;\n", "a Modelica file"),
+    ],
+)
+def test_files_of_other_programs_are_recognised(tmp_path: Path, name: str, text: str, words: str) -> None:
+    file = tmp_path / name
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(CompileError) as caught:
+        read_source(file)
+    assert f"is {words}, not a model" in caught.value.diagnostics[0].message
