@@ -347,8 +347,8 @@ class ClosureEquation(Struct, frozen=True):
 
 
 class Joint(Struct, frozen=True):
-    """A component with a ``place``: ``target`` is the dotted name of the ``to`` frame as named in this model
-    (follow aliases to the free frame), ``value`` its pose. ``source`` is the first interface frame.
+    """A component with a ``place``: ``to`` is the frame that it places, by the joint's own name for it; ``target`` is the
+    frame that this name stands for, ``value`` its pose. ``source`` is the first interface frame.
 
     ``coordinates``: names of the coordinates the component itself declares. A ``place`` in the top model,
     and a value given to a free frame from outside (a weld), are joints without coordinates.
@@ -356,6 +356,7 @@ class Joint(Struct, frozen=True):
 
     name: str
     source: str
+    to: str
     target: str
     value: Expression
     coordinates: tuple[str, ...]

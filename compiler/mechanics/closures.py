@@ -54,8 +54,7 @@ def closure_rows(
             moved = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, joint.name)
             virtual[joint.name] = moved
             with lowering.trial(joint.name):
-                for name in lowering.aliases(joint.name, joint.target) or [joint.target]:
-                    lowering.assign(name, moved.frame)
+                lowering.assign(joint.to, moved.frame)
                 rows += _joint_rows(lowering, joint, symbols, reporter)
                 # what acts on its coordinates acts within the joint, too
                 computed = _compute(lowering, joint)

@@ -56,7 +56,7 @@ def joint_as_closure(model: FlatModel, seen: Seen | None, random: Random) -> Twi
     turned = turned if n == 3 else apply("rot", types.POSE, turned)
     for step in (apply("trans", types.POSE, at), turned):
         pose = apply("multiply", types.FRAME, pose, step)
-    free = Joint("freed", "world", joint.target, pose, (PLACE, TURN), (), False, joint.origin)
+    free = Joint("freed", "world", joint.target, joint.target, pose, (PLACE, TURN), (), False, joint.origin)
     wanted: list[Expression] = [
         apply("pos", length, target),
         apply("vel", measured(model, "velocity", (n,)), target),

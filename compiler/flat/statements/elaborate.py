@@ -170,7 +170,7 @@ def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: Record)
     if index in member.welds:
         pose, origin = member.welds[index]
         record.placed[name] = origin.span
-        record.joints.append(model.Joint(name, "", name, pose, (), (), False, origin))
+        record.joints.append(model.Joint(name, "", name, name, pose, (), (), False, origin))
 
 
 def _define(
@@ -229,6 +229,7 @@ def _joints(parts: JointParts, record: Record) -> None:
             model.Joint(
                 name,
                 source,
+                target,
                 target,
                 value,
                 coordinates if k == 0 and instance.path else (),

@@ -258,14 +258,6 @@ class Lowering:
         yield
         self._values = saved
 
-    def aliases(self, instance: str, target: str) -> list[str]:
-        """Return the names by which an instance calls a frame of another."""
-        return [
-            name
-            for name, d in self._definitions.items()
-            if name.startswith(f"{instance}.") and isinstance(d.value, Name) and d.value.name == target
-        ]
-
     def named(self, name: str, span: Span | None = None) -> Value:
         """Return the value of a variable or definition."""
         if name in self._values:
