@@ -76,7 +76,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     xdot = _state_equations(lowering, model, symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
-    closures = closure_rows(lowering, topology, asked, virtual, symbols, reporter)
+    closures = closure_rows(lowering, model, topology, asked, virtual, symbols, reporter)
     masses, inertias = matter.masses, matter.inertias
     if isinstance(kinematics, Spatial):
         kinematics.field = next((m.field for m in masses if m.field is not None), None)

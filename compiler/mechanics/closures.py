@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 from typing import Literal, Unpack
 
 from mechc.lang.diagnostics import Details, Reporter
 
-from ..flat.model import ClosureEquation, Constraint, Expression, FlatModel, Joint, Name
-from ..graph import Graph, Node
+from ..flat.model import ClosureEquation, Constraint, Expression, FlatModel, Joint, Kind, Name
+from ..graph import DivisionByZero, Graph, Node
 from ..graph.differentiate import is_affine
-from .kinematics.frames import Frame
+from ..graph.vector import subtract, unit_vector
+from .kinematics.frames import Frame, Point
 from .kinematics.reactions import VirtualDisplacement, displace
 from .kinematics.topology import Topology
 from .meaning.lower import Lowering
@@ -35,6 +37,7 @@ def _unit(left: Expression, right: Expression) -> str:
 
 def closure_rows(
     lowering: Lowering,
+    model: FlatModel,
     topology: Topology,
     asked: frozenset[str],
     virtual: dict[str, VirtualDisplacement],
@@ -55,13 +58,13 @@ def closure_rows(
             virtual[joint.name] = moved
             with lowering.trial(joint.name):
                 lowering.assign(joint.to, moved.frame)
-                rows += _joint_rows(lowering, joint, symbols, reporter)
+                rows += _joint_rows(lowering, model, joint, symbols, reporter)
                 # what acts on its coordinates acts within the joint, too
                 computed = _compute(lowering, joint)
             for name, value in computed.items():
                 lowering.assign(name, value)
         else:
-            rows += _joint_rows(lowering, joint, symbols, reporter)
+            rows += _joint_rows(lowering, model, joint, symbols, reporter)
             _compute(lowering, joint)
     return tuple(rows)
 
@@ -105,8 +108,10 @@ def _check_closure(
 
 
 def _joint_rows(
-    lowering: Lowering, joint: Joint, symbols: Symbols, reporter: Reporter
+    lowering: Lowering, model: FlatModel, joint: Joint, symbols: Symbols, reporter: Reporter
 ) -> list[ConstraintRows]:
+    if not joint.coordinates and not joint.closures:
+        return [_connection(lowering, model, joint, reporter)]
     rows = []
     for equation in joint.closures:
         if _computed(joint, equation.left):
@@ -119,7 +124,59 @@ def _joint_rows(
                 joint.name, "position", residuals, (unit,) * len(residuals), "", joint.name, equation.origin
             )
         )
+    if not rows:
+        _check_free(model, joint, reporter)
     return rows
+
+
+def _connection(lowering: Lowering, model: FlatModel, joint: Joint, reporter: Reporter) -> ConstraintRows:
+    """Return what holds a frame where a value or a ``place`` without freedoms puts it, though others place it, too.
+
+    Of the rotation, tan(angle/2), in space times the axis: it vanishes without rotation alone.
+    """
+    graph, kinematics = lowering.graph, lowering.kinematics
+    value, target = lowering.frame(joint.value), lowering.named(joint.to)
+    assert isinstance(target, Frame)
+    size = kinematics.size
+    none = (graph.zero,) * size
+    off = subtract(graph, kinematics.position(Point(target, none)), kinematics.position(Point(value, none)))
+    axes = [
+        kinematics.to_frame(value, kinematics.to_world(target, unit_vector(graph, k, size)))
+        for k in range(size)
+    ]
+    if size == 2:
+        twice, cosine = [axes[0][1]], axes[0][0]
+    else:
+        twice = [graph.sub(axes[j][k], axes[k][j]) for j, k in ((1, 2), (2, 0), (0, 1))]
+        cosine = graph.sum(axes[k][k] for k in range(3))
+    try:
+        turned = [graph.div(x, graph.add(graph.one, cosine)) for x in twice]
+    except DivisionByZero:
+        raise reporter.fail(
+            "E0529",
+            f"the loop that '{joint.name}' closes cannot close: its two sides are half a turn apart in every position",
+            joint.origin.shown,
+            help="look at the directions of the parts around the loop",
+        ) from None
+    length = "" if model.dimensionless else "m"
+    units = (length,) * size + ("",) * len(turned)
+    return ConstraintRows(joint.name, "position", (*off, *turned), units, "", joint.name, joint.origin)
+
+
+def _check_free(model: FlatModel, joint: Joint, reporter: Reporter) -> None:
+    """Report a joint that closes a loop and holds nothing there, though it leaves fewer freedoms than a body has."""
+    own = [v.type for v in model.variables if v.name in joint.coordinates]
+    freedoms = sum(3 if type.kind is Kind.ROTATION else prod(type.shape) for type in own)
+    of_a_body = 3 if model.space == 2 else 6
+    if freedoms < of_a_body:
+        raise reporter.fail(
+            "E0570",
+            f"joint '{joint.name}' closes a loop, and its model does not say what holds there",
+            joint.origin.shown,
+            caption=f"it leaves {freedoms} of {of_a_body} freedoms, and no 'closure' equation holds the others",
+            help="add 'closure' equations to the model of the joint, as in 'closure pos(to) = pos(from);', or close the "
+            "loop with another joint",
+        )
 
 
 def constraint_rows(

@@ -1,19 +1,21 @@
 """The kinematic graph: which joint places which frame, and which joints close loops.
 
-Free frames are nodes, joints are edges. The spanning tree grows from ``world`` in the order of declaration;
-joints marked ``cut`` and joints whose two sides are both placed are closures. Decided from names alone,
-before any formula exists, because the coordinates of a closure are no unknowns.
+Free frames are nodes, joints are edges. Rigid connections hold frames together before any joint does, as they have no
+freedom: they are edges of the tree unless connections alone form a loop. The spanning tree grows from ``world`` in the
+order of declaration; joints marked ``cut`` and joints between what the tree holds already are closures. Decided from
+names alone, before any formula exists, because the coordinates of a closure are no unknowns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
 from ...flat.model import Apply, Array, Definition, Element, Expression, FlatModel, Joint, Name
+from ...flat.operands import free_names
 
 WORLD = "world"
 
@@ -71,24 +73,30 @@ def root_of(expression: Expression, definitions: Mapping[str, Definition]) -> st
 def classify(model: FlatModel, reporter: Reporter) -> Topology:
     """Return the spanning tree and the closures of a model; report bodies that nothing connects to ``world``."""
     definitions = {d.name: d for d in model.definitions}
-    placed = {WORLD}
-    tree: list[TreeEdge] = []
-    closing: set[str] = {joint.name for joint in model.joints if joint.cut}
-    waiting = [j for j in model.joints if not j.cut]
     ends = {j.name: _ends(j, definitions) for j in model.joints}
     for joint in model.joints:
         _check_not_to_itself(joint, *ends[joint.name], reporter)
+    held = _Held()
+    closing = {joint.name for joint in model.joints if joint.cut}
+    connections: set[str] = set()
+    for joint in _connections(model, definitions):
+        (connections if held.join(*ends[joint.name]) else closing).add(joint.name)
+    waiting = [j for j in model.joints if j.name not in closing]
+    placed, reached = {WORLD}, {held.by(WORLD)}
+    tree: list[TreeEdge] = []
     while waiting:
         left: list[Joint] = []
         for joint in waiting:
             source, target = ends[joint.name]
-            if source in placed and target in placed:
+            if joint.name not in connections and {held.by(source), held.by(target)} <= reached:
                 closing.add(joint.name)
             elif source in placed and target is not None:
                 placed.add(target)
+                reached.add(held.by(target))
                 tree.append(TreeEdge(joint, target, backwards=False))
             elif target in placed and source is not None:
                 placed.add(source)
+                reached.add(held.by(source))
                 tree.append(TreeEdge(joint, source, backwards=True))
             else:
                 left.append(joint)
@@ -97,6 +105,53 @@ def classify(model: FlatModel, reporter: Reporter) -> Topology:
         waiting = left
     _report_floating(model, definitions, placed, reporter)
     return Topology(tuple(tree), tuple(j for j in model.joints if j.name in closing))
+
+
+class _Held:
+    """What rigid connections hold together: each free frame stands for itself, or for the frames joined with it."""
+
+    def __init__(self) -> None:
+        self._by: dict[str, str] = {}
+
+    def by(self, frame: str | None) -> str | None:
+        """Return the frame that stands for all that are held together with ``frame``."""
+        while frame in self._by:
+            frame = self._by[frame]
+        return frame
+
+    def join(self, source: str | None, target: str | None) -> bool:
+        """Hold two frames together; return False if they are already."""
+        first, second = self.by(source), self.by(target)
+        if first is None or second is None:
+            return True
+        if first == second:
+            return False
+        self._by[second] = first
+        return True
+
+
+def _connections(model: FlatModel, definitions: Mapping[str, Definition]) -> Iterator[Joint]:
+    """Yield the joints that have neither freedoms nor equations of their own, nor a pose that follows another joint."""
+    moving = {name for joint in model.joints for name in joint.coordinates}
+    for joint in model.joints:
+        if not (
+            joint.cut or joint.coordinates or joint.closures or _depends(joint.value, moving, definitions)
+        ):
+            yield joint
+
+
+def _depends(expression: Expression, wanted: Collection[str], definitions: Mapping[str, Definition]) -> bool:
+    """Tell whether an expression mentions one of the wanted names, be it through definitions."""
+    pending, seen = [expression], set[str]()
+    while pending:
+        for name in free_names(pending.pop()):
+            if name in wanted:
+                return True
+            definition = definitions.get(name)
+            if name not in seen and definition is not None and definition.value is not None:
+                seen.add(name)
+                pending.append(definition.value)
+    return False
 
 
 def _ends(joint: Joint, definitions: Mapping[str, Definition]) -> tuple[str | None, str | None]:
