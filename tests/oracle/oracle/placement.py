@@ -34,9 +34,12 @@ def base(e: flat.Expression, definitions: Definitions) -> str:
 
 
 def span(joints: tuple[flat.Joint, ...], definitions: Definitions) -> Tree:
-    """In the order of declaration, joints place what is not placed; the others, and those cut, close loops."""
+    """In the order of declaration, joints place what is not placed; the others, and those cut, close loops.
+
+    Rigid connections come before all others.
+    """
     placed, edges, backwards, loops = {"world"}, {}, set(), []
-    waiting = list(joints)
+    waiting = sorted(joints, key=lambda joint: bool(joint.cut or joint.coordinates or joint.closures))
     while waiting:
         for joint in waiting:
             source, target = (
@@ -44,6 +47,8 @@ def span(joints: tuple[flat.Joint, ...], definitions: Definitions) -> Tree:
                 base(definitions[joint.target].value or _name(joint), definitions),
             )
             if joint.cut or (source in placed and target in placed):
+                if not joint.coordinates and not joint.closures:
+                    raise NotCovered("connections that form a loop among themselves")
                 loops.append(joint)
             elif source in placed:
                 edges[target] = joint
