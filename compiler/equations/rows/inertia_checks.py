@@ -25,7 +25,11 @@ from ...mechanics.system import MechanicalSystem, PointMass, RotaryInertia
 from .defaults import default_values
 
 ROUNDING = 1e-9
-"""Relative; moments of thin rods and disks are at the limit."""
+"""Relative to the body; moments of thin rods and disks are at the limit."""
+
+LOST = 1e-13
+"""Relative to the largest mass, or moment about the frame of a body, of the model: what is less is rounding of the tool that
+turned and shifted the tensors (some 1e-20 kg.m^2 in descriptions of robots), and lost where moments are added up."""
 
 Numbers = tuple[float, ...]
 Table = list[list[float]]
@@ -55,16 +59,50 @@ def check_rigid_bodies(system: MechanicalSystem, reporter: Reporter) -> None:
         bodies.setdefault(id(owner), ([], []))[0].append(mass)
     for part in system.inertias:
         bodies.setdefault(id(carrier(system, part.frame)), ([], []))[1].append(part)
-    for masses, parts in bodies.values():
-        sizes = tuple(known[m.mass] for m in masses)
-        tensors = tuple([[known[x] for x in row] for row in part.inertia] for part in parts)
-        _check(system, _Body(tuple(masses), sizes, tuple(parts), tensors), known, reporter)
+    made = [
+        _Body(
+            tuple(masses),
+            tuple(known[m.mass] for m in masses),
+            tuple(parts),
+            tuple([[known[x] for x in row] for row in part.inertia] for part in parts),
+        )
+        for masses, parts in bodies.values()
+    ]
+    if doubtful := [body for body in made if not _plain(body)]:
+        lost_mass = LOST * max((abs(m) for body in made for m in body.sizes), default=0.0)
+        lost_moment = LOST * max(_moment(system, body, known) for body in made)
+        for body in doubtful:
+            _check(system, body, known, lost_mass, lost_moment, reporter)
 
 
-def _check(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], reporter: Reporter) -> None:
+def _plain(body: _Body) -> bool:
+    """Tell whether every single part of a body is possible: so is every sum of them."""
+    return (
+        all(_symmetric(tensor) for tensor in body.tensors)
+        and all(m >= 0 for m in body.sizes)
+        and all(_positive(_second_moments(tensor)) for tensor in body.tensors)
+    )
+
+
+def _moment(system: MechanicalSystem, body: _Body, values: Mapping[Node, float]) -> float:
+    """Return the size of the moments that are added up about the frame which carries a body."""
+    entries = [abs(x) for tensor in body.tensors for row in tensor for x in row]
+    arms = zip(body.sizes, _places(system, body, values), strict=True)
+    sizes = [*entries, *(abs(m) * _dot(p, p) for m, p in arms)]
+    return max((x for x in sizes if math.isfinite(x)), default=0.0)
+
+
+def _check(
+    system: MechanicalSystem,
+    body: _Body,
+    values: Mapping[Node, float],
+    lost_mass: float,
+    lost_moment: float,
+    reporter: Reporter,
+) -> None:
     sizes = body.sizes
     for part, tensor in zip(body.parts, body.tensors, strict=True):
-        if not _symmetric(tensor):
+        if not _symmetric(tensor, lost_moment):
             reporter.error(
                 "E0531",
                 "an inertia matrix is symmetric",
@@ -73,26 +111,26 @@ def _check(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], 
                 help="write J[i,j] = J[j,i] = -(integral of x[i]*x[j] over the mass)",
             )
             return
-    if all(m >= 0 for m in sizes) and all(_positive(_second_moments(tensor)) for tensor in body.tensors):
-        return  # so is every sum of them
     total = math.fsum(sizes)
-    if total < -ROUNDING * max(map(abs, sizes), default=0.0):
+    if total < -max(ROUNDING * max(map(abs, sizes), default=0.0), lost_mass):
         unit = "" if system.model.dimensionless else " kg"
         _, lightest = min(zip(sizes, body.masses, strict=True), key=lambda pair: pair[0])
         _impossible(
             reporter, "mass", f"the sum of all that moves with it is {total:.6g}{unit}", lightest.origin
         )
     elif body.parts:
-        _check_moments(_about_centre(system, body, values, total), body.parts[0].origin, reporter)
+        _check_moments(
+            _about_centre(system, body, values, total), lost_moment, body.parts[0].origin, reporter
+        )
 
 
-def _check_moments(tensor: Table, origin: Origin, reporter: Reporter) -> None:
+def _check_moments(tensor: Table, lost: float, origin: Origin, reporter: Reporter) -> None:
     if not all(math.isfinite(x) for row in tensor for x in row):
         return
-    if not _positive(tensor):
+    if not _positive(tensor, lost):
         which = "its moment of inertia is" if len(tensor) == 1 else "one of its moments of inertia is"
         _impossible(reporter, "moment of inertia", f"about its mass centre {which}", origin)
-    elif not _positive(_second_moments(tensor)):
+    elif not _positive(_second_moments(tensor), lost):
         moments = ", ".join(f"{tensor[i][i]:.6g}" for i in range(3))
         reporter.note(
             "N0533",
@@ -125,11 +163,7 @@ def _about_centre(system: MechanicalSystem, body: _Body, values: Mapping[Node, f
             half = [[_dot(row, column) for column in zip(*tensor, strict=True)] for row in axes]
             turned = [[_dot(row, other) for other in axes] for row in half]
         result = [[a + b for a, b in zip(r, s, strict=True)] for r, s in zip(result, turned, strict=True)]
-    places = []
-    for mass in body.masses:
-        axes, origin = _place(system, mass.point.frame, values)
-        offset = _in_space(evaluate(system.graph, list(mass.point.offset), values))
-        places.append(tuple(o + _dot(row, offset) for o, row in zip(origin, axes, strict=True)))
+    places = _places(system, body, values)
     centre = tuple(
         math.fsum(m * p[i] for m, p in zip(body.sizes, places, strict=True)) / total if total else 0.0
         for i in range(3)
@@ -141,6 +175,16 @@ def _about_centre(system: MechanicalSystem, body: _Body, values: Mapping[Node, f
             for j in range(count):
                 result[i][j] += m * ((square if i == j else 0.0) - (0.0 if planar else arm[i] * arm[j]))
     return result
+
+
+def _places(system: MechanicalSystem, body: _Body, values: Mapping[Node, float]) -> list[Numbers]:
+    """Return where the masses of a body are, on its carrier."""
+    places = []
+    for mass in body.masses:
+        axes, origin = _place(system, mass.point.frame, values)
+        offset = _in_space(evaluate(system.graph, list(mass.point.offset), values))
+        places.append(tuple(o + _dot(row, offset) for o, row in zip(origin, axes, strict=True)))
+    return places
 
 
 def _place(system: MechanicalSystem, frame: Frame, values: Mapping[Node, float]) -> tuple[Table, Numbers]:
@@ -174,10 +218,10 @@ def _dot(a: Sequence[float], b: Sequence[float]) -> float:
     return sum(x * y for x, y in zip(a, b, strict=True))
 
 
-def _symmetric(tensor: Table) -> bool:
-    size = max(abs(x) for row in tensor for x in row)
+def _symmetric(tensor: Table, lost: float = 0.0) -> bool:
+    allowed = max(ROUNDING * max(abs(x) for row in tensor for x in row), lost)
     pairs = combinations(range(len(tensor)), 2)
-    return not any(abs(tensor[i][j] - tensor[j][i]) > ROUNDING * size for i, j in pairs)
+    return not any(abs(tensor[i][j] - tensor[j][i]) > allowed for i, j in pairs)
 
 
 def _second_moments(tensor: Table) -> Table:
@@ -188,8 +232,12 @@ def _second_moments(tensor: Table) -> Table:
     return [[(half if i == j else 0.0) - tensor[i][j] for j in range(3)] for i in range(3)]
 
 
-def _positive(tensor: Table) -> bool:
-    """Tell whether a symmetric matrix is positive semidefinite: none of its principal minors is negative."""
+def _positive(tensor: Table, lost: float = 0.0) -> bool:
+    """Tell whether a symmetric matrix is positive semidefinite: none of its principal minors is negative.
+
+    ``lost``: what is nothing, added to its diagonal.
+    """
+    tensor = [[x + lost if i == j else x for j, x in enumerate(row)] for i, row in enumerate(tensor)]
     size = max(abs(x) for row in tensor for x in row)
     for order in range(1, len(tensor) + 1):
         for rows in combinations(range(len(tensor)), order):

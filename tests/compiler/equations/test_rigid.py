@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import mechc
@@ -84,3 +85,51 @@ model Asked
 end Asked;
 """
     assert codes(text) == ["N0533"]
+
+
+SWING = """
+import mech.spatial.*;
+model Swing
+  gravity {{0, 0, -9.81}} m/s^2;
+  Body b(m = 1 kg, com = {{0, 0, 0.1}} m, J = {tensor} kg.m^2);
+  Body tip(m = 1 kg, com = {{0.1, 0, 0}} m, J = diag({{0.1, 0.1, 0.1}} kg.m^2));
+  Revolute j(world -> b.a, axis = {{0, 1, 0}});
+  Revolute k(b.a -> tip.a, axis = {{0, 0, 1}});
+  experiment(stop = 1 s, tolerance = 1e-10);
+end Swing;
+"""
+
+
+@pytest.mark.parametrize(
+    "tensor",
+    [
+        "{{-5e-20, 0, 0}, {0, -5e-20, 0}, {0, 0, 0}}",
+        "{{0, 3e-20, 0}, {0, 0, 0}, {0, 0, 0}}",
+        "{{1e-15, 0, 0}, {0, 1e-15, 0}, {0, 0, -5e-20}}",
+    ],
+)
+def test_moments_that_are_rounding_are_none(tensor: str) -> None:
+    """What is left of turning and shifting is lost in the moments about the joints: a compound pendulum, by its energy."""
+    model = mechc.loads(SWING.format(tensor=tensor))
+    assert not model.diagnostics
+    solution = model.simulate(estimate_error=False, target="python")
+    assert isinstance(solution, mechc.Solution)
+    angle, rate = solution["j.angle"], solution["der(j.angle)"]
+    moment = 0.1**2 + 0.1 + 0.1**2
+    assert rate**2 == pytest.approx(2 * 0.981 * (1 - np.cos(angle) + np.sin(angle)) / moment, abs=1e-7)
+    assert rate[-1] > 3
+
+
+@pytest.mark.parametrize(
+    ("statements", "code"),
+    [
+        # about the frame 0.01 kg.m^2, a tenth of a billionth of which is no rounding
+        ("mass 1 kg at F * {0, 0, 0.1} m; inertia diag({-1e-12, 1, 1} kg.m^2) on F;", ""),
+        ("mass 1 kg at F * {0, 0, 0.1} m; inertia diag({-1e-12, -1e-12, 0} kg.m^2) on F;", "E0530"),
+        ("mass 1 kg at F; inertia diag({-5e-20, -5e-20, 0} kg.m^2) on F;", "E0530"),
+        ("mass 1 kg at world * {0, 0, 1} m; mass -2.8e-17 kg at F; inertia identity(3)*1 kg.m^2 on F;", ""),
+        ("mass -2.8e-17 kg at F; inertia identity(3)*1 kg.m^2 on F;", "E0530"),
+    ],
+)
+def test_what_is_rounding_is_measured_by_the_model(statements: str, code: str) -> None:
+    assert codes(BODY + statements) == ([code] if code else [])
