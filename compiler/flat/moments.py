@@ -58,6 +58,25 @@ def moments(corners: Sequence[Sequence[Fraction]], faces: Iterable[Sequence[int]
     )
 
 
+def repeated(faces: Iterable[Sequence[int]]) -> tuple[tuple[int, ...], int] | None:
+    """Return a triangle that stands more than once with the same side outwards, and how many do; None if none does."""
+    counts = Counter(_oriented(face) for face in faces if len(set(face)) == 3)
+    twice = [face for face, count in counts.items() if count > 1]
+    return (twice[0], len(twice)) if twice else None
+
+
+def two_sided(faces: Iterable[Sequence[int]]) -> bool:
+    """Tell whether each triangle stands beside one that faces the other way."""
+    found = {_oriented(face) for face in faces}
+    return found == {_oriented(face[::-1]) for face in found}
+
+
+def _oriented(face: Sequence[int]) -> tuple[int, ...]:
+    """Return the corners of a triangle in their order, from the lowest one."""
+    k = min(range(3), key=face.__getitem__)
+    return (*face[k:], *face[:k])
+
+
 def flaw(faces: Iterable[Sequence[Hashable]]) -> tuple[bool, Hashable, Hashable] | None:
     """Return an edge at which triangles do not close, or meet with opposite sides (first entry true); None if all do."""
     edges: Counter[tuple[Hashable, Hashable]] = Counter()

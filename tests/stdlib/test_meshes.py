@@ -234,7 +234,30 @@ def _one_turned(mesh: Mesh) -> Mesh:
     return mesh[0], faces
 
 
+def _doubled(mesh: Mesh) -> Mesh:
+    return mesh[0], np.vstack([mesh[1], np.roll(mesh[1], 1, axis=1)])
+
+
+def _copied(mesh: Mesh) -> Mesh:
+    """Return each triangle twice, the second time with corners of its own at the same places."""
+    return np.vstack([mesh[0], mesh[0]]), np.vstack([mesh[1], mesh[1] + len(mesh[0])])
+
+
+def _one_twice_more(mesh: Mesh) -> Mesh:
+    return mesh[0], np.vstack([mesh[1], mesh[1][:1], mesh[1][:1]])
+
+
+def _two_sided(mesh: Mesh) -> Mesh:
+    return mesh[0], np.vstack([mesh[1], mesh[1][:, ::-1]])
+
+
 WRONG = {
+    "4 of the triangles stand more than once": _doubled(TETRAHEDRON),
+    "4 of the triangles stand (more than once)": _copied(TETRAHEDRON),
+    "a triangle stands more than once": _one_twice_more(TETRAHEDRON),
+    "the triangles enclose nothing(.|\n)*each of them stands beside one that faces the other way": _two_sided(
+        TETRAHEDRON
+    ),
     "the surface is not closed": _without(TETRAHEDRON),
     "triangles that meet face opposite sides": _one_turned(TETRAHEDRON),
     "the triangles face inwards": (TETRAHEDRON[0], TETRAHEDRON[1][:, ::-1]),
@@ -251,6 +274,24 @@ def test_what_is_no_solid_is_refused(message: str, tmp_path: Path) -> None:
         points, faces = listed(WRONG[message]).split("= ")[1:]
         corners, numbers = points.partition(";")[0], faces.partition(";")[0]
         mechc.loads(f"output v = mesh_volume({corners}, {numbers}); experiment(stop = 0);")
+
+
+@pytest.mark.parametrize("text", [True, False])
+def test_double_triangles_of_an_stl_file_are_refused(text: bool, tmp_path: Path) -> None:
+    """They would have counted twice: a box of 30 m^3 was one of 60 m^3."""
+    write_stl(tmp_path / "double.stl", _doubled(hull(CUBE * (2, 3, 5))), text)
+    with pytest.raises(mechc.CompileError, match="12 of the triangles stand more than once"):
+        properties(tmp_path, "double.stl")
+
+
+def test_solids_that_touch_have_both_walls(tmp_path: Path) -> None:
+    """Two cubes side by side: the wall between them stands twice, with opposite sides, and counts for neither."""
+    points, faces = hull(CUBE)
+    both = np.vstack([points, points + np.array([1, 0, 0])]), np.vstack([faces, faces + 8])
+    write_stl(tmp_path / "pair.stl", both, True)
+    volume, centre, tensor = properties(tmp_path, "pair.stl")
+    assert volume == 2 and np.array_equal(centre, [1, 0.5, 0.5])
+    assert np.allclose(tensor, 2 / 12 * np.diag([2, 5, 5]), rtol=1e-15, atol=1e-15)
 
 
 def test_corners_that_turn_inside_out_end_the_run() -> None:

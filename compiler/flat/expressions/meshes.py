@@ -13,7 +13,7 @@ from mechc.lang.source import Span
 
 from .. import types
 from ..model import Apply, Expression, Kind, Literal
-from ..moments import Moments, flaw, moments
+from ..moments import Moments, flaw, moments, repeated, two_sided
 from ..names.looked_for import note
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import Value, constant, not_structural, to_expression
@@ -89,6 +89,9 @@ def _enclosed(
     faces: Sequence[Sequence[int]],
     names: Sequence[str],
 ) -> Moments:
+    same: dict[tuple[Fraction, ...], int] = {}
+    merged = [same.setdefault(tuple(corner), k) for k, corner in enumerate(corners)]
+    _check_single(scope, span, [[merged[k] for k in face] for face in faces], names)
     _check_closed(scope, span, faces, names)
     found = moments(corners, faces)
     if found is None or found.volume < 0:
@@ -96,9 +99,24 @@ def _enclosed(
             "E0337",
             "the triangles enclose nothing" if found is None else "the triangles face inwards",
             span,
+            caption="each of them stands beside one that faces the other way" if two_sided(faces) else "",
             help=_OUTWARDS,
         )
     return found
+
+
+def _check_single(scope: Scope, span: Span, faces: Sequence[Sequence[int]], names: Sequence[str]) -> None:
+    if (double := repeated(faces)) is not None:
+        first, count = double
+        raise scope.fail(
+            "E0337",
+            f"{count} of the triangles stand more than once"
+            if count > 1
+            else "a triangle stands more than once",
+            span,
+            caption=f"as the one from {names[first[0]]} to {names[first[1]]} and {names[first[2]]}",
+            help="what is inside would count more than once; a program for meshes removes double triangles",
+        )
 
 
 def _check_closed(scope: Scope, span: Span, faces: Sequence[Sequence[int]], names: Sequence[str]) -> None:
@@ -166,6 +184,7 @@ def _of_corners(call: Call) -> Expression:
         rows: list[tuple[Fraction, ...]] = [tuple(row) for row in corners]  # type: ignore[arg-type]
         found = _enclosed(call.scope, call.node.span, rows, faces, names)
         return to_expression(_asked(call.name, found)[0], result, call.node.span)
+    _check_single(call.scope, call.nodes[1].span, faces, names)
     _check_closed(call.scope, call.nodes[1].span, faces, names)
     return call.apply(result)
 
