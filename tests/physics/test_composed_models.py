@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from composed_loops import composed_loop, forces_at_rest
+from composed_loops import composed_loop, forces_at_rest, unbalanced
 
 import mechc
 
@@ -88,9 +88,8 @@ def test_friction_follows_the_force_in_a_joint_that_leads_to_a_name_of_a_name() 
     [
         *((2, seed) for seed in range(10)),
         (3, 3),
-        (3, 6),
         *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in range(10, 60)),
-        *(pytest.param(3, seed, marks=pytest.mark.slow) for seed in range(7, 20)),
+        *(pytest.param(3, seed, marks=pytest.mark.slow) for seed in range(6, 20)),
     ],
 )
 def test_random_loops_obey_newton_and_euler(size: int, seed: int) -> None:
@@ -107,6 +106,21 @@ def test_random_loops_obey_newton_and_euler(size: int, seed: int) -> None:
         moment = [solution[f"M{j}"][0]] if size == 2 else [solution[f"M{j}[{k + 1}]"][0] for k in range(3)]
         wanted = np.hstack([wrench[:size], wrench[5:] if size == 2 else wrench[3:]])
         assert np.hstack([force, moment]) == pytest.approx(wanted, rel=1e-10, abs=1e-10), f"joint {j}"
+
+
+@pytest.mark.parametrize(
+    ("size", "seed"),
+    [
+        *((2, seed) for seed in (0, 1, 3, 5)),
+        *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in range(6, 20)),
+        *(pytest.param(3, seed, marks=pytest.mark.slow) for seed in range(10)),
+    ],
+)
+def test_random_loops_in_motion_are_balanced(size: int, seed: int) -> None:
+    """Of each body at all times: mass times acceleration, and the rate of its spin, are the forces in its joints and its
+    weight. What is left is rounding, of loops that come near dead centres some thousand times that of one operation."""
+    loop = composed_loop(seed, size, stop=0.2)
+    assert unbalanced(loop, solved(loop.text)) < 1e-11
 
 
 # ---------------------------------------------------------------- connections by value

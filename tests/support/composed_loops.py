@@ -8,9 +8,11 @@ absolute places of bodies and joints, and solves the laws of all bodies with all
 from __future__ import annotations
 
 import random
+from collections.abc import Mapping
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -38,7 +40,10 @@ class Place(Struct, frozen=True):
 
 
 class Lump(Struct, frozen=True):
-    """One rigid body of the model: ``com`` and ``inertia`` in the axes of ``place``."""
+    """One rigid body of the model: ``com`` in the axes of ``place``; ``inertia`` is the same about all axes.
+
+    ``name``: where it is in the model.
+    """
 
     name: str
     place: Place
@@ -151,13 +156,12 @@ class _Writer:
                 self.moved(f"{other.name}.a", second, other.place),
             ]
             return (lump, other), ends[0], ends[1]
-        inside = self.body(
-            Lump("body", lump.place, lump.mass, lump.com, lump.inertia), self.moved("root", lump.place, first)
-        )
+        inner_lump = replace(lump, name="body")
+        inside = self.body(inner_lump, self.moved("root", lump.place, first))
         tip = f"frame far = {self.moved('root', second, first)}; frame tip = far;"
         root = "frame root;"
         if style == "own":
-            inside = self.body(Lump("body", lump.place, lump.mass, lump.com, lump.inertia))
+            inside = self.body(inner_lump)
             root = f"frame root = {self.moved('body.a', first, lump.place)};"
             tip = f"frame far = {self.moved('body.a', second, lump.place)}; frame tip = far;"
         self.models.append(f"model Part{i} {root} {inside} {tip} end Part{i};")
@@ -170,7 +174,8 @@ class _Writer:
             )
             kind = f"Whole{i}"
         self.lines.append(f"{kind} p{i};")
-        return (lump,), f"p{i}.root", f"p{i}.tip"
+        path = f"p{i}.inner.body" if style == "nested" else f"p{i}.body"
+        return (replace(lump, name=path),), f"p{i}.root", f"p{i}.tip"
 
     def joint(self, j: int, kind: str, ends: tuple[str, str], place: Place) -> Joint:
         axes = [
@@ -215,8 +220,12 @@ def _twists(kind: str, size: int, axes: list[Array]) -> Array:
     return np.reshape(np.array(rows), (-1, 6))
 
 
-def composed_loop(seed: int, size: int, bodies: int = 3) -> Loop:
-    """Write a random loop; the freedoms of its joints are more than a closed loop takes."""
+def composed_loop(seed: int, size: int, bodies: int = 3, *, stop: float = 0) -> Loop:
+    """Write a random loop; the freedoms of its joints are more than a closed loop takes.
+
+    Outputs are ``F`` and ``M`` of each joint, its place ``P``, and in a run until ``stop`` [s] of each lump the place ``c`` of its mass centre, its
+    acceleration ``a`` and angular acceleration ``w``: ``c0_1`` of the second one of the first body.
+    """
     writer = _Writer(seed, size)
     kinds: list[str] = []
     freedoms = {k: len(_twists(k, size, [np.ones(3)] * 2)) for k in KINDS[size]}
@@ -240,8 +249,16 @@ def composed_loop(seed: int, size: int, bodies: int = 3) -> Loop:
     gravity = writer.numbers(9)
     writer.random.shuffle(writer.lines)
     outputs = [
-        f"output F{j} = reaction({x.asked}); output M{j} = moment({x.asked});" for j, x in enumerate(joints)
+        f"output F{j} = reaction({x.asked}); output M{j} = moment({x.asked}); output P{j} = pos({x.asked}.to);"
+        for j, x in enumerate(joints)
     ]
+    for i, parts in enumerate(lumps if stop else ()):
+        for k, lump in enumerate(parts):
+            point = f"({lump.name}.a * {lump.name}.com)"
+            outputs.append(
+                f"output c{i}_{k} = pos({point}); output a{i}_{k} = der(vel({point})); "
+                f"output w{i}_{k} = der(angvel({lump.name}.a));"
+            )
     lines = [
         f"import mech.{'planar' if size == 2 else 'spatial'}.*;",
         "model Bolt frame from; frame to; place to = from; end Bolt;",
@@ -250,7 +267,7 @@ def composed_loop(seed: int, size: int, bodies: int = 3) -> Loop:
         f"gravity {writer.vector(gravity)} m/s^2;",
         *writer.lines,
         *outputs,
-        "experiment(stop = 0 s);",
+        f"experiment(stop = {stop} s, tolerance = 1e-9);",
         "end Loop;",
     ]
     return Loop("\n".join(lines), size, gravity, tuple(lumps), tuple(joints))
@@ -291,17 +308,44 @@ def forces_at_rest(loop: Loop) -> tuple[list[Array], float]:
         matrix[speeds, wrench] = twists
     if loop.size == 2:  # what leaves the plane is no unknown
         kept = [k for k in range(size) if k >= 6 * (bodies + joints) or k % 6 in (0, 1, 5)]
-        found = np.zeros(size)
         matrix, right = matrix[np.ix_(kept, kept)], right[kept]
-        found[kept] = np.linalg.solve(matrix, right)
     else:
-        found = np.linalg.solve(matrix, right)
+        kept = list(range(size))
+    found: Array = np.zeros(size)
+    found[kept] = np.linalg.solve(matrix, right)
     wrenches = found[6 * bodies : 6 * (bodies + joints)].reshape(joints, 6)
     moved = [
         np.hstack([w[:3], w[3:] - np.cross(joint.place.origin, w[:3])])
         for w, joint in zip(wrenches, loop.joints, strict=True)
     ]
     return moved, float(np.linalg.cond(matrix))
+
+
+def unbalanced(loop: Loop, seen: Mapping[str, Array]) -> float:
+    """Return what is left of Newton's and Euler's law of each body, of its largest term, by its motion and the forces."""
+    worst = 0.0
+    for i, lumps in enumerate(loop.lumps):
+        terms = []
+        for k, lump in enumerate(lumps):
+            at, acceleration = _vector(seen, f"c{i}_{k}", loop.size), _vector(seen, f"a{i}_{k}", loop.size)
+            force = lump.mass * (acceleration - loop.gravity)
+            spin = _vector(seen, f"w{i}_{k}", loop.size, turning=True)
+            terms.append(np.hstack([force, lump.inertia * spin + np.cross(at, force)]))
+        for j, sign in ((i, -1.0), (i + 1, 1.0)):
+            at, force = _vector(seen, f"P{j}", loop.size), _vector(seen, f"F{j}", loop.size)
+            moment = _vector(seen, f"M{j}", loop.size, turning=True)
+            terms.append(sign * np.hstack([force, moment + np.cross(at, force)]))
+        worst = max(worst, float(np.abs(sum(terms)).max() / np.abs(terms).max()))
+    return worst
+
+
+def _vector(seen: Mapping[str, Array], name: str, size: int, *, turning: bool = False) -> Array:
+    """Return the vector of an output at all times, in space; in the plane, what turns is about the third axis."""
+    if size == 2 and turning:
+        z = np.asarray(seen[name])
+        return np.stack([0 * z, 0 * z, z], axis=-1)
+    parts = [np.asarray(seen[f"{name}[{k + 1}]"]) for k in range(size)]
+    return np.stack([*parts, *([0 * parts[0]] * (3 - size))], axis=-1)
 
 
 def _at_origin(joint: Joint) -> Array:
