@@ -276,6 +276,58 @@ def test_what_is_no_solid_is_refused(message: str, tmp_path: Path) -> None:
         mechc.loads(f"output v = mesh_volume({corners}, {numbers}); experiment(stop = 0);")
 
 
+def _beside(mesh: Mesh, other: Mesh) -> Mesh:
+    return np.vstack([mesh[0], other[0]]), np.vstack([mesh[1], other[1] + len(mesh[0])])
+
+
+def _cube(size: float, at: float, inwards: bool = False) -> Mesh:
+    points, faces = hull(CUBE)
+    return (points - 0.5) * size + at, faces[:, ::-1] if inwards else faces
+
+
+PIECES = {
+    "apart": (_beside(_cube(2, 0), _cube(1, 5)), 9),
+    "hole": (_beside(_cube(2, 0), _cube(1, 0.25, inwards=True)), 7),
+    "ball in a hole": (_beside(_beside(_cube(4, 0), _cube(2, 0.1, inwards=True)), _cube(1, 0.2)), 64 - 8 + 1),
+    "sheet": (hull(CUBE * (2, 2, 0.5e-3)), 2e-3),
+    "overlapping by rounding": (_beside(_cube(2, 0), hull(CUBE * (1, 4, 4) + (1 - 1e-8, -2, -2))), 8 + 16),
+    "face to face": (_beside(_cube(2, 0), hull(CUBE * (1, 4, 4) + (1 + 1e-8, -2, -2))), 8 + 16),
+    "touching, no corner shared": (_beside(_cube(2, 0), _cube(1, 1.5)), 9),
+    "inner one outwards": (_beside(_cube(2, 0), _cube(1, 0.25)), "encloses the same place 2 times"),
+    "outer one first": (_beside(_cube(1, 0.25), _cube(2, 0)), "encloses the same place 2 times"),
+    "inside out": (_beside(_cube(2, 0), _cube(1, 5, inwards=True)), "faces inwards, and is no hole"),
+    "in a hole, inwards": (
+        _beside(_beside(_cube(4, 0), _cube(2, 0.1, inwards=True)), _cube(1, 0.2, inwards=True)),
+        "faces inwards, and is no hole",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_pieces_of_a_surface(name: str, tmp_path: Path) -> None:
+    """Pieces enclose what they enclose once: solids apart and holes add and take volumes, all else is refused."""
+    mesh, expected = PIECES[name]
+    write_obj(tmp_path / "pieces.obj", mesh)
+    if isinstance(expected, str):
+        with pytest.raises(mechc.CompileError, match=expected):
+            properties(tmp_path, "pieces.obj")
+    else:
+        assert properties(tmp_path, "pieces.obj")[0] == pytest.approx(expected, rel=1e-15)
+
+
+def test_a_part_exported_twice_with_other_triangles_is_refused(tmp_path: Path) -> None:
+    """The faces of a cube along both diagonals: all edges are balanced, no triangle stands twice, and it is there twice."""
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    cuts = [(q[k], q[(k + 1) % 4], q[(k + 2) % 4]) for q in quads for k in range(4)]
+    first = [t for k, t in enumerate(cuts) if k % 2 == 0]
+    second = [t for k, t in enumerate(cuts) if k % 2 == 1]
+    write_obj(tmp_path / "once.obj", (CUBE, np.array(first)))
+    assert properties(tmp_path, "once.obj")[0] == 1
+    write_obj(tmp_path / "twice.obj", (CUBE, np.array(first + second)))
+    with pytest.raises(mechc.CompileError, match="encloses the same place 2 times"):
+        properties(tmp_path, "twice.obj")
+
+
 @pytest.mark.parametrize("text", [True, False])
 def test_double_triangles_of_an_stl_file_are_refused(text: bool, tmp_path: Path) -> None:
     """They would have counted twice: a box of 30 m^3 was one of 60 m^3."""

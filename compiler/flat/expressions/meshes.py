@@ -102,7 +102,35 @@ def _enclosed(
             caption="each of them stands beside one that faces the other way" if two_sided(faces) else "",
             help=_OUTWARDS,
         )
+    _check_pieces(scope, span, corners, faces, names)
     return found
+
+
+def _check_pieces(
+    scope: Scope,
+    span: Span,
+    corners: Sequence[Sequence[Fraction]],
+    faces: Sequence[Sequence[int]],
+    names: Sequence[str],
+) -> None:
+    """Report a piece of the surface within another one, or one that faces inwards and is no hole."""
+    from ..winding import misplaced
+
+    if (wrong := misplaced(corners, faces)) is None:
+        return
+    face, count = wrong
+    a, b, c = (names[k] for k in faces[face])
+    raise scope.fail(
+        "E0337",
+        f"the surface encloses the same place {count} times"
+        if count > 0
+        else "a piece of the surface faces inwards, and is no hole of another",
+        span,
+        caption=f"beside the triangle from {a} to {b} and {c}",
+        help="what lies within pieces that overlap would count for each of them; a hole faces inwards"
+        if count > 0
+        else _OUTWARDS,
+    )
 
 
 def _check_single(scope: Scope, span: Span, faces: Sequence[Sequence[int]], names: Sequence[str]) -> None:
