@@ -11,8 +11,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...case import inputs_at
+from ...driving_inputs import derived
 from ...local.chart import chart_of
-from ...local.independent import independent
+from ...local.linear_system import linear_system
 from ...local.site import PART, Site
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem, Quantity
@@ -29,7 +30,8 @@ WORST = 1e6
 
 class Along(Findings, frozen=True, eq=False, kw_only=True):
     """``A`` [t][n][n], ``B`` [t][n][m], ``C`` [t][k][n], ``D`` [t][k][m] in SI at the times ``time``, of displacements of the
-    ``states`` from the motion ``at`` [t][ny] and of the inputs from theirs."""
+    ``states`` from the motion ``at`` [t][ny] and of the inputs from theirs; rates and accelerations of inputs that drive
+    coordinates are inputs of their own, behind the others."""
 
     time: Array
     at: Array
@@ -83,24 +85,11 @@ def _along(study: LinearizeAlong, sites: list[Site]) -> Along:
     worst = 1.0
     for site in sites:
         found = site.derivatives(site.y)
-        if np.abs(found.constraints_by_inputs[:, inputs]).max(initial=0.0) > 0:
-            raise SimulationError(
-                "an input moves a constraint, so that the state jumps with it",
-                help="let a first-order state follow the input, and constrain by that state",
-            )
-        free = independent(chart, found, chosen)
-        chosen = free.chosen
-        if free.condition > worst:
-            worst, when = free.condition, site.t
-        rows, direct = observed(site, site.y, outputs, found)
-        systems.append(
-            (
-                (found.rates @ free.tangent)[chosen],
-                found.rates_by_inputs[chosen][:, inputs],
-                rows @ free.tangent,
-                direct[:, inputs],
-            )
-        )
+        system = linear_system(site, found, inputs, observed(site, site.y, outputs, found), chosen)
+        chosen = system.chosen
+        if system.condition > worst:
+            worst, when = system.condition, site.t
+        systems.append((system.a, system.beside(system.b), system.c, system.beside(system.d)))
     assert chosen is not None
     if worst > WORST:
         remarks.append(
@@ -109,7 +98,9 @@ def _along(study: LinearizeAlong, sites: list[Site]) -> Along:
     names = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in chosen)
     if not names:
         remarks.append("nothing is free to move here: the systems have no states")
-    return _answer(study, sites, systems, names, tuple(problem.inputs[k] for k in inputs), outputs, remarks)
+    following = [derived(problem)[k] for k in inputs if k in derived(problem)]
+    columns = [*inputs, *(first for first, _ in following), *(second for _, second in following)]
+    return _answer(study, sites, systems, names, tuple(problem.inputs[k] for k in columns), outputs, remarks)
 
 
 def _answer(

@@ -2,7 +2,7 @@
 
 x' = A x + B u, y = C x + D u for small displacements x of independent coordinates, their velocities and states; from the
 exact derivatives of the equations. Coordinates that constraints tie to these are eliminated by the derivative of the
-constraints.
+constraints. An input that drives a coordinate is one column all the same: see ``local/linear_system.py``.
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from msgspec import field
+from msgspec.structs import replace
 
+from ...driving_inputs import derived
 from ...local.equilibrium import resting
-from ...local.independent import independent
+from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
 from ...local.site import PART, Site, moving_inputs, refuse_edges, site_of
 from ...local.standing import arrived
 from ...local.zeros import Complex, poles, zeros
@@ -31,6 +33,9 @@ class Linearization(Findings, frozen=True, eq=False, kw_only=True):
     """``A`` [n][n], ``B`` [n][m], ``C`` [k][n], ``D`` [k][m] in SI with the names of states, inputs, outputs, which are
     displacements from ``at``; ``poles``, and ``zeros``, None where inputs and outputs are different in number.
     ``period``: of a sampled system x[k+1] = A x[k] + B u[k], else None.
+
+    Where inputs drive coordinates, y = C x + D u + ``D1`` u' + ``D2`` u'', and the states are the displacements less
+    ``S0`` u + ``S1`` u'; all four are zero otherwise.
     """
 
     A: Array
@@ -43,10 +48,16 @@ class Linearization(Findings, frozen=True, eq=False, kw_only=True):
     at: dict[str, float]
     poles: Complex
     zeros: Complex | None
+    D1: Array
+    D2: Array
+    S0: Array
+    S1: Array
     period: float | None = None
 
     def control(self) -> Any:
-        """Return the system as python-control knows it. Raises SimulationError where that is not installed."""
+        """Return the system as python-control knows it. Raises SimulationError where that is not installed, and where an
+        output follows derivatives of an input at once."""
+        self._refuse_derivatives("python-control")
         try:
             import control  # type: ignore[import-not-found, import-untyped, unused-ignore]
         except ImportError:
@@ -61,11 +72,23 @@ class Linearization(Findings, frozen=True, eq=False, kw_only=True):
         return control.ss(self.A, self.B, self.C, self.D, self.period or 0, name=self.model, **names)
 
     def signal(self) -> Any:
-        """Return the system as ``scipy.signal`` knows it."""
+        """Return the system as ``scipy.signal`` knows it. Raises SimulationError where an output follows derivatives of an
+        input at once."""
         from scipy.signal import StateSpace
+
+        self._refuse_derivatives("scipy.signal")
 
         matrices = (self.A, self.B, self.C, self.D)
         return StateSpace(*matrices) if self.period is None else StateSpace(*matrices, dt=self.period)
+
+    def _refuse_derivatives(self, program: str) -> None:
+        names = [q.name for q, *rows in zip(self.outputs, self.D1, self.D2, strict=True) if np.any(rows)]
+        if names:
+            raise SimulationError(
+                f"{_quoted(names)}: a derivative of an input reaches this output at once, which a state space of {program} "
+                "cannot hold",
+                help="D1 and D2 hold it: y = C x + D u + D1 u' + D2 u''; or observe other outputs",
+            )
 
 
 class Linearize(Study, frozen=True, kw_only=True):
@@ -105,30 +128,24 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
     inputs = chosen_inputs(problem, study.driven)
     outputs = chosen_outputs(problem, study.outputs)
     found = site.derivatives(y)
-    free = independent(chart, found)
-    if np.abs(found.constraints_by_inputs[:, inputs]).max(initial=0.0) > 0:
-        raise SimulationError(
-            "an input moves a constraint, so that the state jumps with it",
-            help="let a first-order state follow the input, and constrain by that state",
-        )
-    a = (found.rates @ free.tangent)[free.chosen]
-    b = found.rates_by_inputs[free.chosen][:, inputs]
-    rows, direct = observed(site, y, outputs, found)
-    c, d = rows @ free.tangent, direct[:, inputs]
+    system = linear_system(site, found, inputs, observed(site, y, outputs, found))
+    form = proper_form(system)
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
-    values, errors = poles(a)
-    nulls = zeros(a, b, c, d)
+    values, errors = poles(form.a)
+    nulls = system.zeros()
+    told = tuple(q for q, _ in outputs)
+    driven = tuple(problem.inputs[k] for k in inputs)
     if study.sample is not None:
-        a, b, values, errors, nulls = _sampled(a, b, c, d, study.sample)
-    bounds = [None if error is None else max(1.0, free.condition) * error for error in errors]
-    states = tuple(Quantity(chart.names[j], "state", chart.units[j]) for j in (int(k) for k in free.chosen))
+        form, values, errors, nulls = _sampled(form, told, study.sample)
+    bounds = [None if error is None else max(1.0, system.condition) * error for error in errors]
+    states = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in system.chosen)
     if not states:
         remarks.append("nothing is free to move here: the system has no states")
     if nulls is None:
         remarks.append("zeros are those of systems with as many outputs as inputs")
-    told = tuple(q for q, _ in outputs)
-    driven = tuple(problem.inputs[k] for k in inputs)
+    remarks += _driving(form, driven, told, system)
+    matrices = _matrices(form, system)
     return Linearization(
         study="linearize",
         model=problem.name,
@@ -139,15 +156,19 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
         errors_from=ERRORS,
         remarks=tuple(remarks),
         tables=_tables(
-            states, driven, told, (a, b, c, d), values, bounds, nulls, problem.time.unit, study.sample
+            states, driven, told, matrices, values, bounds, nulls, problem.time.unit, study.sample
         ),
-        panels=pictures(driven, told, a, b, c, d, study.sample, problem.time),
-        details=_details(site, y, states, driven, told, (a, b, c, d), values, bounds, nulls, study.sample),
-        arrays={"A": a, "B": b, "C": c, "D": d},
-        A=a,
-        B=b,
-        C=c,
-        D=d,
+        panels=pictures(driven, told, system, form, study.sample, problem.time),
+        details=_details(site, y, states, driven, told, matrices, values, bounds, nulls, study.sample),
+        arrays=matrices,
+        A=form.a,
+        B=form.b,
+        C=form.c,
+        D=form.d,
+        D1=form.d1,
+        D2=form.d2,
+        S0=form.s0,
+        S1=form.s1,
         states=states,
         inputs=driven,
         outputs=told,
@@ -158,14 +179,56 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
     )
 
 
+def _matrices(form: Form, system: LinearSystem) -> dict[str, Array]:
+    """Return what is shown and written: those of driving inputs only where there are such."""
+    found = {"A": form.a, "B": form.b, "C": form.c, "D": form.d}
+    if system.drives.any():
+        found |= {"D1": form.d1, "D2": form.d2, "S0": form.s0, "S1": form.s1}
+    return found
+
+
+def _driving(
+    form: Form, inputs: tuple[Quantity, ...], outputs: tuple[Quantity, ...], system: LinearSystem
+) -> list[str]:
+    """Say what inputs that drive do to states and outputs."""
+    remarks = []
+    if form.s0.any() or form.s1.any():
+        names = [q.name for q, drives in zip(inputs, system.drives, strict=True) if drives]
+        remarks.append(
+            f"{_quoted(names)} {'drives a coordinate' if len(names) == 1 else 'drive coordinates'}: rates and accelerations count; "
+            "the states are the displacements less S0 u + S1 u'"
+        )
+    for order, matrix in (("rate", form.d1), ("acceleration", form.d2)):
+        for j, q in enumerate(inputs):
+            reached = [out.name for out, entry in zip(outputs, matrix[:, j], strict=True) if entry]
+            if reached:
+                remarks.append(
+                    f"the {order} of '{q.name}' reaches {_quoted(reached)} at once: y = C x + D u + D1 u' + D2 u''"
+                )
+    return remarks
+
+
+def _quoted(names: list[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
 def chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
-    known = [q.name for q in problem.inputs]
+    """Return the inputs that are named, or all; derivatives of inputs that drive are none of their own."""
+    following = {k for pair in derived(problem).values() for k in pair}
+    free = [k for k in range(len(problem.inputs)) if k not in following]
+    places = {q.name: k for k, q in enumerate(problem.inputs)}
     for name in names:
-        if name not in known:
-            raise SimulationError(
-                f"'{name}' is no input of '{problem.name}'", help=f"its inputs: {', '.join(known) or 'none'}"
-            )
-    return [known.index(name) for name in names] if names else list(range(len(known)))
+        if name not in places:
+            known = ", ".join(problem.inputs[k].name for k in free) or "none"
+            raise SimulationError(f"'{name}' is no input of '{problem.name}'", help=f"its inputs: {known}")
+        for k, pair in derived(problem).items():
+            if places[name] in pair:
+                own = problem.inputs[k].name
+                raise SimulationError(
+                    f"'{name}' follows from '{own}'",
+                    help=f"name '{own}': rate and acceleration count with it",
+                )
+    return [places[name] for name in names] if names else free
 
 
 def chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quantity, tuple[str, int]]]:
@@ -209,13 +272,19 @@ def observed(
 
 
 def _sampled(
-    a: Array, b: Array, c: Array, d: Array, period: float
-) -> tuple[Array, Array, Complex, list[float | None], Complex | None]:
-    """Return A and B from one sample to the next, for inputs that are held, with poles and zeros of that."""
+    form: Form, outputs: tuple[Quantity, ...], period: float
+) -> tuple[Form, Complex, list[float | None], Complex | None]:
+    """Return the system from one sample to the next, for inputs that are held, with poles and zeros of that."""
     if not period > 0:
         raise SimulationError(f"the period of sampling is positive, it is {period:g}")
-    a, b = sampled(a, b, period)
-    return a, b, *poles(a), zeros(a, b, c, d)
+    if form.improper:
+        names = [q.name for q, *rows in zip(outputs, form.d1, form.d2, strict=True) if np.any(rows)]
+        raise SimulationError(
+            f"an input that is held between samples jumps at each of them, and {_quoted(names)} follows its derivatives",
+            help="leave out 'sample', or observe other outputs",
+        )
+    a, b = sampled(form.a, form.b, period)
+    return replace(form, a=a, b=b), *poles(a), zeros(a, b, form.c, form.d)
 
 
 def _at(problem: Problem, y: Array) -> dict[str, float]:
@@ -232,18 +301,14 @@ def _details(
     states: tuple[Quantity, ...],
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
-    system: tuple[Array, Array, Array, Array],
+    matrices: dict[str, Array],
     values: Complex,
     bounds: list[float | None],
     nulls: Complex | None,
     period: float | None,
 ) -> dict[str, Any]:
-    a, b, c, d = system
     return {
-        "A": a.tolist(),
-        "B": b.tolist(),
-        "C": c.tolist(),
-        "D": d.tolist(),
+        **{name: matrix.tolist() for name, matrix in matrices.items()},
         "states": [q.name for q in states],
         "inputs": [q.name for q in inputs],
         "outputs": [q.name for q in outputs],
@@ -260,14 +325,13 @@ def _tables(
     states: tuple[Quantity, ...],
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
-    system: tuple[Array, Array, Array, Array],
+    matrices: dict[str, Array],
     values: Complex,
     bounds: list[float | None],
     nulls: Complex | None,
     time: str,
     sample: float | None,
 ) -> tuple[Table, ...]:
-    a, b, c, d = system
     per = f"1/{time}" if time else ""
 
     def table(
@@ -284,12 +348,13 @@ def _tables(
     if sample is None:
         head += [("frequency", f"rad/{time}" if time else ""), ("damping", "")]
         rows = [(*row, abs(z), -z.real / abs(z) if z else 0.0) for row, z in zip(rows, values, strict=True)]
-    found = [Table("", tuple(head), tuple(rows)), table("A", states, states, a, "'")]
+    found = [Table("", tuple(head), tuple(rows)), table("A", states, states, matrices["A"], "'")]
     if inputs:
-        found.append(table("B", inputs, states, b, "'"))
-    found.append(table("C", states, outputs, c, ""))
-    if d.any():
-        found.append(table("D", inputs, outputs, d, ""))
+        found.append(table("B", inputs, states, matrices["B"], "'"))
+    found.append(table("C", states, outputs, matrices["C"], ""))
+    for name, rows_of in (("D", outputs), ("D1", outputs), ("D2", outputs), ("S0", states), ("S1", states)):
+        if name in matrices and matrices[name].any():
+            found.append(table(name, inputs, rows_of, matrices[name], ""))
     if nulls is not None and len(nulls):
         found.append(Table("", (("zero", head[0][1]),), tuple((complex(z),) for z in nulls)))
     return tuple(one for one in found if one.rows and len(one.head) > 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 
+from ...local.linear_system import Form, LinearSystem
 from ...local.zeros import Complex
 from ...problem import Array, Quantity
 from ..findings import Curve, Panel
@@ -25,15 +26,14 @@ def sampled(a: Array, b: Array, period: float) -> tuple[Array, Array]:
 def pictures(
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
-    a: Array,
-    b: Array,
-    c: Array,
-    d: Array,
+    system: LinearSystem,
+    form: Form,
     period: float | None,
     time: Quantity,
 ) -> tuple[Panel, ...]:
     """Return gain and phase over frequency and the response to a step of each input, of every pair; where there is no
-    input, the poles."""
+    input, the poles. ``form`` is that of the sampled system where there is a ``period``."""
+    a, b, c, d = form.a, form.b, form.c, form.d
     values: Complex = np.asarray(np.linalg.eigvals(a) if a.size else [], dtype=complex)
     unit = f"rad/{time.unit}" if time.unit else ""
     if not inputs or not outputs:
@@ -50,7 +50,10 @@ def pictures(
     s = 1j * w if period is None else np.exp(1j * w * period)
     gains, phases = [], []
     identity = np.eye(len(a))
-    response = np.array([c @ np.linalg.solve(x * identity - a, b.astype(complex)) + d for x in s])
+    if period is None:
+        response = system.at(s)
+    else:
+        response = np.array([c @ np.linalg.solve(x * identity - a, b.astype(complex)) + d for x in s])
     for j, u in enumerate(inputs):
         for k, out in enumerate(outputs):
             name = f"{u.name} to {out.name}"
@@ -59,7 +62,7 @@ def pictures(
                 continue
             gains.append(Curve(name, w, gain))
             phases.append(Curve(name, w, _phase(response[:, k, j])))
-    steps = _steps(inputs, outputs, a, b, c, d, period, sizes, values)
+    steps = _steps(inputs, outputs, form, period, sizes, values)
     return (
         Panel("gain", "frequency", unit, "gain", "", tuple(gains), logarithmic="xy"),
         Panel("phase", "frequency", unit, "phase", "deg", tuple(phases), logarithmic="x"),
@@ -70,15 +73,14 @@ def pictures(
 def _steps(
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
-    a: Array,
-    b: Array,
-    c: Array,
-    d: Array,
+    form: Form,
     period: float | None,
     sizes: Array,
     values: Complex,
 ) -> tuple[Curve, ...]:
-    """Return the outputs after a unit step of each input, at rest before: by the exponential of the matrix, exactly."""
+    """Return the outputs after a unit step of each input, at rest before: by the exponential of the matrix, exactly. An output
+    that follows a derivative of the input has no such response."""
+    a, b, c, d = form.a, form.b, form.c, form.d
     n, m = b.shape
     span = 20.0 / float(sizes.min()) if sizes.size else 10.0
     growing = float(values.real.max(initial=0.0)) if period is None else 0.0
@@ -101,7 +103,7 @@ def _steps(
         Curve(f"{u.name} to {out.name}", t, y[:, k, j])
         for j, u in enumerate(inputs)
         for k, out in enumerate(outputs)
-        if y[:, k, j].any()
+        if y[:, k, j].any() and not (form.d1[k, j] or form.d2[k, j])
     )
 
 
