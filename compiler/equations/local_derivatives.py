@@ -19,6 +19,9 @@ from .solve.solved import Solved
 
 NAME, SECOND_ORDER, BIAS = "local_derivatives", "second_order", "bias"
 
+ROW_VALUES = 8
+"""Of the function ``row_values``, for each row that switches; gap and rate are the first two."""
+
 Row = dict[int, Node]
 
 
@@ -27,7 +30,8 @@ def local_derivatives(
 ) -> tuple[Function, tuple[tuple[int, int], ...]]:
     """Return the function of the derivatives that can differ from zero, and their (row, column).
 
-    Rows: rates of the displacement, accelerations, rates of states, outputs, residuals of position constraints, K v + b.
+    Rows: rates of the displacement, accelerations, rates of states, outputs, residuals of position constraints, K v + b; of
+    each row that switches its gap and its rate.
     Columns: displacements, velocities, states, inputs, time. The displacement of a rotation with angular velocity w
     by a turn d has the rate d' = dw - w x d.
     """
@@ -39,6 +43,8 @@ def local_derivatives(
     plain = [i for i in range(layout.nq) if i not in gone]
     rows = [rhs[i] for i in plain]
     rows += [*rhs[layout.nq :], *named["outputs"], *named.get("constraints", ())]
+    switching = named.get("row_values", ())
+    rows += [n for k in range(0, len(switching), ROW_VALUES) for n in switching[k : k + 2]]
     places = {slot: n for n, slot in layout.slots.items()}
     ny, nu = layout.nq + layout.nv + layout.nx, len(layout.inputs)
     slots = [Slot("y", i) for i in range(ny)] + [Slot("u", i) for i in range(nu)] + [Slot("t", 0)]

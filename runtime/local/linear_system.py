@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ..driving_inputs import derived
 from ..outcome import SimulationError
 from ..problem import Array, Problem
+from .held import with_held
 from .independent import independent
 from .site import Derivatives, Site
 from .zeros import EPSILON, Complex, zeros
@@ -96,9 +97,9 @@ def linear_system(
     before: NDArray[np.intp] | None = None,
 ) -> LinearSystem:
     """Return the system between inputs and what is observed, given by its derivatives by displacements and by all inputs; of
-    the independent displacements, or of those that were chosen ``before``. Raises SimulationError where an input without
+    the independent displacements, or of those that were chosen ``before``. What holds is among the constraints. Raises SimulationError where an input without
     derivatives moves a constraint."""
-    problem = site.problem
+    problem, found = site.problem, with_held(site, found)
     free = independent(site.chart, found, before)
     columns = _columns(problem, inputs)
     held = [_taken(found.constraints_by_inputs, order) for order in columns]

@@ -55,7 +55,8 @@ def box_of(site: Site) -> Box:
     behind = problem.ny - problem.nq
     rows = (pattern[:, 0] >= chart.nd) & (pattern[:, 0] < chart.size)
     first = chart.nd + behind + len(problem.outputs)
-    rows |= pattern[:, 0] >= first
+    last = first + sum(row.level == "position" for row in problem.constraints) + len(problem.constraints)
+    rows |= (pattern[:, 0] >= first) & (pattern[:, 0] < last)
     used = set(pattern[rows, 1].tolist())
     moved = np.array([j for j in every if int(j) in used], dtype=np.intp)
     idle = tuple(chart.names[int(j)] for j in every if int(j) not in used)

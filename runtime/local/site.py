@@ -21,6 +21,8 @@ from .chart import Chart, chart_of
 
 PART = "local_derivatives"
 
+NAMED = 6
+"""Of what holds or stands at an edge, at most so many are named."""
 EDGE = 1e-9
 """An indicator below this stands at its edge: what it tells apart has different derivatives on its two sides."""
 
@@ -28,7 +30,8 @@ EDGE = 1e-9
 class Derivatives(Struct, frozen=True, eq=False):
     """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints.
 
-    ``position`` are residuals of positions, ``rate`` is K v + b.
+    ``position`` are residuals of positions, ``rate`` is K v + b; ``gaps`` and ``slips`` are the same of each row that switches,
+    whether it holds or not.
     """
 
     rates: Array
@@ -41,6 +44,10 @@ class Derivatives(Struct, frozen=True, eq=False):
     rate: Array
     constraints_by_inputs: Array
     constraints_by_time: Array
+    gaps: Array
+    gaps_by_inputs: Array
+    slips: Array
+    slips_by_inputs: Array
     moves_by_itself: bool
     """Whether rates or constraints contain the time, here or elsewhere."""
 
@@ -97,12 +104,14 @@ class Site(Struct, frozen=True, eq=False):
         nu, n_out = len(problem.inputs), len(problem.outputs)
         pattern: NDArray[np.intp] = np.array(problem.patterns[PART], dtype=np.intp).reshape(-1, 2)
         n_position = sum(row.level == "position" for row in problem.constraints)
-        shape = (nd + behind + n_out + n_position + len(problem.constraints), nd + behind + nu + 1)
+        constrained = nd + behind + n_out + n_position + len(problem.constraints)
+        switching = 0 if problem.hybrid is None else len(problem.hybrid.rows)
+        shape = (constrained + 2 * switching, nd + behind + nu + 1)
         full = np.zeros(shape)
         if len(pattern):
             entries = self.case.functions.matrices[PART](self.t, y, self.u, self.z, self.p)
             full[pattern[:, 0], pattern[:, 1]] = entries
-        needed = np.r_[0:n, nd + behind + n_out : shape[0]]
+        needed = np.r_[0:n, nd + behind + n_out : constrained]
         if not np.isfinite(full[needed]).all():
             row, column = (int(k) for k in np.argwhere(~np.isfinite(full[needed]))[0])
             raise self.undefined(
@@ -111,7 +120,7 @@ class Site(Struct, frozen=True, eq=False):
         by_inputs, by_time = slice(nd + behind, nd + behind + nu), nd + behind + nu
         out = slice(nd + behind, nd + behind + n_out)
         position = slice(out.stop, out.stop + n_position)
-        rate = slice(position.stop, shape[0])
+        rate = slice(position.stop, constrained)
         held = slice(position.start, rate.stop)
         return Derivatives(
             rates=full[:n, :n],
@@ -124,8 +133,15 @@ class Site(Struct, frozen=True, eq=False):
             rate=full[rate, :n],
             constraints_by_inputs=full[held, by_inputs],
             constraints_by_time=full[held, by_time],
+            gaps=full[constrained::2, :n],
+            gaps_by_inputs=full[constrained::2, by_inputs],
+            slips=full[constrained + 1 :: 2, :n],
+            slips_by_inputs=full[constrained + 1 :: 2, by_inputs],
             moves_by_itself=bool(
-                ((pattern[:, 1] == by_time) & ((pattern[:, 0] < n) | (pattern[:, 0] >= position.start))).any()
+                (
+                    (pattern[:, 1] == by_time)
+                    & ((pattern[:, 0] < n) | ((pattern[:, 0] >= held.start) & (pattern[:, 0] < held.stop)))
+                ).any()
             ),
         )
 
@@ -227,28 +243,36 @@ def indicators_of(site: Site, plan: native.HybridStruct, y: Array) -> Array:
     return values
 
 
+HELD = {"contact": "is closed", "friction": "sticks"}
+LOOSE = {"contact": "is closed, but nothing presses it", "friction": "sticks at its limit"}
+
+
 class Edges(Struct, frozen=True):
-    """``sharp``: what holds at a state, or has other derivatives on its other side; ``smooth``: events at their edges
-    that change no derivative; ``leaving``: friction that is overcome from rest, so that one side alone is that of the motion."""
+    """``sharp``: what has other derivatives on its other side, contacts that nothing presses and friction at its limit among
+    it; ``smooth``: events at their edges that change no derivative; ``leaving``: friction that is overcome from rest, so that
+    one side alone is that of the motion; ``held``: what holds, also in small motions."""
 
     sharp: tuple[str, ...]
     smooth: tuple[str, ...]
     leaving: tuple[str, ...] = ()
+    held: tuple[str, ...] = ()
 
 
 def edges(site: Site, y: Array) -> Edges:
-    """Find what stands at an edge at a state, or holds there."""
+    """Find what holds at a state, or stands at an edge there."""
     problem, plan = site.problem, plan_of(site)
     if problem.hybrid is None or plan is None:
         return Edges((), ())
     sharp: list[str] = []
     leaving: list[str] = []
+    held: list[str] = []
     values = indicators_of(site, plan, y)
     for k, row in enumerate(problem.hybrid.rows):
         flag = plan.rows[k].flag
         if flag >= 0 and site.z[flag] > 0.5:
-            words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
-            sharp.append(f"the {row.kind} '{row.name}' {words}")
+            firm = values[plan.n_switches + k] > EDGE
+            words = (HELD if firm else LOOSE).get(row.kind, "holds")
+            (held if firm else sharp).append(f"the {row.kind} '{row.name}' {words}")
         elif row.kind == "friction" and plan.rows[k].normal < 0 and abs(values[plan.n_switches + k]) <= EDGE:
             leaving.append(f"the friction '{row.name}' begins to slide")
     smooth: list[str] = []
@@ -261,19 +285,24 @@ def edges(site: Site, y: Array) -> Edges:
             site.case.functions.matrices[PART](site.t, y, site.u, z, site.p) for z in (site.z, other)
         )
         (smooth if np.array_equal(here, there) else sharp).append(f"'{text}' stands at its edge")
-    return Edges(tuple(sharp), tuple(smooth), tuple(leaving))
+    return Edges(tuple(sharp), tuple(smooth), tuple(leaving), tuple(dict.fromkeys(held)))
+
+
+def _listed(texts: tuple[str, ...]) -> str:
+    return ", ".join(texts[:NAMED]) + (f", and {len(texts) - NAMED} more" if len(texts) > NAMED else "")
 
 
 def refuse_edges(site: Site, y: Array, what: str) -> tuple[str, ...]:
-    """Return remarks on events that are due at a state. Raises SimulationError where the state is no smooth one."""
+    """Return remarks on what holds at a state, and on events that are due there. Raises SimulationError where the state is no
+    smooth one."""
     found = edges(site, y)
     if found.sharp:
-        more = f" (and {len(found.sharp) - 3} more)" if len(found.sharp) > 3 else ""
         raise SimulationError(
-            f"there is no {what} here: {', '.join(found.sharp[:3])}{more}",
+            f"there is no {what} here: {_listed(found.sharp)}",
             help='derivatives are different on the two sides; look at a state beside it with at = "name = value"',
         )
     return (
         *(f"{text}: the event that it is for is not looked at" for text in found.smooth),
         *(f"{text}: derivatives are those of sliding that way, not of the other" for text in found.leaving),
+        *((f"held here: {_listed(found.held)}",) if found.held else ()),
     )

@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from ..outcome import SimulationError
 from ..problem import Array
+from .held import with_held
 from .independent import independent
 from .site import Site
 from .vibration import SYMMETRIC, vibration
@@ -32,7 +33,7 @@ def stability(site: Site, y: Array, idle: tuple[str, ...] = (), within: Array | 
 
     ``within``: errors of the equilibrium itself [n]; what changes within them is not told.
     """
-    found = site.derivatives(y)
+    found = with_held(site, site.derivatives(y))
     free = independent(site.chart, found)
     names = [site.chart.names[int(j)] for j in free.chosen]
     kept = np.array([name not in idle for name in names], dtype=bool)
@@ -63,7 +64,9 @@ def _second_variation(site: Site, y: Array, idle: tuple[str, ...], beside: Array
         found = vibration(site, y)
     except SimulationError:
         return False, False
-    kept = np.array([name not in idle for name in chart.names[: len(found.allowed)]], dtype=bool)
+    moves = np.abs(found.allowed).max(axis=1, initial=0.0) > EPSILON
+    names = chart.names[: len(found.allowed)]
+    kept = np.array([name not in idle or not m for name, m in zip(names, moves, strict=False)], dtype=bool)
     if len(kept) != len(found.allowed) or (
         not kept.all() and found.allowed.shape[0] != found.allowed.shape[1]
     ):

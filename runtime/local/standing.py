@@ -11,6 +11,7 @@ from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import Equilibrium, at_rest, reached, resting
+from .held import holding
 from .site import PART, Site, begun_at, plan_of, switched
 
 GAP, RATE, VALUES = 0, 1, 8
@@ -116,12 +117,17 @@ def standing(site: Site, one: Equilibrium) -> Standing:
 
 
 def arrived(site: Site, y: Array) -> tuple[Site, Equilibrium]:
-    """Return the equilibrium that strong damping leads to, and the model with what holds and switches there.
+    """Return the equilibrium that strong damping leads to, and the model with what holds and switches there: the start, where
+    it rests with what holds there.
 
-    Raises SimulationError where none is found, beyond contacts, and where friction holds.
+    Raises SimulationError where none is found, beyond contacts, and where friction would hold at another state.
     """
     if site.problem.hybrid is None:
         return site, reached(site, y)
+    if holding(site):
+        there = resting(site, y)
+        if there is not None:
+            return site, there
     for _ in range(TURNS):
         site = stilled(site, y)
         one = reached(site, y)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import moving
+from .held import holding, with_held
 from .independent import independent, null_space
 from .site import Site
 from .zeros import EPSILON, Complex, poles
@@ -60,7 +61,8 @@ class Modes(Struct, frozen=True, eq=False):
 
 
 def vibration(site: Site, y: Array) -> Vibration:
-    """Return the equations of small motions about an equilibrium. Raises SimulationError at singular positions."""
+    """Return the equations of small motions about an equilibrium, with what holds there as constraints. Raises
+    SimulationError at singular positions."""
     problem, nv = site.problem, site.problem.nv
     pattern = np.array(problem.patterns[SECOND_ORDER], dtype=np.intp).reshape(-1, 2)
     shape = (nv, 2 * nv + site.chart.nd)
@@ -72,11 +74,9 @@ def vibration(site: Site, y: Array) -> Vibration:
     whole = scipy.sparse.csc_array((values, (pattern[:, 0], pattern[:, 1])), shape=shape)
     columns = moving(site.chart)[:nv]
     mass, damping, stiffness = whole[:, :nv], whole[:, nv : 2 * nv], whole[:, 2 * nv + columns]
-    held = (
-        site.derivatives(y).rate[:, site.chart.nd : site.chart.nd + nv]
-        if problem.constraints
-        else np.zeros((0, nv))
-    )
+    held = np.zeros((0, nv))
+    if problem.constraints or holding(site):
+        held = with_held(site, site.derivatives(y)).rate[:, site.chart.nd : site.chart.nd + nv]
     entries = scipy.sparse.csr_array(mass), scipy.sparse.csr_array(stiffness)
     allowed = null_space(held, len(held)) if len(held) else np.eye(nv)
 
@@ -167,7 +167,7 @@ def general_modes(found: Vibration) -> Modes:
 
 def first_order_modes(site: Site, y: Array) -> Modes:
     """Return the modes of a model with states besides its coordinates."""
-    found = site.derivatives(y)
+    found = with_held(site, site.derivatives(y))
     free = independent(site.chart, found)
     a = (found.rates @ free.tangent)[free.chosen]
     values, errors = poles(a)

@@ -132,11 +132,13 @@ def _listed(
         beyond += bool(stands.beyond)
         if not stands.rests:
             continue
-        held = edges(stands.site, one.y).sharp
+        there = edges(stands.site, one.y)
         told = stability(stands.site, one.y, box.idle, one.errors)
-        if held:
+        if there.sharp:
             told = replace(told, stable=None)
-            remarks.append(f"{', '.join(held)}: what happens on the other side is not looked at")
+            remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not looked at")
+        if there.held:
+            remarks.append(f"{', '.join(there.held)}: eigenvalues and stability are those with that held")
         record = _record(site, one.y, told, {}, _errors(site, box, one))
         records.append(record)
         worst: list[float | None] = list(record["errors"].values())

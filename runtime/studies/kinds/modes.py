@@ -8,6 +8,7 @@ import numpy as np
 
 from ...local.chart import Chart
 from ...local.equilibrium import Equilibrium, resting
+from ...local.held import sliding
 from ...local.site import PART, Site, moving_inputs, refuse_edges, site_of
 from ...local.standing import arrived
 from ...local.vibration import (
@@ -100,8 +101,7 @@ def _modes(site: Site, rest: Equilibrium) -> tuple[Modes, str]:
     states = site.chart.size - site.chart.nd - site.problem.nv
     if states:
         return first_order_modes(site, rest.y), "with states"
-    hybrid = site.problem.hybrid
-    if hybrid is not None and any(row.kind == "friction" for row in hybrid.rows):
+    if sliding(site):
         return first_order_modes(site, rest.y), "with friction"  # whose limit may depend on velocities
     found = vibration(site, rest.y)
     if not found.conservative:
