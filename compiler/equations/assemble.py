@@ -31,10 +31,11 @@ from .reported.scene import scene_of
 from .reported.sought import Systems, systems_of
 from .rows.constraints import Projection, Row
 from .rows.crowd import check_askers, check_crowd, forces_by_name, set_apart
+from .rows.prescribed_slips import with_prescribed_slips
 from .sensitivities import passing_on
 from .solve.accelerations import massless
 from .solve.dead_symbols import without_dead_symbols
-from .solve.solved import Solved, check_rates, solve_system
+from .solve.solved import Solved, check_rates, prescribed_motion, solve_system
 
 
 def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Equations:
@@ -58,6 +59,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
 
 
 def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
+    system = with_prescribed_slips(system, prescribed_motion(system)[0], reporter)
     system, members = set_apart(system, reporter)
     if members:
         check_crowd(system, members, parts, reporter)

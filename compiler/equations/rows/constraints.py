@@ -97,7 +97,8 @@ def without_empty(
         if graph.is_zero(row.rate) and (row.position is None or graph.is_zero(row.position)):
             empty.setdefault(row.constraint.name, []).append(row)
             continue
-        if moving.isdisjoint(graph.support(row.rate)):
+        smooth = row.constraint.mode is not None and row.constraint.mode.smooth is not None
+        if not smooth and moving.isdisjoint(graph.support(row.rate)):
             _report_unchangeable(row, system, reporter, numbers)
         kept.append(row)
     left = {row.constraint.name for row in kept}
