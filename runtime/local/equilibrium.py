@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
+from .held import GAP, held_constraints, holding, row_values
 from .independent import independent, null_space
 from .site import Derivatives, Site
 
@@ -49,13 +50,22 @@ class Equilibrium(Struct, frozen=True, eq=False):
 
 class Rest(Struct, frozen=True, eq=False):
     """Everything at one state without velocities: ``forces`` [m] (accelerations and rates of states), their derivatives by
-    the ``moving`` displacements, residuals of the position constraints and theirs."""
+    the ``moving`` displacements, residuals of the position constraints and theirs. ``open``: those of the forces that what holds
+    leaves; the others are rounding."""
 
     forces: Array
     slopes: Array
     phi: Array
     phi_slopes: Array
     found: Derivatives
+    open: NDArray[np.intp] | slice
+
+    @property
+    def equations(self) -> tuple[Array, Array, int]:
+        """Return the rows of derivatives, what is left of forces and constraints, and the number of forces."""
+        forces = self.forces[self.open]
+        rows = np.vstack([self.slopes[self.open], self.phi_slopes])
+        return rows, np.concatenate([forces, self.phi]), len(forces)
 
 
 def moving(chart: Chart) -> NDArray[np.intp]:
@@ -78,16 +88,24 @@ def at_rest(site: Site, y: Array) -> Array:
 
 
 def rest(site: Site, y: Array, moved: NDArray[np.intp]) -> Rest:
-    """Return everything at one state without velocities. Raises SimulationError where a derivative is undefined."""
-    found = site.derivatives(y)
-    nd = site.chart.nd
+    """Return everything at one state without velocities, with what holds there among the constraints. Raises SimulationError
+    where a derivative is undefined."""
+    found, held = held_constraints(site, site.derivatives(y))
+    nd, phi = site.chart.nd, site.constraints(y)[0]
     return Rest(
         site.rates(y)[nd:],
         found.rates[nd:][:, moved],
-        site.constraints(y)[0],
+        np.concatenate([phi, row_values(site, y)[held, GAP]]) if held else phi,
         found.position[:, moved],
         found,
+        _open(site, found) if holding(site) else slice(None),
     )
+
+
+def _open(site: Site, found: Derivatives) -> NDArray[np.intp]:
+    """Return the forces along independent displacements."""
+    chosen, nd = independent(site.chart, found).chosen, site.chart.nd
+    return chosen[chosen >= nd] - nd
 
 
 def check_autonomous(site: Site, found: Derivatives, y: Array) -> None:
@@ -123,10 +141,9 @@ class Newton(Struct, frozen=True, eq=False):
 
 def newton(here: Rest) -> Newton:
     """Return the Newton step at a state; the shortest one where directions are free."""
-    rows = np.vstack([here.slopes, here.phi_slopes])
-    wanted = -np.concatenate([here.forces, here.phi])
+    rows, left, n = here.equations
+    wanted = -left
     sizes = np.linalg.norm(rows, axis=1)
-    n = len(here.forces)
     if (
         rows.shape[0] != rows.shape[1]
     ):  # what is known already must not be outweighed by rounding of small rows
@@ -147,9 +164,9 @@ def newton(here: Rest) -> Newton:
     if not np.isfinite(scaled).all():
         nothing = np.full(rows.shape[1], np.nan)
         return Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
-    left, values, right = np.linalg.svd(scaled, full_matrices=True)
+    basis, values, right = np.linalg.svd(scaled, full_matrices=True)
     kept = int((values > CUT * max(float(values.max(initial=0.0)), 1e-300)).sum())
-    inverse = (right[:kept].T / values[:kept]) @ left[:, :kept].T / sizes
+    inverse = (right[:kept].T / values[:kept]) @ basis[:, :kept].T / sizes
     condition = float(values[0] / values[kept - 1]) if kept else 1.0
     return Newton(inverse @ wanted, inverse, condition, right[kept:].T)
 
@@ -188,16 +205,12 @@ def certified(
     site: Site, y: Array, moved: NDArray[np.intp], here: Rest, solved: Newton
 ) -> Equilibrium | None:
     """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
-    rows = np.vstack([here.slopes, here.phi_slopes])
-    left = np.concatenate([here.forces, here.phi])
+    rows, left, count = here.equations
     sizes = sizes_of(site, y, moved)
     scale = np.abs(rows) @ sizes
     rounding = np.repeat(
-        [
-            64 * EPSILON * float(part.max(initial=0.0))
-            for part in (scale[: len(here.forces)], scale[len(here.forces) :])
-        ],
-        [len(here.forces), len(here.phi)],
+        [64 * EPSILON * float(part.max(initial=0.0)) for part in (scale[:count], scale[count:])],
+        [count, len(here.phi)],
     )
     if (np.abs(rows @ solved.step + left) > UNRESOLVED * scale + rounding + 1e-300).any():
         return None  # the least squares have a minimum here, the forces no zero

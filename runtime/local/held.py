@@ -10,10 +10,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..driving_inputs import derived
+from ..native import kernel as native
 from ..problem import Array
 from .independent import RANK, independent
 from .site import Derivatives, Site, plan_of
 
+GAP, RATE, VALUES = 0, 1, 8
+"""Of mech_row_value in the kernel: the first two, and how many there are."""
 KEPT = 1e-9
 """A displacement that the motion changes by less than this share of its rates is kept by it."""
 
@@ -27,6 +30,17 @@ def holding(site: Site) -> tuple[int, ...]:
     return tuple(k for k, flag in enumerate(flags) if flag >= 0 and site.z[flag] > 0.5)
 
 
+def row_values(site: Site, y: Array) -> Array:
+    """Return what the kernel reads of each row [n_rows][8] at a state."""
+    plan = plan_of(site)
+    if plan is None or not plan.n_rows or plan.row_values is None:
+        return np.zeros((0, VALUES))
+    found = np.zeros((plan.n_rows, VALUES))
+    arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
+    native.MODEL_FUNCTION(plan.row_values)(site.t, *(a.ctypes.data for a in arrays), found.ctypes.data)
+    return found
+
+
 def sliding(site: Site) -> bool:
     """Whether friction slides with the present discrete variables."""
     plan, hybrid = plan_of(site), site.problem.hybrid
@@ -37,14 +51,19 @@ def sliding(site: Site) -> bool:
 
 
 def with_held(site: Site, found: Derivatives) -> Derivatives:
-    """Return the derivatives at a state with what holds there among the constraints.
+    """Return the derivatives at a state with what holds there among the constraints."""
+    return held_constraints(site, found)[0]
+
+
+def held_constraints(site: Site, found: Derivatives) -> tuple[Derivatives, list[int]]:
+    """Return the derivatives with what holds among the constraints, and the rows whose positions they have behind the others.
 
     Of rows that say the same the first counts. Where a row has no position of its own, as friction, its displacement is
-    held as well, as long as the motion keeps it: a wheel that rolls on keeps none.
+    held as well, as far as the motion keeps it.
     """
     rows = _independent_rows(site, found, holding(site))
     if not rows:
-        return found
+        return found, []
     nd, nv, n_position = site.chart.nd, site.problem.nv, len(found.position)
     by_inputs = found.constraints_by_inputs
     rates = replace(
@@ -60,13 +79,14 @@ def with_held(site: Site, found: Derivatives) -> Derivatives:
         by_input = _integrated(site, found.slips_by_inputs[k])
         if by_input is not None and _is_kept(site, rates, displaced):
             positions[j], moved[j] = displaced, by_input
-    has = positions.any(axis=1)
+    has = [bool(row.any()) for row in positions]
     by_inputs = rates.constraints_by_inputs
-    return replace(
+    whole = replace(
         rates,
         position=np.vstack([found.position, positions[has]]),
         constraints_by_inputs=np.vstack([by_inputs[:n_position], moved[has], by_inputs[n_position:]]),
     )
+    return whole, [k for k, one in zip(rows, has, strict=True) if one]
 
 
 def _independent_rows(site: Site, found: Derivatives, rows: tuple[int, ...]) -> list[int]:

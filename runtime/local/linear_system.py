@@ -19,9 +19,6 @@ from .independent import independent
 from .site import Derivatives, Site
 from .zeros import EPSILON, Complex, zeros
 
-ORDERS = 3
-"""An input acts by its value, its rate and its acceleration."""
-
 
 class LinearSystem(Struct, frozen=True, eq=False):
     """x' = ``a`` x + sum of ``b``[k] u^(k), y = ``c`` x + sum of ``d``[k] u^(k), for displacements x of the ``chosen``
@@ -43,9 +40,7 @@ class LinearSystem(Struct, frozen=True, eq=False):
     def at(self, s: Complex) -> Complex:
         """Return the transfer functions [len(s)][k][m] at complex frequencies."""
         identity = np.eye(len(self.a))
-        powers = [s[:, None, None] ** k for k in range(ORDERS)]
-        push = sum(p * b for p, b in zip(powers, self.b, strict=True))
-        direct = sum(p * d for p, d in zip(powers, self.d, strict=True))
+        push, direct = (_polynomial(parts, s) for parts in (self.b, self.d))
         inner = np.array([np.linalg.solve(x * identity - self.a, p) for x, p in zip(s, push, strict=True)])
         found: Complex = self.c @ inner + direct
         return found
@@ -148,6 +143,12 @@ def proper_form(system: LinearSystem) -> Form:
         s0,
         b2,
     )
+
+
+def _polynomial(parts: tuple[Array, ...], s: Complex) -> Complex:
+    """Return the sum of parts[k] s^k [len(s)][rows][columns]."""
+    found: Complex = np.tensordot(s[:, None] ** np.arange(len(parts)), np.array(parts), 1)
+    return found
 
 
 def _columns(problem: Problem, inputs: list[int]) -> tuple[list[int], list[int], list[int]]:

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..case import Case, SimulationOptions, inputs_at, prepare
+from ..driving_inputs import derived
 from ..functions import load_functions
 from ..integrate.solver import Solver
 from ..native import kernel as native
@@ -167,12 +168,15 @@ class Site(Struct, frozen=True, eq=False):
 
 
 def moving_inputs(site: Site) -> tuple[str, ...]:
-    """Say which inputs are functions of time: near a state they count as constant."""
+    """Say which inputs are functions of time: near a state they count as constant, with their derivatives where they drive."""
     later = [inputs_at(site.case, site.t + delay) for delay in (0.37, 1.618, 100.0)]
+    following = derived(site.problem)
+    derivatives = {k for pair in following.values() for k in pair}
     return tuple(
-        f"the input '{q.name}' is a function of time: it is held at its value at t = {site.t:g}"
+        f"the input '{q.name}' is a function of time: {'it, its rate and its acceleration are' if k in following else 'it is'} "
+        f"held at {'their values' if k in following else 'its value'} at t = {site.t:g}"
         for k, q in enumerate(site.problem.inputs)
-        if any(u[k] != site.u[k] for u in later)
+        if k not in derivatives and any(u[k] != site.u[k] for u in later)
     )
 
 

@@ -7,15 +7,12 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import Equilibrium, at_rest, reached, resting
-from .held import holding
+from .held import GAP, RATE, holding, row_values
 from .site import PART, Site, begun_at, plan_of, switched
 
-GAP, RATE, VALUES = 0, 1, 8
-"""Of mech_row_value in the kernel: the first two, and how many there are."""
 TOUCHING = 1e-9
 """Gaps down to minus this share of the size of the coordinates are closed, not penetrated."""
 SLIPS = 1e-12
@@ -31,17 +28,6 @@ class Standing(Struct, frozen=True, eq=False):
     site: Site
     rests: bool
     beyond: tuple[str, ...] = ()
-
-
-def row_values(site: Site, y: Array) -> Array:
-    """Return what the kernel reads of each row [n_rows][8] at a state."""
-    plan = plan_of(site)
-    if plan is None or not plan.n_rows or plan.row_values is None:
-        return np.zeros((0, VALUES))
-    found = np.zeros((plan.n_rows, VALUES))
-    arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
-    native.MODEL_FUNCTION(plan.row_values)(site.t, *(a.ctypes.data for a in arrays), found.ctypes.data)
-    return found
 
 
 def contacts(site: Site) -> tuple[int, ...]:

@@ -43,7 +43,7 @@ def moving(found: FoundModes) -> list[float]:
     return [float(w) for w in found.frequencies if w > 1e-5]
 
 
-def held(found: Any) -> str:
+def held(found: Linearization | FoundModes) -> str:
     return next(remark for remark in found.remarks if remark.startswith("held here"))
 
 
@@ -195,3 +195,21 @@ def test_equilibria_beside_a_closed_contact() -> None:
     )
     assert told[round(np.pi, 6)]["stable"] is False
     assert any("'ground' is closed" in remark for remark in found.remarks)
+
+
+def test_a_box_on_two_feet_with_a_pendulum() -> None:
+    """More holds than the box has freedoms; what is left is the bar on its pin: sqrt(3 g/(2 l))."""
+    found = modes("""
+    import mech.planar.*;
+    gravity {0, -9.81} m/s^2;
+    Body box(m = 2 kg, J = 0.1 kg.m^2);
+    Free j(world -> box.a, x = 0 m, y = 0.2 m);
+    point left = box.a * {-0.3 m, -0.2 m};
+    point right = box.a * {0.3 m, -0.2 m};
+    contact l: pos(left)[2] friction 0.5 along vel(left)[1];
+    contact r: pos(right)[2] friction 0.5 along vel(right)[1];
+    Bar b(m = 1 kg, l = 1 m);
+    Revolute pin(box.a -> b.a, angle = -90 deg);
+    """)
+    assert moving(found) == pytest.approx([np.sqrt(1.5 * 9.81)], rel=1e-12)
+    assert "'l' is closed" in held(found) and "'r' is closed" in held(found)

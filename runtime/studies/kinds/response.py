@@ -47,7 +47,7 @@ def pictures(
         high = np.pi / period
         low = min(low, high / 100)
     w = np.geomspace(low, high, FREQUENCIES)
-    s = 1j * w if period is None else np.exp(1j * w * period)
+    s = np.asarray(1j * w if period is None else np.exp(1j * w * period), dtype=np.complex128)
     gains, phases = [], []
     identity = np.eye(len(a))
     if period is None:
