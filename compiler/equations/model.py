@@ -178,7 +178,8 @@ class HybridPlan(Struct, frozen=True):
     ``times``: switches that change at a known time, to ``after``; ``clocks``: (pulse, count) in z; ``initial``: the
     number in z that is 1 at the start only; ``total``: the output whose balance is kept; ``carried``: it has a part that is linear in
     the velocities, so that what drives the model works at impacts. The functions are
-    indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch.
+    indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch. ``slides``: for each switch
+    the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides.
     """
 
     switches: tuple[SwitchText, ...]
@@ -193,6 +194,7 @@ class HybridPlan(Struct, frozen=True):
     total: int
     crowd: CrowdPlan | None = None
     carried: bool = False
+    slides: tuple[int, ...] = ()
 
 
 class SceneShape(Struct, frozen=True):

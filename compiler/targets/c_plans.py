@@ -119,7 +119,9 @@ def hybrid_text(program: Program, plan: HybridPlan) -> Iterator[str]:
         "clocks": "clocks" if plan.clocks else "NULL",
         "branches": "branches" if plan.branches else "NULL",
         "rows": "rows" if plan.rows else "NULL",
+        **({"slides": "slides"} if plan.slides else {}),
     }
+    yield from indices("slides", plan.slides)
     for name in HYBRID_FUNCTIONS:
         fields[name] = name if program.function(name) else "NULL"
     if plan.crowd is not None:

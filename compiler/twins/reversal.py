@@ -67,6 +67,8 @@ def _refuse(model: FlatModel) -> None:
     facts = Facts(model)
     if any(facts.bends(c.left, c.right) for c in model.constraints):
         raise NotApplicable("what a bend of a constraint takes has no way back")
+    if any(facts.jumps(e.value) for e in model.equations):
+        raise NotApplicable("a state may slide where its law jumps, which has no way back")
     if any(facts.within(d.value) & inputs for d in model.drives):
         raise NotApplicable("an input drives it")
 

@@ -148,7 +148,8 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportS
             return _Told(
                 "chattering",
                 f"a condition in the equations of motion goes to and fro at {at}: "
-                "the motion slides along it; write it as 'friction' or 'contact'",
+                "the motion slides along it; write it as 'friction' or 'contact'. First-order states slide along one such "
+                "surface by themselves; along several at once it is not followed",
             )
         case Status.BRANCH_ASSERTION:
             assert branch is not None

@@ -138,6 +138,8 @@ typedef struct mech_hybrid {
     mech_function *row_values;      /* out[n_rows][MECH_ROW_VALUES]                              */
     mech_function *respond;         /* out[nv + n_rows]: change of v and of every r by the impulses in z */
     const mech_crowd *crowd;        /* NULL where all rows have formulas                         */
+    const int *slides;              /* [n_switches] the switch of the mode in which the motion slides along the surface of
+                                     * each, -1: none; NULL where no motion slides */
 } mech_hybrid;
 
 typedef struct mech_start_row {

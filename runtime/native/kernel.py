@@ -119,7 +119,7 @@ class HybridStruct(Structure):
         ("branches", POINTER(BranchStruct)),
         ("rows", POINTER(RowStruct)),
         *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
-        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd")),
+        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides")),
     )
     n_switches: int
     n_times: int

@@ -25,6 +25,7 @@ from .crowd import Crowd
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
+from .sliding import places_of_modes, sliding, with_sliding
 from .switches import Switch, Switches, find_switches, jumps_of_dissipation, relations_of_time
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
@@ -75,6 +76,7 @@ def add_events(
         *jumps_of_dissipation(system, rhs.outputs, braking, solved.replace, written),
     ]
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
+    switches, surfaces = with_sliding(system, switches, {s.node for s in system.symbols.states})
     if not (system.branches or rows or switches.located or switches.timed or crowd):
         if "events" not in parts:
             return None
@@ -90,6 +92,11 @@ def add_events(
         f if f.name in UNSWITCHED else replace(f, outputs=switches.apply(system, f.outputs))
         for f in functions
     ]
+    if surfaces:
+        changed = [
+            replace(f, outputs=sliding(system, surfaces, f.outputs)) if f.name in ("rhs", "outputs") else f
+            for f in changed
+        ]
     changed = [f for f in changed if f.name != "discretes"]
     start = next((f.outputs for f in functions if f.name == "discretes"), ())
     changed.append(
@@ -112,6 +119,7 @@ def add_events(
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
         carried="energy.supplied" in names and bool(rows) and carried(system, solved.energies.total),
+        slides=places_of_modes(surfaces, switches.located),
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
     )
     if (

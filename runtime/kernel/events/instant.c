@@ -45,6 +45,9 @@ static int turn(mech_solver *s, int k)
         *z = *z > MECH_C(0.5) ? 0 : 1;
     }
     e->fresh[k] = 1;
+    const int *slides = s->model->hybrid->slides; /* a switch and the mode of sliding on its surface follow each other */
+    for (int i = 0; slides && i < s->model->hybrid->n_switches; i++)
+        if (i == slides[k] || slides[i] == k) e->fresh[i] = 1;
     return follow(s, before);
 }
 
