@@ -14,6 +14,7 @@ from msgspec import Struct, field
 
 from .arrays.choice import Array as Array
 from .arrays.choice import Bytes
+from .partners import partners
 
 ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
 """(t, y, u, z, p) -> out"""
@@ -339,6 +340,8 @@ class Description(Struct, frozen=True):
     """Systems of equations for outputs; empty where none is followed."""
     groups: tuple[int, ...] = ()
     """A number for each state, the same for those that feel each other; empty where all do."""
+    followers: tuple[int, ...] = ()
+    """Indices of states of first order on which the motion does not depend, as integrals that nothing reads."""
     narrow: bool = False
     """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables."""
     bent: bool = False
@@ -359,20 +362,21 @@ class Description(Struct, frozen=True):
         return self.nq + self.nv + self.nx
 
     @property
+    def own(self) -> tuple[int, ...]:
+        """Indices of the states on which the motion depends: all but accounts of energy and followers.
+
+        Studies of the motion look at these alone.
+        """
+        following = set(self.followers)
+        return tuple(k for k, q in enumerate(self.states) if q.kind != "account" and k not in following)
+
+    @property
     def partner(self) -> tuple[int, ...]:
         """Index in y of the coordinate of each velocity [nv]; the three of a rotation belong to its first entry.
 
         By their names, as a coordinate whose rate is prescribed has no velocity; else in order.
         """
-        places = {q.name: i for i, q in enumerate(self.states[: self.nq])}
-        found: list[int] = []
-        for quantity in self.states[self.nq : self.nq + self.nv]:
-            base, _, _ = quantity.name.removeprefix("der(").rpartition(")")
-            place = places.get(base, places.get(f"{base}[1]"))
-            if place is None:
-                return _in_order(self.nq, self.nv, self.rotations)
-            found.append(place)
-        return tuple(found)
+        return partners([q.name for q in self.states], self.nq, self.nv, self.rotations)
 
 
 class Problem(Description, frozen=True):
@@ -389,11 +393,3 @@ class Problem(Description, frozen=True):
     """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
     adjoints: Callable[[Adjoint], Problem] | None = None
     """Makes the problem whose functions pull a goal back (``runtime/tangent/gradient.py``); None where nobody can."""
-
-
-def _in_order(nq: int, nv: int, rotations: tuple[int, ...]) -> tuple[int, ...]:
-    partner, coordinate = list[int](), 0
-    while coordinate < nq and len(partner) < nv:
-        partner += [coordinate] * (3 if coordinate in rotations else 1)
-        coordinate += 4 if coordinate in rotations else 1
-    return tuple(partner)

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
+from ..equations.followers import followers
 from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import (
@@ -119,6 +120,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         offers=equations.offers,
         sought=equations.sought,
         groups=_groups(equations, functions),
+        followers=followers(equations),
         narrow=_derived_by(functions, NARROW),
         bent=_derived_by(functions, BENT),
     )

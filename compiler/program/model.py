@@ -276,6 +276,8 @@ class Program(Struct, frozen=True):
     offers: tuple[Offer, ...] = ()
     groups: tuple[int, ...] = ()
     """Of each state (connected.py); empty where all of them feel each other."""
+    followers: tuple[int, ...] = ()
+    """Indices of states on which the motion does not depend (equations/followers.py)."""
     narrow: bool = False
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
     bent: bool = False

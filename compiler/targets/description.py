@@ -77,6 +77,7 @@ def described(program: Program) -> Description:
         ),
         sought=tuple(SoughtOutputs(s.outputs, s.rows) for s in program.sought),
         groups=program.groups,
+        followers=program.followers,
         narrow=program.narrow,
         bent=program.bent,
         no_series=program.series.refusal if program.series is not None else "",
@@ -92,6 +93,8 @@ def describe(program: Program) -> dict[str, object]:
     fields: dict[str, object] = to_builtins(described(program))
     for name in ("patterns", "offers", "sought"):
         del fields[name]
+    if not program.followers:
+        del fields["followers"]
     return fields
 
 

@@ -66,7 +66,7 @@ class Tracer:
         self.start = site.y
         chart = site.chart
         turns = [j < chart.nd and chart.places[j] in chart.problem.rotations for j in box.moved]
-        places = [chart.places[j] if j < chart.nd else chart.problem.nq + j - chart.nd for j in box.moved]
+        places = [chart.place(int(j)) for j in box.moved]
         self.origin = np.where(turns, 0.0, site.y[places]) if len(box.moved) else np.zeros(0)
 
     # ------------------------------------------------------------ one point

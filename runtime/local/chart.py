@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 from msgspec import Struct
 
@@ -11,10 +13,11 @@ from ..start.free_state import rotation_vector, turned
 
 class Chart(Struct, frozen=True):
     """``places``: the index in y of each displacement of the positions, of the first of four numbers for those of a
-    rotation; ``names`` and ``units`` of all displacements: positions, velocities, states without energy accounts."""
+    rotation; ``behind``: that of each displacement after those, of velocities and states; ``names`` and ``units`` of all."""
 
     problem: Problem
     places: tuple[int, ...]
+    behind: tuple[int, ...]
     names: tuple[str, ...]
     units: tuple[str, ...]
 
@@ -26,6 +29,10 @@ class Chart(Struct, frozen=True):
     def size(self) -> int:
         return len(self.names)
 
+    def place(self, j: int) -> int:
+        """Return the index in y of a displacement, of the first of four numbers for one of a rotation."""
+        return self.places[j] if j < self.nd else self.behind[j - self.nd]
+
     def moved(self, y: Array, d: Array) -> Array:
         """Return a state displaced by d [size]; rotations are turned about their body axes."""
         problem, result = self.problem, y.copy()
@@ -34,7 +41,7 @@ class Chart(Struct, frozen=True):
                 result[i] += d[j]
             elif j == 0 or self.places[j - 1] != i:
                 result[i : i + 4] = turned(y[i : i + 4], d[j : j + 3])
-        result[problem.nq : problem.nq + self.size - self.nd] += d[self.nd :]
+        result[list(self.behind)] += d[self.nd :]
         return result
 
     def between(self, start: Array, y: Array) -> Array:
@@ -45,7 +52,7 @@ class Chart(Struct, frozen=True):
                 d[j] = y[i] - start[i]
             elif j == 0 or self.places[j - 1] != i:
                 d[j : j + 3] = rotation_vector(start[i : i + 4], y[i : i + 4])
-        behind = slice(problem.nq, problem.nq + self.size - self.nd)
+        behind = list(self.behind)
         d[self.nd :] = y[behind] - start[behind]
         return d
 
@@ -61,13 +68,13 @@ class Chart(Struct, frozen=True):
             s, x = y[i], y[i + 1 : i + 4]
             matrix[i, j] = -(x @ axis)
             matrix[i + 1 : i + 4, j] = s * axis + np.cross(x, axis)
-        for k in range(self.size - self.nd):
-            matrix[self.problem.nq + k, self.nd + k] = 1.0
+        for k, i in enumerate(self.behind):
+            matrix[i, self.nd + k] = 1.0
         return matrix
 
 
-def chart_of(problem: Problem) -> Chart:
-    """Return the displacements of the states of a problem."""
+def chart_of(problem: Problem, following: Collection[int] = ()) -> Chart:
+    """Return the displacements of the states on which the motion depends, and of some ``following`` ones."""
     places: list[int] = []
     names: list[str] = []
     units: list[str] = []
@@ -85,7 +92,7 @@ def chart_of(problem: Problem) -> Chart:
             names.append(quantity.name)
             units.append(quantity.unit)
             i += 1
-    behind = [q for q in problem.states[problem.nq :] if q.kind != "account"]
-    names += [q.name for q in behind]
-    units += [q.unit for q in behind]
-    return Chart(problem, tuple(places), tuple(names), tuple(units))
+    behind = tuple(k for k in sorted({*problem.own, *following}) if k >= problem.nq)
+    names += [problem.states[k].name for k in behind]
+    units += [problem.states[k].unit for k in behind]
+    return Chart(problem, tuple(places), behind, tuple(names), tuple(units))

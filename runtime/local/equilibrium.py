@@ -325,8 +325,7 @@ def sizes_of(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
     for j, i in enumerate(chart.places):
         if i not in site.problem.rotations:
             now[j] = max(1.0, abs(y[i]))
-    behind = y[site.problem.nq : site.problem.nq + chart.size - chart.nd]
-    now[chart.nd :] = np.maximum(1.0, np.abs(behind))
+    now[chart.nd :] = np.maximum(1.0, np.abs(y[list(chart.behind)]))
     return now[moved]
 
 

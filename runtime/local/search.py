@@ -25,7 +25,7 @@ from .equilibrium import (
     sizes_of,
     spread,
 )
-from .site import Site, switched
+from .site import Site, depended_on, switched
 
 SAME = 1e-6
 """Equilibria closer than this, in the sizes of the coordinates, are one."""
@@ -51,13 +51,7 @@ def box_of(site: Site) -> Box:
     chart, problem = site.chart, site.problem
     y = at_rest(site, site.y)
     every = moving(chart)
-    pattern = np.array(problem.patterns["local_derivatives"], dtype=np.intp).reshape(-1, 2)
-    behind = problem.ny - problem.nq
-    rows = (pattern[:, 0] >= chart.nd) & (pattern[:, 0] < chart.size)
-    first = chart.nd + behind + len(problem.outputs)
-    last = first + sum(row.level == "position" for row in problem.constraints) + len(problem.constraints)
-    rows |= (pattern[:, 0] >= first) & (pattern[:, 0] < last)
-    used = set(pattern[rows, 1].tolist())
+    used = depended_on(site)
     moved = np.array([j for j in every if int(j) in used], dtype=np.intp)
     idle = tuple(chart.names[int(j)] for j in every if int(j) not in used)
     lengths = [
@@ -70,7 +64,7 @@ def box_of(site: Site) -> Box:
         if j < chart.nd and chart.places[j] in problem.rotations:
             low[k], high[k] = -np.pi, np.pi  # turns from the start
             continue
-        place = chart.places[j] if j < chart.nd else problem.nq + int(j) - chart.nd
+        place = chart.place(int(j))
         quantity = problem.states[place]
         periodic[k] = quantity.unit == "rad" and _is_periodic(site, y, place)
         if quantity.unit == "rad":
@@ -180,10 +174,7 @@ class Search:
 
     def _places(self) -> NDArray[np.intp]:
         chart = self.site.chart
-        return np.array(
-            [chart.places[j] if j < chart.nd else chart.problem.nq + j - chart.nd for j in self.box.moved],
-            dtype=np.intp,
-        )
+        return np.array([chart.place(int(j)) for j in self.box.moved], dtype=np.intp)
 
     def _values(self, y: Array) -> Array:
         return y[self._places()]

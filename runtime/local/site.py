@@ -32,7 +32,7 @@ class Derivatives(Struct, frozen=True, eq=False):
     """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints.
 
     ``position`` are residuals of positions, ``rate`` is K v + b; ``gaps`` and ``slips`` are the same of each row that switches,
-    whether it holds or not.
+    whether it holds or not. ``outputs_by_others``: by the states that are not displaced.
     """
 
     rates: Array
@@ -40,7 +40,7 @@ class Derivatives(Struct, frozen=True, eq=False):
     rates_by_time: Array
     outputs: Array
     outputs_by_inputs: Array
-    outputs_by_accounts: Array
+    outputs_by_others: Array
     position: Array
     rate: Array
     constraints_by_inputs: Array
@@ -78,7 +78,7 @@ class Site(Struct, frozen=True, eq=False):
                 found[j] = dy[i]
             elif j == 0 or chart.places[j - 1] != i:
                 found[j : j + 3] = 4.0 * chart.of_entries(y)[i : i + 4, j : j + 3].T @ dy[i : i + 4]
-        found[chart.nd :] = dy[problem.nq : problem.nq + chart.size - chart.nd]
+        found[chart.nd :] = dy[list(chart.behind)]
         return found
 
     def constraints(self, y: Array) -> tuple[Array, Array]:
@@ -101,9 +101,10 @@ class Site(Struct, frozen=True, eq=False):
         """Return everything that is linear near a state. Raises SimulationError where that is undefined."""
         problem, n, nd = self.problem, self.chart.size, self.chart.nd
         behind = problem.ny - problem.nq
-        accounts = behind - (n - nd)
+        own = rows_of(self.chart)
+        others = np.setdiff1d(np.arange(nd + behind), own)
         nu, n_out = len(problem.inputs), len(problem.outputs)
-        pattern: NDArray[np.intp] = np.array(problem.patterns[PART], dtype=np.intp).reshape(-1, 2)
+        pattern = pattern_of(problem)
         n_position = sum(row.level == "position" for row in problem.constraints)
         constrained = nd + behind + n_out + n_position + len(problem.constraints)
         switching = 0 if problem.hybrid is None else len(problem.hybrid.rows)
@@ -112,7 +113,7 @@ class Site(Struct, frozen=True, eq=False):
         if len(pattern):
             entries = self.case.functions.matrices[PART](self.t, y, self.u, self.z, self.p)
             full[pattern[:, 0], pattern[:, 1]] = entries
-        needed = np.r_[0:n, nd + behind + n_out : constrained]
+        needed = np.r_[own, nd + behind + n_out : constrained]
         if not np.isfinite(full[needed]).all():
             row, column = (int(k) for k in np.argwhere(~np.isfinite(full[needed]))[0])
             raise self.undefined(
@@ -124,40 +125,34 @@ class Site(Struct, frozen=True, eq=False):
         rate = slice(position.stop, constrained)
         held = slice(position.start, rate.stop)
         return Derivatives(
-            rates=full[:n, :n],
-            rates_by_inputs=full[:n, by_inputs],
-            rates_by_time=full[:n, by_time],
-            outputs=full[out, :n],
+            rates=full[np.ix_(own, own)],
+            rates_by_inputs=full[own, by_inputs],
+            rates_by_time=full[own, by_time],
+            outputs=full[out][:, own],
             outputs_by_inputs=full[out, by_inputs],
-            outputs_by_accounts=full[out, n : n + accounts],
-            position=full[position, :n],
-            rate=full[rate, :n],
+            outputs_by_others=full[out][:, others],
+            position=full[position][:, own],
+            rate=full[rate][:, own],
             constraints_by_inputs=full[held, by_inputs],
             constraints_by_time=full[held, by_time],
-            gaps=full[constrained::2, :n],
+            gaps=full[constrained::2][:, own],
             gaps_by_inputs=full[constrained::2, by_inputs],
-            slips=full[constrained + 1 :: 2, :n],
+            slips=full[constrained + 1 :: 2][:, own],
             slips_by_inputs=full[constrained + 1 :: 2, by_inputs],
-            moves_by_itself=bool(
-                (
-                    (pattern[:, 1] == by_time)
-                    & ((pattern[:, 0] < n) | ((pattern[:, 0] >= held.start) & (pattern[:, 0] < held.stop)))
-                ).any()
-            ),
+            moves_by_itself=bool(((pattern[:, 1] == by_time) & np.isin(pattern[:, 0], needed)).any()),
         )
 
     def undefined(self, what: str, column: int) -> SimulationError:
-        """Return the message that a derivative does not exist."""
+        """Return the message that a derivative does not exist; ``column`` counts all displacements, then inputs."""
         return SimulationError(
             f"a derivative is undefined here: of {what} by {self._column(column)}",
             help="look for square roots, quotients or angles of vectors that vanish at this state",
         )
 
     def _column(self, column: int) -> str:
-        n = self.chart.size
         names = [
-            *self.chart.names,
-            *(q.name for q in self.problem.states[self.problem.nq + n - self.chart.nd :]),
+            *self.chart.names[: self.chart.nd],
+            *(q.name for q in self.problem.states[self.problem.nq :]),
         ]
         names += [q.name for q in self.problem.inputs]
         return f"'{names[column]}'" if column < len(names) else "time"
@@ -165,6 +160,27 @@ class Site(Struct, frozen=True, eq=False):
     def at(self, y: Array) -> Site:
         """Return the same model with another state."""
         return replace(self, y=y)
+
+
+def pattern_of(problem: Problem) -> NDArray[np.intp]:
+    """Return the (row, column) of the derivatives that can differ from zero: displacements and outputs of all states count."""
+    return np.array(problem.patterns[PART], dtype=np.intp).reshape(-1, 2)
+
+
+def rows_of(chart: Chart) -> NDArray[np.intp]:
+    """Return the places of the displacements of a chart among those of all states."""
+    behind = np.array(chart.behind, dtype=np.intp)
+    return np.concatenate([np.arange(chart.nd), chart.nd + behind - chart.problem.nq])
+
+
+def depended_on(site: Site) -> set[int]:
+    """Return the displacements on which some rate of a velocity or state depends, or some constraint."""
+    chart, problem, pattern = site.chart, site.problem, pattern_of(site.problem)
+    rows = rows_of(chart)
+    first = chart.nd + problem.ny - problem.nq + len(problem.outputs)
+    last = first + sum(row.level == "position" for row in problem.constraints) + len(problem.constraints)
+    felt = np.isin(pattern[:, 0], rows[chart.nd :]) | ((pattern[:, 0] >= first) & (pattern[:, 0] < last))
+    return {k for k, row in enumerate(rows.tolist()) if row in pattern[felt, 1]}
 
 
 def moving_inputs(site: Site) -> tuple[str, ...]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, ClassVar, Protocol
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from ..case import SimulationOptions, find_experiment
 from ..outcome import Outcome, SimulationError
@@ -12,6 +15,9 @@ from ..results.solution import Solution
 
 OF_A_MOTION = frozenset({"start", "stop", "every", "step", "tolerance", "method", "estimate_error"})
 """Settings of a run that mean nothing where no motion is followed."""
+
+MOST_NAMED = 6
+"""States in a remark."""
 
 
 class Answer(Protocol):
@@ -37,7 +43,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     asked, and never otherwise. ``unused`` are the settings of a run that do nothing to its answer: nobody can give them.
     ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
     ``of_curves``: it is asked about a curve, and not about a motion. ``of_members``: it runs many members,
-    which ``others`` may follow.
+    which ``others`` may follow. ``of_own_states``: it tells of the states on which the motion depends (``Problem.own``).
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
@@ -47,6 +53,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     """Parts that it works on beside ``needs`` where these settings are given."""
     of_curves: ClassVar[bool] = False
     of_members: ClassVar[bool] = False
+    of_own_states: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""
@@ -60,7 +67,25 @@ def solve(problem: Problem, study: Study) -> Answer:
         if not study.sweeps:
             refuse_sweep(swept_axes(problem, study))
         refuse_random(problem, study)
-    return study.solve(problem)
+    answer = study.solve(problem)
+    if study.of_own_states and (left := left_out(problem)):
+        assert isinstance(answer, Struct)  # Findings, which a run does without
+        remarks: tuple[str, ...] = getattr(answer, "remarks", ())
+        return replace(answer, remarks=(*remarks, left))
+    return answer
+
+
+def left_out(problem: Problem, kept: Collection[int] = ()) -> str:
+    """Say which states of the model only follow the motion, but for those that are ``kept``; nothing where none does.
+
+    An integral within a formula has no name of its own, and nobody misses it.
+    """
+    names = [problem.states[k].name for k in problem.followers if k not in kept]
+    names = [name for name in names if not name.startswith("integral[")]
+    if not names:
+        return ""
+    shown = ", ".join(names[:MOST_NAMED]) + ", ..." * (len(names) > MOST_NAMED)
+    return f"{shown}: left out, as the motion does not depend on {'it' if len(names) == 1 else 'them'}"
 
 
 def refuse_random(problem: Problem, study: Study) -> None:

@@ -108,9 +108,9 @@ class Linearised:
 
 
 def own_directions(problem: Problem) -> Array:
-    """Give the indices of the changes that are no accounts of energy, which nothing depends on."""
-    accounts = [k - problem.nq for k in range(problem.ny) if problem.states[k].kind == "account"]
-    return np.array([k for k in range(2 * problem.nv + problem.nx) if k - problem.nv not in accounts])
+    """Give the indices of the changes of states on which the motion depends."""
+    behind = [problem.nv + k - problem.nq for k in problem.own if k >= problem.nq]
+    return np.array([*range(problem.nv), *behind])
 
 
 def sizes(problem: Problem, nominal: Array) -> Array:

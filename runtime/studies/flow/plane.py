@@ -182,7 +182,7 @@ class Plane:
         box, column = box_of(self.site), self.columns[0]
         for k, j in enumerate(box.moved):
             chart = self.site.chart
-            place = chart.places[j] if j < chart.nd else self.site.problem.nq + int(j) - chart.nd
+            place = chart.place(int(j))
             if place == column:
                 self.stated = bool(box.stated[k])
                 return float(box.low[k]), float(box.high[k]), 2 * np.pi * bool(box.periodic[k])

@@ -20,8 +20,8 @@ from ...problem import Array, Problem, Quantity
 from ...settings import settable
 from ..findings import Curve, Findings, Panel, Table
 from ..runs.simulate import plan_run, run
-from ..study import Study
-from .linearize import chosen_inputs, chosen_outputs, observed
+from ..study import Study, left_out
+from .linearize import chosen_inputs, chosen_outputs, observed, observed_followers
 
 ERRORS = "rounding of the entries, which are exact derivatives at states of the run"
 WORST = 1e6
@@ -65,23 +65,28 @@ class LinearizeAlong(Study, frozen=True, kw_only=True):
             raise SimulationError(f"the run did not reach its end: {solution.message}")
         case = plan_run(problem, self).case
         states = np.array([solution[q.name] for q in problem.states]).T.reshape(len(solution.time), -1)
-        start = Site(
-            case, chart_of(problem), case.begin, inputs_at(case, case.begin), case.z, case.y0, case.p
-        )
+        outputs = chosen_outputs(problem, self.outputs)
+        following = observed_followers(problem, outputs)
+        chart = chart_of(problem, following)
+        start = Site(case, chart, case.begin, inputs_at(case, case.begin), case.z, case.y0, case.p)
         sites = [
             replace(start, t=float(t), u=inputs_at(case, float(t)), y=y)
             for t, y in zip(solution.time, states, strict=True)
         ]
-        return _along(self, sites)
+        left = left_out(problem, following)
+        return _along(self, sites, outputs, [left] if left else [])
 
 
-def _along(study: LinearizeAlong, sites: list[Site]) -> Along:
+def _along(
+    study: LinearizeAlong,
+    sites: list[Site],
+    outputs: list[tuple[Quantity, tuple[str, int]]],
+    remarks: list[str],
+) -> Along:
     problem, chart = sites[0].problem, sites[0].chart
     inputs = chosen_inputs(problem, study.driven)
-    outputs = chosen_outputs(problem, study.outputs)
     systems: list[tuple[Array, ...]] = []
     chosen = None
-    remarks: list[str] = []
     worst = 1.0
     for site in sites:
         found = site.derivatives(site.y)

@@ -52,6 +52,7 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
+    of_own_states = True
 
     over: Annotated[
         tuple[Range, ...], settable("A parameter and its range, over which they are followed.", "ranges")
@@ -93,9 +94,7 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
 
 def _values(site: Site, y: Array) -> dict[str, float]:
     problem = site.problem
-    return {
-        q.name: float(v) for q, v in zip(problem.states, y, strict=True) if q.kind not in ("account", "rate")
-    }
+    return {problem.states[k].name: float(y[k]) for k in problem.own if problem.states[k].kind != "rate"}
 
 
 def _record(

@@ -33,6 +33,7 @@ class Floquet(Study, frozen=True, kw_only=True):
     model; over one parameter, or over two as a chart of stability."""
 
     needs = frozenset({"jacobian"})
+    of_own_states = True
 
     period: Annotated[float | Formula | None, settable('The period: "2*pi/w".', "interval")] = None
     over: Annotated[
@@ -74,7 +75,7 @@ def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
     case = place.plan.case
     found = linear.map(case.begin, case.y0, place.period)
     values, errors = multipliers(found)
-    own = [k for k, q in enumerate(problem.states) if q.kind != "account"]
+    own = list(problem.own)
     missed = float((np.abs(found.end - case.y0) / place.plan.nominal)[own].max())
     remarks = []
     if missed > BACK:

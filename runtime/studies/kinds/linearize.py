@@ -14,16 +14,17 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ...driving_inputs import derived
+from ...local.chart import chart_of
 from ...local.equilibrium import resting
 from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
-from ...local.site import PART, Site, moving_inputs, refuse_edges, site_of
+from ...local.site import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.standing import arrived
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem, Quantity
 from ...settings import EQUILIBRIUM, Place, settable
 from ..findings import Cell, Findings, Table
-from ..study import OF_A_MOTION, Study
+from ..study import OF_A_MOTION, Study, left_out
 from .response import pictures, sampled
 
 ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
@@ -124,12 +125,16 @@ class Linearize(Study, frozen=True, kw_only=True):
 
 
 def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> Linearization:
-    problem, chart = site.problem, site.chart
+    problem = site.problem
     inputs = chosen_inputs(problem, study.driven)
     outputs = chosen_outputs(problem, study.outputs)
+    following = observed_followers(problem, outputs)
+    chart = chart_of(problem, following)
+    site = replace(site, chart=chart)
     found = site.derivatives(y)
     system = linear_system(site, found, inputs, observed(site, y, outputs, found))
     form = proper_form(system)
+    remarks += [left] if (left := left_out(problem, following)) else []
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
     values, errors = poles(form.a)
@@ -246,20 +251,36 @@ def chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quant
     ]
 
 
+def observed_followers(problem: Problem, chosen: list[tuple[Quantity, tuple[str, int]]]) -> set[int]:
+    """Return the states that follow the motion and that something observed depends on, by their indices."""
+    chart, pattern = chart_of(problem), pattern_of(problem)
+    states, outputs = chart.nd - problem.nq, chart.nd + problem.ny - problem.nq
+    following = {states + k: k for k in problem.followers}
+    waiting = [outputs + k for _, (array, k) in chosen if array == "out"]
+    waiting += [states + k for _, (array, k) in chosen if array == "y" and k in problem.followers]
+    seen: set[int] = set()
+    while waiting:
+        row = waiting.pop()
+        if row not in seen:
+            seen.add(row)
+            waiting += [column for column in pattern[pattern[:, 0] == row, 1].tolist() if column in following]
+    return {following[row] for row in seen if row in following}
+
+
 def observed(
     site: Site, y: Array, chosen: list[tuple[Quantity, tuple[str, int]]], found: Any
 ) -> tuple[Array, Array]:
     """Return the derivatives of what is observed by displacements and by inputs."""
-    problem, chart = site.problem, site.chart
+    chart = site.chart
     entries = chart.of_entries(y)
-    rows, direct = np.zeros((len(chosen), chart.size)), np.zeros((len(chosen), len(problem.inputs)))
+    rows, direct = np.zeros((len(chosen), chart.size)), np.zeros((len(chosen), len(site.problem.inputs)))
     for row, (quantity, (array, k)) in enumerate(chosen):
         match array:
             case "out":
                 rows[row], direct[row] = found.outputs[k], found.outputs_by_inputs[k]
                 for column in np.flatnonzero(~np.isfinite(rows[row])):
-                    raise site.undefined(f"'{quantity.name}'", int(column))
-                if found.outputs_by_accounts[k].any():
+                    raise site.undefined(f"'{quantity.name}'", int(rows_of(chart)[column]))
+                if found.outputs_by_others[k].any():
                     raise SimulationError(
                         f"the output '{quantity.name}' counts energy from the start on: it is no function of the state",
                         help="observe something else with outputs = ...",

@@ -29,9 +29,9 @@ from ...tangent.flow import Tangents
 from ..findings import Curve, Findings, Panel, Value
 from ..flow.linearised import Linearised
 from ..flow.pieces import with_horizon
+from ..flow.time_dependence import depends_on_time
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study
-from .orbit import depends_on_time
 
 TOLERANCE = 1e-8
 HORIZON = 100.0
@@ -80,6 +80,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
     largest one is known to a percent or so."""
 
     needs = frozenset({"jacobian"})
+    of_own_states = True
 
     time: Annotated[float | None, settable("How long to follow the motion.", "time")] = None
     count: Annotated[int | None, settable("How many exponents; all without it.", "count")] = None
@@ -281,7 +282,7 @@ def _at_rest(plan: Plan) -> bool:
     if case.problem.hybrid is not None or depends_on_time(plan):
         return False
     slope = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
-    moves = [k for k, q in enumerate(case.problem.states) if q.kind != "account"]
+    moves = list(case.problem.own)
     span = case.stop - case.begin
     return bool((np.abs(slope[moves]) * span <= RESTING * plan.nominal[moves]).all())
 

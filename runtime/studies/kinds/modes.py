@@ -52,6 +52,7 @@ class FindModes(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
+    of_own_states = True
 
     at: Annotated[
         Place | None,
@@ -122,11 +123,7 @@ def _told(site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple
     real = kind == "conservative"
     shapes = modes.shapes.real if real else modes.shapes
     unit = f"rad/{problem.time.unit}" if problem.time.unit else ""
-    at = {
-        q.name: float(v)
-        for q, v in zip(problem.states, rest.y, strict=False)
-        if q.kind in ("coordinate", "state")
-    }
+    at = {problem.states[k].name: float(rest.y[k]) for k in problem.own if problem.states[k].kind != "rate"}
     rows: list[tuple[Cell, ...]] = [
         (str(k + 1), float(frequencies[k]), modes.errors[k], float(dampings[k]), _moves(chart, shapes[:, k]))
         for k in range(len(values))

@@ -10,9 +10,8 @@ from msgspec.structs import replace
 
 from ...case import inputs_at
 from ...integrate.interruption import NotedInterruptions
-from ...native import kernel as native
 from ...outcome import ENDED, Outcome, SimulationError
-from ...problem import Array, ModelFunction, Problem
+from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ...tangent.coordinates import minimal
@@ -21,6 +20,7 @@ from ..flow.linearised import Linearised, compared, multipliers
 from ..flow.pieces import column_at, with_horizon
 from ..flow.shooting import CLOSED, Energy, close, least
 from ..flow.shooting import Orbit as Found
+from ..flow.time_dependence import depends_on_time
 from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study
@@ -52,6 +52,7 @@ class Orbit(Study, frozen=True, kw_only=True):
     ``period`` is given; of another one it is found, and a given one is the first guess."""
 
     needs = frozenset({"jacobian"})
+    of_own_states = True
 
     period: Annotated[
         float | Formula | None, settable('The period, or a first guess: "2*pi/w".', "interval")
@@ -137,52 +138,16 @@ def refuse_rest(plan: Plan, linear: Linearised, found: Found) -> None:
 def _place(plan: Plan, y: Array) -> str:
     """Tell where a state is: its first coordinates, and states of first order; 0 for what is none of their size."""
     problem, y = plan.case.problem, np.where(np.abs(y) < NAUGHT * plan.nominal, 0.0, y)
-    shown = [k for k, q in enumerate(problem.states) if q.kind in ("coordinate", "state")]
+    shown = [k for k in problem.own if problem.states[k].kind in ("coordinate", "state")]
     texts = [
         f"{problem.states[k].name} = {y[k]:.6g} {problem.states[k].unit}".rstrip() for k in shown[:MOST_NAMED]
     ]
     return ", ".join(texts) + ", ..." * (len(shown) > MOST_NAMED)
 
 
-def depends_on_time(plan: Plan) -> bool:
-    """Whether the rates at the start, or near it, or the indicators of what switches, are others at other times."""
-    case = plan.case
-    functions = [(case.functions.rhs, case.z)]
-    struct = case.functions.struct
-    if struct is not None and struct.hybrid:
-        hybrid = native.HybridStruct.from_address(struct.hybrid)
-        if hybrid.n_times or hybrid.n_clocks:
-            return True
-        if hybrid.indicators:
-            functions.append((_compiled(hybrid.indicators, hybrid.n_switches + hybrid.n_rows), case.z))
-    random = np.random.default_rng(3)
-    for k in range(3):
-        y = case.y0 + 0.1 * k * plan.nominal * random.standard_normal(case.y0.size)
-        for function, z in functions:
-            rows = []
-            for share in (0.0, 0.137, 0.391, 0.734):
-                t = case.begin + share * max(case.stop - case.begin, 1e-6)
-                rows.append(function(t, y, inputs_at(case, t), z, case.p))
-            found = np.array(rows)
-            if not np.allclose(found, found[0], rtol=1e-12, atol=0.0, equal_nan=True):
-                return True
-    return False
-
-
-def _compiled(address: int, size: int) -> ModelFunction:
-    function = native.MODEL_FUNCTION(address)
-
-    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
-        out = np.empty(size)
-        function(t, *(np.ascontiguousarray(a).ctypes.data for a in (y, u, z, p)), out.ctypes.data)
-        return out
-
-    return call
-
-
 def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]:
     """Give a state and the time after which the motion comes near to it again: the start, or where it has settled."""
-    own = np.array([k for k, q in enumerate(problem.states) if q.kind != "account"])
+    own = np.array(problem.own)
     begin = plan.case.begin
     for factor in LONGER:
         stop = begin + factor * (plan.case.stop - begin)
@@ -228,8 +193,8 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
     error = (
         max(abs(exact.period - loose.period), 8 * np.finfo(float).eps * exact.period) if not driven else 0.0
     )
-    names = [q.name for q in problem.states if q.kind != "account"]
-    own = [k for k, q in enumerate(problem.states) if q.kind != "account"]
+    own = problem.own
+    names = [problem.states[k].name for k in own]
     start = {name: float(exact.start[k]) for name, k in zip(names, own, strict=True)}
     stable, words, remarks = stability(values, errors, free=not driven)
     if exact.iterations > 10:
@@ -297,8 +262,7 @@ def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
     """Draw one round: the first coordinate over its rate, or two coordinates."""
     options = replace(
         plan.options, stop=plan.case.begin + orbit.period, start=None, every=None, estimate_error=False, progress=None,
-        values={**plan.options.values, **{q.name: float(v) for q, v in zip(problem.states, orbit.start, strict=True)
-                                          if q.kind != "account"}},
+        values={**plan.options.values, **{problem.states[k].name: float(orbit.start[k]) for k in problem.own}},
     )  # fmt: skip
     if problem.rotations or problem.constraints or not problem.nq:
         return ()
@@ -383,7 +347,7 @@ def _followed(
                   (Curve("", x, np.array(periods)),)),
         ),
         details={"orbits": rows, "special": special, "period": periods[-1], "multipliers": rows[-1]["multipliers"],
-                 "start": {q.name: float(v) for q, v in zip(problem.states, y, strict=True) if q.kind != "account"}},
+                 "start": {problem.states[k].name: float(y[k]) for k in problem.own}},
     )  # fmt: skip
 
 

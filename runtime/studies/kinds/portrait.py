@@ -51,6 +51,7 @@ class Portrait(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection", "phase"})
+    of_own_states = True
 
     over: Annotated[
         tuple[Range, ...], settable("Bounds of the picture: of the coordinate, and of its rate.", "ranges")
@@ -62,8 +63,7 @@ class Portrait(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Draw it. Raises SimulationError where the model does not move in a plane."""
         site = site_of(problem, self, Place())
-        plane = Plane(site, np.maximum(np.abs(site.y), 1.0), [r.name for r in self.over])
-        drawn = _Drawn(plane, self.over)
+        drawn = _Drawn(Plane(site, np.maximum(np.abs(site.y), 1.0), [r.name for r in self.over]), self.over)
         lines = drawn.separatrices()
         return _findings(problem, drawn, lines, drawn.others(lines, self.paths), moving_inputs(site))
 

@@ -125,7 +125,7 @@ class _Beam:
     def __init__(self, problem: Problem, options: Scattering, name: str) -> None:
         self.problem, self.options, self.name = problem, options, name
         nq = problem.nq
-        if problem.constraints or problem.rotations or problem.nx > sum(q.kind == "account" for q in problem.states) or nq not in (2, 3):  # fmt: skip
+        if problem.constraints or problem.rotations or len(problem.own) > nq + problem.nv or nq not in (2, 3):  # fmt: skip
             raise SimulationError(
                 f"scattering is asked of one particle in two or three Cartesian coordinates; '{problem.name}' is another "
                 "model",

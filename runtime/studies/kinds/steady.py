@@ -32,6 +32,7 @@ class Steady(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, "phase"})
+    of_own_states = True
 
     vary: Annotated[
         tuple[str, ...],
@@ -73,7 +74,7 @@ def _search(problem: Problem, study: Steady, values: Mapping[str, float]) -> Sea
             f"'{problem.name}' {what}: steady motions are sought in coordinates that are free, or tied by constraints",
             help="describe rotations by Euler angles; or drive the turn (drive phi = w*time) and ask 'equilibria'",
         )
-    if problem.nq == 0 or any(q.kind not in ("coordinate", "rate", "account") for q in problem.states):
+    if problem.nq == 0 or len(problem.own) > problem.nq + problem.nv:
         raise SimulationError(
             f"'{problem.name}' has states of first order or no coordinates: it has no cyclic coordinates to move steadily in",
             help="'equilibria' finds where it rests",

@@ -25,6 +25,7 @@ class Volume(Study, frozen=True, kw_only=True):
     momenta, else in coordinates and velocities."""
 
     needs = frozenset({"jacobian"})
+    of_own_states = True
 
     def solve(self, problem: Problem) -> Findings:
         """Carry the changes of the start along. Raises SimulationError where the motion has no derivatives."""
