@@ -149,8 +149,8 @@ class Motions:
             begun = Tangents(case, begun.method, begun.nominal, list(given), sizes=begun.sizes)
         flow = begun.flow(begun.case.begin, begun.case.y0, begun.start(), times)
         self._begun[d] = begun
-        if flow.failure is not None:
-            return flow.failure.message, np.empty(0)
+        if flow.short:
+            return flow.short, np.empty(0)
         values = np.hstack([flow.outputs, flow.states])[:, self._columns]
         slopes = np.concatenate([flow.output_tangents, flow.tangents], axis=1)[:, self._columns]
         return values, slopes

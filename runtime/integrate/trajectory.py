@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 from msgspec import Struct
 
 from ..arrays.choice import np
-from ..outcome import Failure
-from ..problem import Array
+from ..outcome import Failure, time_text
+from ..problem import Array, Problem
 from ..rows import slices
 from .events import EventRecord
 
@@ -99,6 +99,14 @@ class Trajectory(Struct, frozen=True, eq=False, dict=True):
     """The text of the branch that ended the run."""
     solver: Solver | None = None
     """What made it, to be asked for the same with other errors."""
+
+    def ending(self, problem: Problem) -> str:
+        """Say why it ended early, by a failure or by ``terminate``; nothing where it did not."""
+        if self.failure is not None:
+            return self.failure.message
+        return (
+            "" if self.terminated is None else f"{self.terminated} at {time_text(problem, float(self.t[-1]))}"
+        )
 
     @cached_property
     def reached(self) -> Array:

@@ -38,7 +38,8 @@ class TangentFlow(Struct, frozen=True, eq=False):
 
     ``states`` [n, ny], ``tangents`` [n, ny, k]; ``outputs`` [n, m], ``output_tangents`` [n, m, k]: the derivatives in the k
     ``directions``, at fixed time. ``errors`` and ``output_errors``: their estimated errors, in their own units, like them;
-    None where no second run was made. ``failure`` tells why the motion ended before the last time.
+    None where no second run was made. ``failure`` tells why the motion could not be followed to the last time; ``ended``, by which
+    text ``terminate`` ended it before, and when.
     """
 
     problem: Problem
@@ -52,10 +53,16 @@ class TangentFlow(Struct, frozen=True, eq=False):
     errors: Array | None = None
     output_errors: Array | None = None
     failure: Failure | None = None
+    ended: str = ""
     remarks: tuple[str, ...] = ()
     """What is to be known of the derivatives: events that almost graze or coincide."""
     units: tuple[tuple[str, ...], ...] = ()
     """Of the derivatives of states, then of outputs, [ny + m][k]."""
+
+    @property
+    def short(self) -> str:
+        """Why it does not reach the last time; nothing where it does."""
+        return self.failure.message if self.failure is not None else self.ended
 
     def minimal(self, row: int = -1) -> Array:
         """Give the derivatives at one time in the space of velocities, [2 nv + nx, k] (tangent/coordinates.py)."""
@@ -86,11 +93,11 @@ def tangent_flow(
     w = begun.start(initial)
     grid = case.grid if times is None else np.asarray(times, dtype=np.float64)
     flow = begun.flow(case.begin, case.y0, w, grid, both_sides=both_sides)
-    if not estimate_error or flow.failure is not None:
+    if not estimate_error or flow.short:
         return flow
     other = begun.tighter()
     second = other.flow(case.begin, case.y0, w, grid, both_sides=both_sides)
-    if second.failure is not None or second.time.size != flow.time.size:
+    if second.short or second.time.size != flow.time.size:
         return flow
     return replace(
         flow,
@@ -204,6 +211,7 @@ class Tangents:
             output_tangents=outputs[1][:, :, self._order],
             statistics=rows.run.statistics,
             failure=self._named(rows.failure),
+            ended="" if rows.run.t[-1] >= times[-1] else rows.run.ending(self.case.problem),
             units=self._units(),
             remarks=rows.remarks,
         )

@@ -99,9 +99,10 @@ class Linearised:
         problem = self.problem
         w = basis(problem, y) * self.scale
         flow = tangents.flow(begin, y, w, np.array([begin + duration]))
-        if flow.failure is not None:
+        if flow.short:
             raise SimulationError(
-                f"the motion ends before {time_text(problem, begin + duration)}: {flow.failure.message}"
+                f"the motion ends before {time_text(problem, begin + duration)}: {flow.short}",
+                help="ask for a shorter time, or take away what ends the motion",
             )
         end = flow.states[-1]
         return end, minimal(problem, end, flow.tangents[-1]) / self.scale[:, None]

@@ -42,9 +42,10 @@ class Piece(Struct, frozen=True, eq=False):
 
 
 class Ending(Struct):
-    """How a motion in pieces ended: by a failure, or as somebody pressed Ctrl-C."""
+    """How a motion in pieces ended: by a failure, by ``terminate``, or as somebody pressed Ctrl-C."""
 
     failure: Failure | None = None
+    terminated: str = ""
     interrupted: bool = False
     steps: int = 0
 

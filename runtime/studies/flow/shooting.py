@@ -70,8 +70,8 @@ def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orb
     parts = np.arange(MOST_ROUNDS, 1, -1)
     w = basis(problem, found.start) * linear.scale
     flow = tangents.flow(begin, found.start, w, begin + found.period / parts)
-    if flow.failure is not None:
-        raise SimulationError(flow.failure.message)
+    if flow.short:
+        raise SimulationError(f"the motion ends before its period is over: {flow.short}")
     shooter = _Shooter(linear, True, energy)
     closed = [bool(np.abs(shooter.gap(found.start, there)[own]).max() < CLOSED) for there in flow.states]
     if all(closed) or not any(closed):  # a state of rest has no least period

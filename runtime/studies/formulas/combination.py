@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case, SimulationOptions, find_experiment, inputs_at
-from ...outcome import ENDED, SimulationError
+from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import settings_of
@@ -76,9 +76,14 @@ def tracked(case: Case, options: SimulationOptions) -> Track | None:
         stiff_after=options.stiff_after,
     )
     solution = run(problem, asked, as_stated=is_as_stated(problem, options))
-    if solution.outcome not in ENDED and len(solution.time) < 3:
-        return None
     return along(case, solution)
+
+
+def ended_early(track: Track | None) -> list[str]:
+    """Say why the run that a track looks at ends before its stop; nothing where it does not."""
+    if track is None or track.solution.outcome in (Outcome.COMPLETED, Outcome.DOUBTFUL):
+        return []
+    return [f"the run along which this is told ends before its stop: {track.solution.message}"]
 
 
 def along(case: Case, solution: Solution) -> Track:

@@ -28,6 +28,7 @@ from ..formulas.combination import (
     condition,
     drift_of,
     drift_panel,
+    ended_early,
     sum_text,
     tidy,
     tracked,
@@ -288,6 +289,7 @@ def _findings(
     null = search.null
     if track is None:
         remarks.append("no drift: nothing says when to stop; give stop, as in --stop '10 s'")
+    remarks += ended_early(track)
     if search.unsure:
         remarks.append(f"{search.unsure} combinations were constant at some states only, and are left out")
     if not null.clear:

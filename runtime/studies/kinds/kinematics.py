@@ -15,7 +15,7 @@ from ...problem import Array, Problem
 from ...settings import Place, settable
 from ...tangent.coordinates import basis
 from ..findings import Cell, Curve, Findings, Panel, Table
-from ..formulas.combination import tracked
+from ..formulas.combination import Track, ended_early, tracked
 from ..study import Study
 from .symmetries import case_of
 
@@ -89,7 +89,11 @@ class Kinematics(Study, frozen=True, kw_only=True):
             details["rotations"][name] = told
         freedoms = _counted(details["freedoms"], "degree") + " of freedom"
         velocities = "1 velocity" if problem.nv == 1 else f"{problem.nv} velocities"
-        remarks = [f"{freedoms}: {velocities}, {_counted(len(problem.constraints), 'constraint')}"]
+        track = tracked(case, self) if points else None
+        remarks = [
+            *ended_early(track),
+            f"{freedoms}: {velocities}, {_counted(len(problem.constraints), 'constraint')}",
+        ]
         shown = f"{_counted(len(points), 'point')}, {_counted(len(details['rotations']), 'rotation')}"
         return Findings(
             study="kinematics",
@@ -100,7 +104,7 @@ class Kinematics(Study, frozen=True, kw_only=True):
             errors_from="positions, velocities and Jacobians are exact to rounding; accelerations by differences of sixth order",
             remarks=tuple(remarks),
             tables=tuple(tables),
-            panels=_paths(case, self, points),
+            panels=_paths(track, points),
             details=details,
         )
 
@@ -296,9 +300,8 @@ def _rotation_table(name: str, told: dict[str, Any]) -> Table:
     return Table(f"rotation {name}", (("", ""), ("1", ""), ("2", ""), ("3", "")), tuple(rows))
 
 
-def _paths(case: Case, study: Kinematics, points: Sequence[Vector]) -> tuple[Panel, ...]:
+def _paths(track: Track | None, points: Sequence[Vector]) -> tuple[Panel, ...]:
     """Draw the paths of the points along a run, if something says when to stop."""
-    track = tracked(case, study) if points else None
     if track is None:
         return ()
     curves = [Curve(name, track.phase[:, k[0]], track.phase[:, k[1]]) for name, k in points]

@@ -204,8 +204,8 @@ class _Carrier:
         problem, linear, augmented = self.problem, self.linear, self.tangents.augmented
         if self.solver is None:
             flow = self.tangents.flow(self.time, self.y, self.w, np.array([until]))
-            if flow.failure is not None:
-                raise _Ended(flow.failure.message)
+            if flow.short:
+                raise _Ended(flow.short)
             self.y, self.w = flow.states[-1], flow.tangents[-1]
         else:
             status = Status.RUNNING

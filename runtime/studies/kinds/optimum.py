@@ -93,6 +93,8 @@ class _Search:
         self.closer: dict[str, float] = {}
         """Settings of motions beside those of the study, from which errors follow."""
         self.seen: list[tuple[Array, float]] = []
+        self.failed = ""
+        """Why one of the motions has no end."""
 
     def motion(self, x: Array) -> Solution:
         values = {**self.study.values, **dict(zip(self.names, map(float, x), strict=True))}
@@ -115,6 +117,7 @@ class _Search:
 
     def read(self, solution: Solution) -> float:
         if solution.outcome not in ENDED:
+            self.failed = f": {solution.message}"
             return math.nan
         values = solution[self.goal.name]
         match self.study.when:
@@ -136,7 +139,7 @@ class _Search:
             k = int(np.argmin(values))
             if not math.isfinite(values[k]):
                 raise SimulationError(
-                    f"no motion of '{self.problem.name}' between {low:g} and {high:g} has a goal"
+                    f"no motion of '{self.problem.name}' between {low:g} and {high:g} has a goal{self.failed}"
                 )
             around = (axis[max(k - 1, 0)], axis[min(k + 1, LOOKS - 1)])
             found = minimize_scalar(
@@ -152,7 +155,9 @@ class _Search:
             options={"initial_simplex": simplex, "xatol": 1e-6, "fatol": 1e-13, "maxiter": 400 * len(self.names)},
         )  # fmt: skip
         if not math.isfinite(found.fun):
-            raise SimulationError(f"no motion of '{self.problem.name}' near its start has a goal")
+            raise SimulationError(
+                f"no motion of '{self.problem.name}' near its start has a goal{self.failed}"
+            )
         return np.asarray(found.x, dtype=np.float64)
 
     def polished(self, x: Array) -> tuple[Array, Array | None]:
@@ -234,6 +239,8 @@ def _findings(
         remarks.append(f"{', '.join(at_bound)}: at its bound, where the goal may still grow beyond")
     elif off is None:
         remarks.append("the goal is not smooth there, or flat: how far the place may be off cannot be told")
+    if best.outcome is Outcome.TERMINATED:
+        remarks.append(f"the motion with these values ends before its stop: {best.message}")
     rows = sorted(search.seen, key=lambda row: float(row[0][0]))
     points = np.array([row[0][0] for row in rows])
     goals = np.array([row[1] for row in rows])

@@ -154,7 +154,7 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]
         solution = run(
             problem, replace(options, stop=stop, start=None, period=None, estimate_error=False, points=2)
         )
-        if solution.outcome not in ENDED:
+        if solution.outcome not in ENDED or solution.outcome is Outcome.TERMINATED:
             raise SimulationError(f"the motion from the start ends: {solution.message}")
         t = np.linspace(begin, float(solution.time[-1]), LOOKS)
         y = _rows(solution, t)

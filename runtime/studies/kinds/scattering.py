@@ -236,8 +236,8 @@ class _Beam:
             made = run_kernel(part, SolverOptions(plan.method.name, case.tolerance, plan.nominal, dense=True))
             if made.interrupted:
                 raise KeyboardInterrupt
-            if made.failure is not None:
-                raise SimulationError(made.failure.message)
+            if why := made.ending(self.problem):
+                raise SimulationError(f"the particle does not come out: {why}")
             assert isinstance(made.dense, DenseOutput)
             t = np.append(made.dense.begin, begin + span)
             rows = made.dense(t)

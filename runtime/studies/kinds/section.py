@@ -160,10 +160,12 @@ class _Follower:
             outcome, message = Outcome.FAILED, ending.failure.message
         elif ending.interrupted:
             outcome, message = Outcome.INTERRUPTED, f"interrupted after {len(t)} points"
+        elif ending.terminated and len(t) < count:
+            outcome, message = Outcome.TERMINATED, f"{len(t)} of {count} points: {ending.terminated}"
         elif len(t) < count and self.given_stop is None:
             message = f"{len(t)} of {count} points: none came until {time_text(case.problem, self.reached)}"
         compared, agreeing, errors = 0, 0, np.full(case.y0.size, np.nan)
-        if outcome is Outcome.COMPLETED and len(t):
+        if outcome in ENDED and len(t):
             compared = min(len(t), COMPARED)
             settings, factor = closer(self.plan)
             beside = plan_run(case.problem, replace(self.plan.options, **settings))
@@ -255,6 +257,7 @@ class _Follower:
             if solution.outcome not in ENDED or solution.outcome is Outcome.TERMINATED:
                 ending.failure = solution.failure
                 ending.interrupted = solution.outcome is Outcome.INTERRUPTED
+                ending.terminated = solution.message if solution.outcome is Outcome.TERMINATED else ""
                 return
             done, end = end, 2 * end
         ending.interrupted = self.interrupted()
@@ -312,6 +315,8 @@ def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findin
     remarks = []
     for strand in strands:
         of = "".join(f", {name} = {value:g}" for name, value in strand.values.items())
+        if strand.outcome is not Outcome.COMPLETED and len(strands) > 1:
+            remarks.append(f"{strand.message}{of}")
         if strand.agreeing < strand.compared:
             remarks.append(
                 f"the first {strand.agreeing} points agree with those at a tighter tolerance; then the motions part, as "

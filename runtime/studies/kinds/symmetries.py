@@ -28,6 +28,7 @@ from ..formulas.combination import (
     condition,
     drift_of,
     drift_panel,
+    ended_early,
     stop_of,
     sum_text,
     tidy,
@@ -158,6 +159,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
         remarks += about(problem)
         if track is None:
             remarks.append("no drift: nothing says when to stop; give stop, as in --stop '10 s'")
+        remarks += ended_early(track)
         if doubtful:
             remarks.append(f"{doubtful} combinations were constant at some states only, and are left out")
         if not null.clear:

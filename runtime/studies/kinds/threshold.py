@@ -65,6 +65,8 @@ class _Bisection:
         self.closer, _ = closer(replace(plan, case=replace(case, tolerance=self.tolerance)))
         self.horizon = time_text(problem, case.stop)
         self.seen: list[tuple[float, bool, float]] = []
+        self.ended: dict[float, str] = {}
+        """What ended motions by terminate before it happened."""
         self.last: Solution | None = None
 
     def happens(self, value: float, *, closer: bool = False) -> bool:
@@ -90,6 +92,8 @@ class _Bisection:
                 f"whether it happens at {self.over.name} = {value:.9g} cannot be told: {solution.message}",
                 help="stop earlier, or vary over a smaller range",
             )
+        if not happened and solution.outcome is Outcome.TERMINATED:
+            self.ended[value] = solution.message
         if not closer:
             self.seen.append((value, happened, extreme))
         return happened
@@ -205,6 +209,7 @@ class _Bisection:
             values=(),
             errors_from="bisection, and a tighter tolerance at the ends of what is left",
             remarks=(
+                *self._ended_before(),
                 f"motions are followed to {self.horizon}: what happens later does not count",
                 f"two changes between neighbours of the {over.count or LOOKS} values that were looked at first are not seen",
             ),
@@ -222,6 +227,16 @@ class _Bisection:
             },
             runs=(self.last,) if self.last is not None else (),
         )
+
+    def _ended_before(self) -> list[str]:
+        """Say that motions ended by terminate before it happened, and of one of them when."""
+        if not self.ended or self.study.reaches is None:
+            return []
+        value, message = min(self.ended.items())
+        count = len(self.ended)
+        return [
+            f"{count} motion{'s' if count > 1 else ''} ended before that, as with {self.over.name} = {value:.6g}: {message}"
+        ]
 
 
 def _lowest(g: Array) -> Array:
