@@ -71,9 +71,17 @@ class Solution(ShownSolution):
     ) -> Any:
         """Draw coordinates, phase portraits, paths and energies; return the Matplotlib figure.
 
-        ``path`` writes the picture (png, pdf, svg); ``names`` limits it; ``display`` names units, "deg,mm".
+        ``path`` writes the picture (png, pdf, svg); a text without such an ending names quantities, as ``names`` does, which limits
+        the picture to them: "r:theta" draws theta over r. ``display`` names units, "deg,mm". Raises KeyError for a name that there is not.
         """
+        from .asking.question import names_in
         from .presentation import plots
 
         solution = self.shown_in(display) if display else self
-        return plots.figure(solution, names) if path is None else plots.save(solution, Path(path), names)
+        if path is None:
+            return plots.figure(solution, names)
+        if plots.is_picture(Path(path)):
+            return plots.save(solution, Path(path), names)
+        if isinstance(path, Path):
+            raise UsageMistake(f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg")
+        return plots.figure(solution, [*names_in(path), *names])

@@ -94,6 +94,13 @@ def _in_space(panel: Panel, solution: ShownSolution) -> bool:
     return False
 
 
+def is_picture(path: Path) -> bool:
+    """Whether a file has the ending of a picture that Matplotlib writes."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    return path.suffix.lower().removeprefix(".") in FigureCanvasBase.get_supported_filetypes()
+
+
 def save(solution: ShownSolution, path: Path, names: Sequence[str] = ()) -> None:
     """Write the figure as PNG, PDF or SVG, as the ending says; needs no display."""
     figure(solution, names).savefig(path)

@@ -69,6 +69,26 @@ def test_simulate(model: mechc.Model) -> None:
     assert len(solution.plot().axes) >= 4
 
 
+def test_a_text_without_the_ending_of_a_picture_names_what_is_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    solution = mechc.loads(
+        "model M dimensionless; coordinate r = 1; coordinate s = 2; kinetic der(r)^2 + der(s)^2; "
+        "potential r^2 + s^2; experiment(stop = 1); end M;"
+    ).simulate()
+    (axes,) = solution.plot("r:s").axes
+    line = axes.lines[0]
+    assert line.get_xdata()[0] == 1 and line.get_ydata()[0] == 2
+    with pytest.raises(KeyError, match="there is no 'p'"):
+        solution.plot("p")
+    with pytest.raises(ValueError, match="has no ending of a picture"):
+        solution.plot(Path("r:s"))
+    assert not list(tmp_path.iterdir())
+    solution.plot("p.svg")
+    assert (tmp_path / "p.svg").read_bytes().startswith(b"<?xml")
+
+
 def test_vectors_are_arrays_with_their_elements_as_columns(model: mechc.Model) -> None:
     solution = model.simulate(stop=0.1, estimate_error=False)
     np.testing.assert_array_equal(
