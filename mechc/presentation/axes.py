@@ -25,6 +25,8 @@ LEGEND_CHARACTERS = 46
 """Width of a legend that fits beside the title."""
 ROW_CHARACTERS = 78
 """Width of a legend that has a row of its own."""
+MOST_ROWS = 6
+"""Of a legend: more would leave no room for the curves."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -91,10 +93,13 @@ def equal_box(axes: Any) -> None:
 
 
 def legend(axes: Any) -> None:
-    """Put the legend beside the title where it fits, else between the title and the curves."""
+    """Put the legend beside the title where it fits, else between the title and the curves; of too many curves there is none."""
     labels = axes.get_legend_handles_labels()[1]
     beside = sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS
     rows = math.ceil(len(labels) / max(1, ROW_CHARACTERS // (max(map(len, labels)) + 5)))
+    if rows > MOST_ROWS:
+        axes.set_title(f"{axes.get_title(loc='left')} ({len(labels)} curves)")
+        return
     axes.legend(
         loc="lower right" if beside else "lower left",
         bbox_to_anchor=(1.01 if beside else -0.01, 1.0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.cli.main import run as run_command
-from mechc.runtime.outcome import Outcome
+from mechc.presentation.answers import figure
+from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.studies.flow.crossings import chandrupatla, crossings
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -254,3 +256,53 @@ def test_settling_much_longer_than_the_experiment_is_waited_for() -> None:
     short = TWO.replace("stop = 30", "stop = 0.1")
     found = mechc.loads(short).section(where="x = 0", start=40, count=1).summary()
     assert found["points"][0]["time"] == pytest.approx(13.5 * math.pi, abs=1e-8)
+
+
+def test_outputs_and_the_number_of_the_start_are_there_and_drawn() -> None:
+    """x = cos t, y = y0 cos(sqrt(2) t), at the times 0, 1, 2, ..."""
+    text = TWO.replace("  experiment(", "  output freq = 2*w;\n  output sum = x + y;\n  experiment(", 1)
+    found = mechc.loads(text).section(experiment="starts", every=1.0, count=5, of="sum,y")
+    times, k = np.tile(np.arange(5.0), 3), np.repeat(np.arange(3), 5)
+    y = np.array([0.1, 0.2, 0.3])[k] * np.cos(math.sqrt(2) * times)
+    assert (found.arrays["start number"] == k).all() and found.arrays["time"] == pytest.approx(times)
+    assert found.arrays["sum"] == pytest.approx(np.cos(times) + y, abs=1e-7)
+    assert found.arrays["freq"] == pytest.approx(2 * math.sqrt(2))
+    assert [point["sum"] for point in found.summary()["points"]] == found.arrays["sum"].tolist()
+    (panel,) = found.panels
+    assert (panel.x_label, panel.y_label) == ("sum", "y")
+    assert panel.curves[2].name == "y = 0.3"
+    assert panel.curves[2].x == pytest.approx((np.cos(times) + y)[k == 2], abs=1e-7)
+    assert "asked_every" not in mechc.loads(text).section(every="1 + 0*w", count=2).arrays
+
+
+def test_outputs_at_points_hold_what_events_have_done() -> None:
+    """The ball is at the floor at sqrt(2) (1 + 2 k)."""
+    text = BALL.replace(
+        "  experiment", "  discrete Integer n = 0;\n  when z < 0.01 then n := n + 1; end when;\n"
+        "  output hits = n;\n  output double = 2*z;\n  experiment"
+    )  # fmt: skip
+    found = mechc.loads(text).section(every=0.75, count=12)
+    times = 0.75 * np.arange(12)
+    fallen = (times + math.sqrt(2)) % (2 * math.sqrt(2)) - math.sqrt(2)
+    assert found.arrays["double"] == pytest.approx(2 - fallen**2, abs=1e-6)
+    assert found.arrays["hits"] == pytest.approx(np.floor((times / math.sqrt(2) + 1) / 2))
+
+
+def test_many_starts_are_one_cloud_without_a_legend() -> None:
+    text = TWO.replace("y in {0.1, 0.2, 0.3}", "y in linspace(0.1, 2, 40)").replace(
+        "  experiment(", "  output size = y^2 + der(y)^2/w^2;\n  experiment(", 1
+    )
+    found = mechc.loads(text).section(experiment="starts", every=1.0, count=3, of="size,x")
+    drawn = figure(found)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drawn.canvas.draw()
+    (axes,) = drawn.axes
+    assert axes.get_legend() is None and axes.get_title(loc="left") == "once in every interval, 40 starts"
+    assert axes.get_position().height > 0.7
+    assert sum(len(line.get_xdata()) for line in axes.lines) == 120
+
+
+def test_a_section_is_drawn_in_two_quantities() -> None:
+    with pytest.raises(SimulationError, match="in two quantities, not in 3: x, y, der"):
+        mechc.loads(TWO).section(every=1.0, count=2, of="x,y,der(x)")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,22 @@ def test_an_optimum_at_a_bound_is_the_bound() -> None:
     """x = cos(sqrt(k)) is greatest for the least k of a range in which it falls."""
     found = mechc.loads(RING).optimum(vary="k = 0.25 .. 4", goal="x", stop=1)
     assert found["k"] == 0.25 and "bound" in found.remarks[0]
+
+
+@pytest.mark.parametrize(("count", "named"), [(2, True), (24, True), (161, False)])
+def test_a_legend_leaves_room_for_the_curves(count: int, named: bool) -> None:
+    from matplotlib.figure import Figure
+
+    from mechc.presentation.axes import legend
+
+    drawn = Figure(figsize=(8, 4), layout="constrained")
+    axes = drawn.add_subplot()
+    for k in range(count):
+        axes.plot([0, 1], [0, k], label=f"parameter = {k}")
+    legend(axes)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drawn.canvas.draw()
+    assert (axes.get_legend() is not None) is named
+    assert named or "161 curves" in axes.get_title(loc="left") + axes.get_title()
+    assert axes.get_position().height > 0.5

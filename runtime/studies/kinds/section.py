@@ -13,7 +13,6 @@ from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from ...integrate.interruption import NotedInterruptions
@@ -22,12 +21,13 @@ from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ...results.solution import Solution
 from ...settings import Formula, Surface, settable
-from ..findings import Curve, Findings, Panel, Table, Value
+from ..findings import Findings, Table, Value
 from ..flow.crossings import crossings
-from ..flow.pieces import Ending, Piece, column_at, periodic, pieces, with_horizon
+from ..flow.pieces import Ending, Piece, column_at, pieces, with_horizon
 from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study, swept_axes
+from .section_points import NUMBER, Strand, arrays_of, picture
 
 DIRECTIONS = ("up", "down", "both")
 COUNT = 1000
@@ -44,7 +44,6 @@ HORIZON = 100.0
 ERRORS = "the same motions at a tighter tolerance, or with half the step, for the first points"
 NEAR = 1e-6
 """Of a unit of time: over which the rate of a surface is taken, for a correction by a few times the resolution of time."""
-WRAPPED = 2 * math.pi
 
 
 class Section(Study, frozen=True, kw_only=True):
@@ -94,24 +93,6 @@ class Section(Study, frozen=True, kw_only=True):
                 if strands[-1].outcome is Outcome.INTERRUPTED:
                     break
         return _findings(problem, self, strands)
-
-
-class Strand(Struct, frozen=True, eq=False):
-    """The section of one start: ``values`` that were swept, times [n] and states [n, ny] of its points, how many
-    of the first ones a tighter motion was compared with, how many of them agree, the ``errors`` [ny] of those, and the
-    largest drifts of what is conserved, by name."""
-
-    values: dict[str, float]
-    t: Array
-    y: Array
-    outcome: Outcome
-    message: str
-    compared: int
-    agreeing: int
-    errors: Array
-    drifts: dict[str, float]
-    plan: Plan
-    runs: tuple[Solution, ...] = ()
 
 
 class _Follower:
@@ -176,8 +157,18 @@ class _Follower:
             agreeing = int(np.argmax(parted)) if parted.any() else compared
             errors = apart[:agreeing].max(axis=0, initial=0.0)
         return Strand(
-            self.values, t, y, outcome, message, compared, agreeing, errors, self._drifts(t, y), self.plan, self.runs
+            self.values, t, y, self._outputs(t, y), outcome, message, compared, agreeing, errors, self._drifts(t, y), self.plan, self.runs
         )  # fmt: skip
+
+    def _outputs(self, t: Array, y: Array) -> Array:
+        """Give the outputs at points, of a motion with events by the run that holds what switches there."""
+        names = [q.name for q in self.case.problem.outputs]
+        if not names or not len(t):
+            return np.empty((len(t), len(names)))
+        if not self.runs:
+            return evaluate_rows(self.case, "outputs", t, y)
+        columns = self.runs[-1](t)
+        return np.column_stack([columns[name] for name in names])
 
     def _drifts(self, t: Array, y: Array) -> dict[str, float]:
         """Give how far each conserved quantity is from where it began, at the points."""
@@ -304,12 +295,9 @@ def _states(at: Callable[[Array], Array], ny: int, t: Array) -> Array:
 
 def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findings:
     kept = [k for k, quantity in enumerate(problem.states) if quantity.kind != "account"]
-    names = [problem.states[k].name for k in kept]
-    points = [
-        {**strand.values, "time": t, **dict(zip(names, row, strict=True))}
-        for strand in strands
-        for t, row in zip(strand.t.tolist(), strand.y[:, kept].tolist(), strict=True)
-    ]
+    arrays = arrays_of(problem, strands, study.of)
+    columns = {name: column.tolist() for name, column in arrays.items() if name != NUMBER}
+    points = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     count = sum(len(strand.t) for strand in strands)
     errors = np.max([strand.errors for strand in strands], axis=0)
     remarks = []
@@ -335,8 +323,6 @@ def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findin
         "agreeing": [strand.agreeing for strand in strands],
         "drifts": [strand.drifts for strand in strands],
     }
-    arrays = {"time": np.concatenate([s.t for s in strands])}
-    arrays |= {problem.states[k].name: np.concatenate([s.y[:, k] for s in strands]) for k in kept}
     worst_one = worst(strand.outcome for strand in strands)
     message = next(s.message for s in strands if s.outcome is worst_one)
     return Findings(
@@ -348,7 +334,7 @@ def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findin
         errors_from=ERRORS,
         tables=(_errors(problem, told),) if count else (),
         remarks=tuple(remarks),
-        panels=_panels(problem, study, strands, arrays),
+        panels=(picture(problem, study.of, study.where, strands, arrays),),
         details=details,
         arrays=arrays,
         runs=tuple(run for strand in strands for run in strand.runs),
@@ -362,39 +348,3 @@ def _errors(problem: Problem, told: dict[str, float | None]) -> Table:
 
 
 HEAD = (("quantity", ""), ("unit", ""), ("error", ""))
-
-
-def _panels(
-    problem: Problem, study: Section, strands: list[Strand], arrays: dict[str, Array]
-) -> tuple[Panel, ...]:
-    """Draw two quantities against each other: those of the picture that were asked for, else a coordinate that the
-    surface leaves free and its rate."""
-    units = {quantity.name: quantity.unit for quantity in problem.states}
-    names = [name for name in arrays if name != "time"]
-    wanted = [name for name in study.of if name in names]
-    if not wanted:
-        fixed = study.where.name if study.where is not None else ""
-        free = [name for name in names if name not in (fixed, f"der({fixed})")]
-        first = next((name for name in free if f"der({name})" in free), free[0] if free else names[0])
-        wanted = [first, f"der({first})"] if f"der({first})" in names else [first]
-    if len(wanted) == 1:
-        wanted += [name for name in names if name not in wanted][:1]
-    if len(wanted) < 2:
-        wanted = [wanted[0], wanted[0]]
-    x, y = wanted[:2]
-    curves = []
-    for strand in strands:
-        columns = [_wrapped(problem, strand, name) for name in (x, y)]
-        label = ", ".join(f"{name} = {value:g}" for name, value in strand.values.items())
-        curves.append(Curve(label, columns[0], columns[1], "dots"))
-    title = study.where.text if study.where is not None else "once in every interval"
-    return (Panel(title, x, units[x], y, units[y], tuple(curves), tall=True),)
-
-
-def _wrapped(problem: Problem, strand: Strand, name: str) -> Array:
-    """Give the values of a state at the points; an angle within half a turn of zero."""
-    (k,) = (k for k, quantity in enumerate(problem.states) if quantity.name == name)
-    column = strand.y[:, k]
-    if len(column) and np.ptp(column) > WRAPPED and periodic(strand.plan.case, k):
-        column = (column + WRAPPED / 2) % WRAPPED - WRAPPED / 2
-    return column
