@@ -149,6 +149,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
     styles: dict[str, dict[str, Any]] = {
         "line": {},
         "dashed": {"linestyle": "--"},
+        "dotted": {"linestyle": ":"},
         "points": {"linestyle": "", "marker": "o", "markersize": 4},
         "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0},
     }

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import scipy.optimize
 from msgspec import Struct
+from msgspec.structs import replace
 
 from ..outcome import SimulationError
 from ..problem import Array
@@ -20,12 +21,15 @@ from .search import Box
 from .site import Site
 from .stability import Stability, stability
 from .standing import penetrated
+from .zeros import Complex
 
 FIRST, SHORTEST, LONGEST = 0.02, 1e-5, 0.05
 """Steps, in the size of the range and of the coordinates."""
 MOST = 1500
 """Points of a branch."""
 CORRECTIONS = 12
+PAIRED, MEETING = 1e-6, 1e-12
+"""Relative differences of eigenvalues and their opposites, and of a discriminant, that count as rounding."""
 BESIDE = 1e-2
 """How far from a fork its other branch is looked for."""
 
@@ -40,10 +44,14 @@ class Point(Struct, frozen=True, eq=False):
     """The real eigenvalue of the stiffness nearest to zero, with its sign: it changes it at folds and forks."""
     growing: float
     """The largest growth of an oscillation; not-a-number where nothing oscillates."""
+    apart: float
+    """Of a motion that goes back the same way in time, how far its squared eigenvalues are apart: negative where some are
+    complex; not-a-number for others."""
 
 
 class Special(Struct, frozen=True, eq=False):
-    """``kind``: fold, fork or hopf. ``exact``: located as a root, not between two points of the branch."""
+    """``kind``: fold, fork, hopf, or hamiltonian hopf, where two pairs of imaginary eigenvalues of opposite Krein signature meet
+    and leave the axis. ``exact``: located as a root, not between two points of the branch."""
 
     kind: str
     x: Array
@@ -138,7 +146,8 @@ class Tracer:
         site, y = self.at(float(x[-1])), self.state(x)
         found = stability(site, y)
         crossing, growing = self._tests(site, y, found)
-        return Point(x, tangent, found, crossing, growing)
+        apart = np.nan if found.conservative else _apart(found.eigenvalues)
+        return Point(x, tangent, found, crossing, growing if np.isnan(apart) else np.nan, apart)
 
     def _tests(self, site: Site, y: Array, found: Stability) -> tuple[float, float]:
         derivatives = site.derivatives(y)
@@ -171,7 +180,7 @@ class Tracer:
         direction, _ = self.tangent(seed, None)
         forward, closed = self._follow(seed, direction)
         backward = [] if closed else self._follow(seed, -direction)[0]
-        turned = [Point(p.x, -p.tangent, p.stable, p.crossing, p.growing) for p in reversed(backward[1:])]
+        turned = [replace(p, tangent=-p.tangent) for p in reversed(backward[1:])]
         points = (*turned, *forward)
         specials: list[Special] = []
         whole = list(points[:1])
@@ -237,6 +246,11 @@ class Tracer:
             found.append(self._located("fork", a, b, lambda p: p.crossing))
         if a.growing * b.growing < 0 and max(abs(a.growing), abs(b.growing)) > 1e-9:
             found.append(self._located("hopf", a, b, lambda p: p.growing))
+        if a.apart * b.apart < 0 and min(abs(a.apart), abs(b.apart)) > MEETING:
+            met = self._located("hamiltonian hopf", a, b, lambda p: p.apart)
+            squares = _squares(stability(self.at(float(met.x[-1])), self.state(met.x)).eigenvalues)
+            if squares is not None and _nearest(squares).real < 0:  # not two that grow, on the real axis
+                found.append(met)
         return found
 
     def _located(self, kind: str, a: Point, b: Point, test: Callable[[Point], float]) -> Special:
@@ -271,6 +285,33 @@ class Tracer:
                 if x is not None and np.linalg.norm(x - special.x) < 2 * BESIDE:
                     found.append(x)
         return found
+
+
+def _squares(values: Complex) -> Complex | None:
+    """Return the squares of eigenvalues that come in pairs of opposite sign; None where some do not."""
+    size = float(np.abs(values).max(initial=0.0))
+    opposite = np.abs(values[:, None] + values).min(axis=1, initial=np.inf)
+    upper = values[(values.imag > 0) | ((values.imag == 0) & (values.real > 0))]
+    if not len(values) or opposite.max() > PAIRED * size or 2 * len(upper) != len(values):
+        return None
+    return np.asarray(upper**2, dtype=complex)
+
+
+def _apart(values: Complex) -> float:
+    """Return the product of the squared distances of the squared eigenvalues, each relative to their size: the discriminant."""
+    squares = _squares(values)
+    if squares is None:
+        return np.nan
+    i, j = np.triu_indices(len(squares), 1)
+    sizes = np.maximum(np.abs(squares[i]) + np.abs(squares[j]), 1e-300)
+    return float(np.prod(((squares[i] - squares[j]) / sizes) ** 2).real)
+
+
+def _nearest(squares: Complex) -> complex:
+    """Return the middle of the two squared eigenvalues that are closest to each other."""
+    i, j = np.triu_indices(len(squares), 1)
+    k = int(np.argmin(np.abs(squares[i] - squares[j]) / (np.abs(squares[i]) + np.abs(squares[j]))))
+    return complex(squares[i[k]] + squares[j[k]]) / 2
 
 
 class _Lost(Exception):

@@ -30,7 +30,15 @@ from .site import Site, depended_on, switched
 SAME = 1e-6
 """Equilibria closer than this, in the sizes of the coordinates, are one."""
 STEPS = 40
+FAR = 8.0
+"""Widths of the bounds, beyond which nothing is looked for."""
 SEED = 7
+QUIET, MOST_ROUNDS = 3, 24
+"""Rounds that must find nothing, one over each region, and most rounds."""
+BESIDE, GOLDEN = 0.05, (5**0.5 - 1) / 2
+"""Of the bounds, how far places beside what is known lie; a number whose multiples are spread evenly."""
+LOOKS, MOST_LOOKS = 4, 1024
+"""Places of a round for each guess, and most places times coordinates."""
 
 
 class Box(Struct, frozen=True, eq=False):
@@ -108,25 +116,76 @@ def spread_evenly(count: int, size: int) -> Array:
 
 
 class Search:
-    """The equilibria found so far at one place, and the search for others."""
+    """The equilibria found so far at one place, and the search for others. ``outside``: values of some that lie beyond bounds
+    that the model does not state."""
 
     def __init__(self, site: Site, box: Box, found: Sequence[Equilibrium] = ()) -> None:
         self.site = site
         self.box = box
         self.found: list[Equilibrium] = list(found)
+        self.outside: list[str] = []
 
     def run(self, guesses: int) -> list[Equilibrium]:
-        """Look from the start, then from guesses spread over the bounds; return everything found, in order."""
+        """Look from the start and from guesses spread over the bounds, then in rounds until ``QUIET`` of them find nothing;
+        return everything found, in order."""
         box, start = self.box, at_rest(self.site, self.site.y)
-        self._again(start)
+        self.again(start)
         if len(box.moved):
             for point in spread_evenly(guesses, len(box.moved)):
-                self._again(self._placed(start, box.low + point * (box.high - box.low)))
+                self.again(self.placed(start, box.low + point * (box.high - box.low)))
+            quiet, number = 0, 0
+            while quiet < QUIET and number < MOST_ROUNDS:
+                before = len(self.found)
+                for guess in self._promising(guesses, number):
+                    self.again(guess)
+                quiet, number = (0 if len(self.found) > before else quiet + 1), number + 1
+        return self.sorted()
+
+    def sorted(self) -> list[Equilibrium]:
         return sorted(
             self.found, key=lambda e: tuple(round(float(v), 9) for v in e.y[: self.site.problem.nq])
         )
 
-    def _again(self, guess: Array) -> None:
+    def _promising(self, guesses: int, number: int) -> list[Array]:
+        """Return new places from which one step of Newton's method is short and leads to nothing that is known: of many places
+        over the bounds in one round, between what has been found in the next, and round all of it in the third."""
+        box, start = self.box, at_rest(self.site, self.site.y)
+        size = len(box.moved)
+        count = max(1, min(LOOKS * guesses, MOST_LOOKS // size))
+        low, width = box.low, box.high - box.low
+        points = spread_evenly((number + 1) * count, size)[number * count :]
+        places = low + points * width
+        if number % 3 and self.found:
+            known = np.array([self.values(one.y) for one in self.found])
+            if number % 3 == 1:  # between two of them, and a little beside
+                ends = np.random.default_rng(SEED + number).integers(len(known), size=(2, count))
+                share = np.modf(np.arange(1, count + 1) * GOLDEN)[0][:, None]
+                between = known[ends[0]] * (1 - share) + known[ends[1]] * share
+                places = between + (points - 0.5) * BESIDE * width
+            else:
+                room = np.ptp(known, axis=0) / 2 + BESIDE * width
+                places = known.min(axis=0) - room + points * (np.ptp(known, axis=0) + 2 * room)
+            places = np.where(self.turns(), low + points * width, np.clip(places, box.low, box.high))
+        ranked = []
+        for place in places:
+            y = self.placed(start, place)
+            try:
+                step = newton(rest(switched(self.site, y), y, box.moved)).step
+            except SimulationError:
+                continue
+            length = float(np.linalg.norm(step))
+            if np.isfinite(length) and not self._leads_to_known(y, step, length):
+                ranked.append((float(np.abs(step / width).max()), len(ranked), y))
+        return [y for _, _, y in sorted(ranked)[: max(1, guesses // 8)]]
+
+    def _leads_to_known(self, y: Array, step: Array, length: float) -> bool:
+        for other in self.found:
+            away = self._between(y, other.y) - step
+            if float(np.linalg.norm(away)) < max(length / 2, SAME):
+                return True
+        return False
+
+    def again(self, guess: Array) -> None:
         """Search from one guess as long as that gives something new."""
         for _ in range(20):
             one = self._search(guess)
@@ -136,12 +195,19 @@ class Search:
     def add(self, one: Equilibrium) -> bool:
         """Keep an equilibrium that lies within bounds and is new; tell whether it did."""
         one = self._wrapped(one)
-        values = self._values(one.y)
+        values = self.values(one.y)
         slack = 1e-9 * np.maximum(1.0, self.box.high - self.box.low)
-        bounded = ~self._turns()
-        if ((values < self.box.low - slack) | (values > self.box.high + slack))[
-            bounded & ~self.box.periodic
-        ].any():
+        beyond = (values < self.box.low - slack) | (values > self.box.high + slack)
+        beyond &= ~self.turns() & ~self.box.periodic
+        if beyond.any():
+            if not (beyond & self.box.stated).any():
+                chart = self.site.chart
+                self.outside.append(
+                    ", ".join(
+                        f"{chart.names[int(j)]} = {v:.6g}"
+                        for j, v in zip(self.box.moved, values, strict=True)
+                    )
+                )
             return False
         if any(
             self.distance(one, other)
@@ -166,7 +232,7 @@ class Search:
         d = self.site.chart.between(start, y)[self.box.moved]
         return np.where(self.box.periodic, (d + np.pi) % (2 * np.pi) - np.pi, d)
 
-    def _turns(self) -> NDArray[np.bool_]:
+    def turns(self) -> NDArray[np.bool_]:
         chart = self.site.chart
         return np.array(
             [j < chart.nd and chart.places[j] in chart.problem.rotations for j in self.box.moved], dtype=bool
@@ -176,13 +242,19 @@ class Search:
         chart = self.site.chart
         return np.array([chart.place(int(j)) for j in self.box.moved], dtype=np.intp)
 
-    def _values(self, y: Array) -> Array:
+    def values(self, y: Array) -> Array:
         return y[self._places()]
 
-    def _placed(self, start: Array, values: Array) -> Array:
+    def rows(self) -> list[int]:
+        """Return which of the rates behind the positions are those of the displacements that move."""
+        place = [int(j) for j in moving(self.site.chart)]
+        kept = {int(j) for j in self.box.moved}
+        return [k for k, j in enumerate(place) if j in kept]
+
+    def placed(self, start: Array, values: Array) -> Array:
         """Return a guess with values of the coordinates, turns of rotations from the start."""
-        turns = self._turns()
-        d = np.where(turns, values, values - self._values(start))
+        turns = self.turns()
+        d = np.where(turns, values, values - self.values(start))
         return self.site.chart.moved(start, spread(self.site.chart, self.box.moved, d))
 
     def _wrapped(self, one: Equilibrium) -> Equilibrium:
@@ -210,12 +282,21 @@ class Search:
             if size < 1e-7:
                 break
             y = site.chart.moved(y, spread(site.chart, moved, step * min(1.0, LONGEST / size)))
+            if self._far(y):
+                return None
         else:
             return None
         one = polished(site, y, moved=moved)
         if one is None or not np.array_equal(switched(site, one.y).z, site.z):
             return None
         return one
+
+    def _far(self, y: Array) -> bool:
+        """Whether a state has left the bounds, or the wider region of those that the model does not state."""
+        box, values = self.box, self.values(y)
+        room = np.where(box.stated, 1.0, FAR) * (box.high - box.low)
+        beyond = (values < box.low - room) | (values > box.high + room)
+        return bool((beyond & ~self.turns() & ~box.periodic).any())
 
     def _deflation(self, y: Array, step: Array) -> float:
         """Return what a Newton step is multiplied by so that it leads away from what is known."""

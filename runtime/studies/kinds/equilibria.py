@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from msgspec.structs import replace
 
-from ...case import find_experiment, input_values
 from ...local.branches import Branch, Special, Tracer, cut, near
 from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ...local.search import Box, Search, box_of
 from ...local.site import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.stability import Stability, stability
 from ...local.standing import check_side, contacts, penetrated, standing, stilled, touched_by
+from ...local.survey import Survey, surveyed
 from ...local.vibration import SECOND_ORDER
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..study import OF_A_MOTION, Study
-from .bifurcation import diagram
+from .bifurcation import diagram, moved_parameter
 
 GUESSES = 64
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
@@ -34,6 +33,7 @@ LOOSE = 0.03
 """The same where one of them could not be located."""
 MOST_BRANCHES = 60
 COMPLETE = {None: "", True: ", the list is complete", False: ", whether these are all is not proven"}
+INCOMPLETE = ", may be incomplete"
 RESTING = (
     "equilibria that rest on closed contacts are not looked for, but on those that are closed at the start"
 )
@@ -88,8 +88,11 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
             proof = proven(site, box)
             remarks.append(proof.message)
             return _listed(site, box, list(proof.equilibria), remarks, proof.complete)
-        found = Search(site, box).run(self.guesses)
-        return _listed(site, box, found, remarks, None)
+        search = Search(site, box)
+        search.run(self.guesses)
+        survey = surveyed(search)
+        remarks.append(survey.why)
+        return _listed(site, box, search.sorted(), remarks, None, survey)
 
 
 def _values(site: Site, y: Array) -> dict[str, float]:
@@ -121,7 +124,12 @@ def _errors(site: Site, box: Box, one: Equilibrium) -> dict[str, float | None]:
 
 
 def _listed(
-    site: Site, box: Box, found: list[Equilibrium], remarks: list[str], complete: bool | None
+    site: Site,
+    box: Box,
+    found: list[Equilibrium],
+    remarks: list[str],
+    complete: bool | None,
+    survey: Survey | None = None,
 ) -> FoundEquilibria:
     records, rows = [], []
     names = list(_values(site, site.y))
@@ -153,6 +161,8 @@ def _listed(
         remarks.append(f"left out: {beyond} beyond contacts, where the equations alone would rest")
     away = " away from contacts" if contacts(site) else ""
     message = f"{count} equilibri{'um' if count == 1 else 'a'}{away}" + COMPLETE[complete]
+    if survey is not None and not survey.confirmed:
+        message += INCOMPLETE
     return FoundEquilibria(
         study="equilibria",
         model=site.problem.name,
@@ -167,6 +177,7 @@ def _listed(
             "equilibria": records,
             "special": [],
             **({} if complete is None else {"complete": complete}),
+            **_count(survey),
             "bounds": _bounds(site, box),
             "accuracy": {
                 "errors": [record["errors"] for record in records],
@@ -175,6 +186,17 @@ def _listed(
         },
         equilibria=tuple(records),
     )
+
+
+def _count(survey: Survey | None) -> dict[str, Any]:
+    if survey is None:
+        return {}
+    return {
+        "may_be_incomplete": not survey.confirmed,
+        "signs": survey.signs,
+        "signs_expected": survey.expected,
+        "singular_points": [list(place) for place in survey.singular],
+    }
 
 
 def _per(site: Site) -> str:
@@ -226,51 +248,6 @@ def _spectrum(records: list[dict[str, Any]], site: Site) -> Panel:
 # ---------------------------------------------------------------- over a parameter
 
 
-def moved_parameter(study: Study, site: Site, over: Range) -> Callable[[float], Site]:
-    """Return the model as a function of a parameter or a constant input, by its share of the range."""
-    problem, functions = site.problem, site.case.functions
-    names = [q.name for q in problem.parameters]
-    inputs = [q.name for q in problem.inputs]
-    known: dict[float, Site] = {}
-    if over.name in inputs:
-        index = inputs.index(over.name)
-
-        def by_input(share: float) -> Site:
-            u = site.u.copy()
-            u[index] = over.low + share * (over.high - over.low)
-            return replace(site, u=u)
-
-        return by_input
-    if over.name not in names:
-        raise SimulationError(
-            f"'{over.name}' is no parameter of '{problem.name}': equilibria do not depend on where a motion starts",
-            help="follow them over a parameter or a constant input",
-        )
-    index = names.index(over.name)
-    experiment = find_experiment(problem, study.experiment)
-    given = np.zeros(len(names), dtype=np.uint8)
-    for name in study.values:
-        if name in names:
-            given[names.index(name)] = 1
-    for setting in experiment.settings if experiment else ():
-        if setting.array == "p":
-            given[setting.index] = 1
-    given[index] = 1
-
-    def by_parameter(share: float) -> Site:
-        if share not in known:
-            if len(known) > 4096:
-                known.clear()
-            p = site.p.copy()
-            p[index] = over.low + share * (over.high - over.low)
-            functions.parameters(p, given)
-            u = input_values(functions, site.case.tables, site.t, p, len(inputs))
-            known[share] = replace(site, p=p, u=u)
-        return known[share]
-
-    return by_parameter
-
-
 def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> FoundEquilibria:
     if len(study.over) != 1:
         raise SimulationError(
@@ -284,9 +261,15 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     )
     branches: list[Branch] = []
     pending: list[Array] = []
+    doubt = ""
     for share in SEEDS:
-        here = replace(at(share), y=tracer.start)
-        for one in Search(here, box).run(min(MOST_GUESSES, 4 + 8 * len(box.moved))):
+        search = Search(replace(at(share), y=tracer.start), box)
+        here = search.site
+        search.run(min(MOST_GUESSES, 4 + 8 * len(box.moved)))
+        survey = surveyed(search)
+        if not survey.confirmed and not doubt:
+            doubt = f"at {over.name} = {over.low + share * (over.high - over.low):.6g}: {survey.why}"
+        for one in search.sorted():
             if one.free.size:
                 raise SimulationError(
                     "equilibria of this model are not isolated, so that they have no branches over a parameter",
@@ -313,13 +296,17 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     branches, specials, left = cut(branches, specials, tracer)
     if left:
         remarks.append(f"branches end at contacts: {left} of their points lie beyond and are left out")
-    return _followed(site, box, over, tracer, branches, _distinct(specials, tracer), remarks)
+    if doubt:
+        remarks.append(doubt)
+    return _followed(
+        site, box, over, tracer, branches, _distinct(specials, tracer), remarks, complete=not doubt
+    )
 
 
 def _distinct(specials: list[Special], tracer: Tracer) -> list[Special]:
     """Return special points once each; a fold of one branch that is a fork of another is a fork."""
     found: list[Special] = []
-    for special in sorted(specials, key=lambda s: ("fork", "hopf", "fold").index(s.kind)):
+    for special in sorted(specials, key=lambda s: ("fork", "hamiltonian hopf", "hopf", "fold").index(s.kind)):
         if not any(_same(special, other, tracer) for other in found):
             found.append(special)
     return sorted(found, key=lambda s: (round(float(s.x[-1]), 12), s.kind))
@@ -342,6 +329,8 @@ def _followed(
     branches: list[Branch],
     specials: list[Special],
     remarks: list[str],
+    *,
+    complete: bool,
 ) -> FoundEquilibria:
     def value(share: float) -> float:
         return over.low + share * (over.high - over.low)
@@ -374,6 +363,7 @@ def _followed(
         model=site.problem.name,
         outcome=Outcome.COMPLETED,
         message=f"{len(branches)} branch{'' if len(branches) == 1 else 'es'}"
+        + ("" if complete else INCOMPLETE)
         + (f"; {listed}" if listed else ""),
         values=(),
         errors_from="special points are roots on the branches, to rounding of what tells them",
@@ -383,6 +373,7 @@ def _followed(
         details={
             "equilibria": records,
             "special": points,
+            "may_be_incomplete": not complete,
             "bounds": _bounds(site, box),
             "accuracy": {
                 "errors": {},
