@@ -166,7 +166,7 @@ class Search:
                 room = np.ptp(known, axis=0) / 2 + BESIDE * width
                 places = known.min(axis=0) - room + points * (np.ptp(known, axis=0) + 2 * room)
             places = np.where(self.turns(), low + points * width, np.clip(places, box.low, box.high))
-        ranked = []
+        ranked: list[tuple[float, int, Array]] = []
         for place in places:
             y = self.placed(start, place)
             try:

@@ -266,15 +266,14 @@ def _cells(search: Search, field: Field, low: Array, high: Array) -> list[tuple[
     seen: set[tuple[int, ...]] = set()
     looked = 0
     while len(seen) < MOST_CELLS:
-        if (
-            not pending
-        ):  # beside every equilibrium, too: another one and a charge in the same cell make no turn
+        if not pending:
             if looked == len(search.found):
                 break
-            place = search.values(search.found[looked].y)
+            # beside every equilibrium, too: another one and a charge in the same cell make no turn
+            known = search.values(search.found[looked].y)
             for level in range(LEVELS):
                 width = first * (3.0 / FINER[count]) ** level
-                pending.append(_beside(place, width, low - shift, high - shift, level + 1))
+                pending.append(_beside(known, width, low - shift, high - shift, level + 1))
             looked += 1
         a, b, cells, level = pending.pop(0)
         width = (b - a) / cells

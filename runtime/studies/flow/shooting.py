@@ -51,7 +51,7 @@ def close(linear: Linearised, y: Array, period: float, *, free: bool, energy: En
 
     Raises SimulationError where none is found.
     """
-    shooter = _Shooter(linear, free, energy)
+    shooter = Shooter(linear, free, energy)
     first = linear.map(linear.tangents.case.begin, y, period, checked=False)
     growth = float(np.linalg.norm(first.matrix, 2))
     count = 1
@@ -72,7 +72,7 @@ def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orb
     flow = tangents.flow(begin, found.start, w, begin + found.period / parts)
     if flow.short:
         raise SimulationError(f"the motion ends before its period is over: {flow.short}")
-    shooter = _Shooter(linear, True, energy)
+    shooter = Shooter(linear, True, energy)
     closed = [bool(np.abs(shooter.gap(found.start, there)[own]).max() < CLOSED) for there in flow.states]
     if all(closed) or not any(closed):  # a state of rest has no least period
         return found
@@ -87,7 +87,7 @@ class Energy(Struct, frozen=True):
     value: float
 
 
-class _Shooter:
+class Shooter:
     def __init__(self, linear: Linearised, free: bool, energy: Energy | None) -> None:
         self.linear, self.free, self.energy = linear, free, energy
         self.case: Case = linear.tangents.case
@@ -182,7 +182,7 @@ class _Shooter:
         if self.energy is None:
             return size
         kept = self.linear.kept
-        return max(size, abs(self._energy_row(node, self.linear.allowed(node)[kept], self.energy)[1]))
+        return max(size, abs(self.energy_row(node, self.linear.allowed(node)[kept], self.energy)[1]))
 
     def _correction(
         self, nodes: list[Array], period: float, residual: Array, blocks: list[Array], ends: list[Array]
@@ -204,7 +204,7 @@ class _Shooter:
                 matrix[rows, -1] = (rate / linear.scale)[kept] * period / count
         wanted = -residual
         if self.energy is not None:
-            slope, missing = self._energy_row(nodes[0], spaces[0], self.energy)
+            slope, missing = self.energy_row(nodes[0], spaces[0], self.energy)
             row = np.zeros((1, matrix.shape[1]))
             row[0, : widths[0]] = slope
             matrix, wanted = np.vstack([matrix, row]), np.append(wanted, missing)
@@ -216,7 +216,7 @@ class _Shooter:
             steps.append(whole)
         return steps, float(solution[-1]) * period if self.free else 0.0
 
-    def _energy_row(self, y: Array, space: Array, energy: Energy) -> tuple[Array, float]:
+    def energy_row(self, y: Array, space: Array, energy: Energy) -> tuple[Array, float]:
         """Give the derivatives [r] of the energy in the directions of a node, and what it lacks, both over their size."""
         column, linear = column_at(self.case, energy.name), self.linear
         whole = np.zeros((linear.size, space.shape[1]))

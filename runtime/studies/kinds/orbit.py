@@ -16,7 +16,9 @@ from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ...tangent.coordinates import minimal
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
-from ..flow.linearised import Linearised, compared, multipliers
+from ..flow.following import Follower, Place
+from ..flow.linearised import Linearised, compared
+from ..flow.liouville import contradicted
 from ..flow.pieces import column_at, with_horizon
 from ..flow.shooting import CLOSED, Energy, close, least
 from ..flow.shooting import Orbit as Found
@@ -90,7 +92,8 @@ class Orbit(Study, frozen=True, kw_only=True):
         exact = close(Linearised(beside), loose.start, loose.period, free=not driven, energy=energy)
         if beside.case.tolerance > plan.case.tolerance:  # the tightest there is has a looser one beside it
             loose, exact = exact, loose
-        return _findings(problem, plan, loose, exact, driven)
+        doubt = contradicted(linear, exact)
+        return _findings(problem, plan, loose, exact, driven, doubt)
 
 
 def given_period(plan: Plan, period: float | Formula | None) -> float | None:
@@ -188,7 +191,7 @@ def _rows(solution: Solution, t: Array) -> Array:
     return solution.motion.at(t)[:, : solution.problem.ny]
 
 
-def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: bool) -> Findings:
+def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: bool, doubt: str) -> Findings:
     values, errors = compared(exact.map, loose.map, free=not driven)
     error = (
         max(abs(exact.period - loose.period), 8 * np.finfo(float).eps * exact.period) if not driven else 0.0
@@ -197,6 +200,8 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
     names = [problem.states[k].name for k in own]
     start = {name: float(exact.start[k]) for name, k in zip(names, own, strict=True)}
     stable, words, remarks = stability(values, errors, free=not driven)
+    if doubt:
+        remarks.append(doubt)
     if exact.iterations > 10:
         remarks.append(f"it took {exact.iterations} corrections: the start was far from this orbit")
     unit = problem.time.unit
@@ -282,56 +287,47 @@ def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
 def _followed(
     problem: Problem, study: Orbit, linear: Linearised, y: Array, period: float, *, free: bool
 ) -> Findings:
-    """Follow the orbit over a parameter, and tell where its stability changes and how."""
+    """Follow the orbit over a parameter, and tell what happens to it on the way."""
     if len(study.over) > 1:
         raise SimulationError("an orbit is followed over one parameter")
     wanted = study.over[0]
     axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
-    rows: list[dict[str, Any]] = []
-    largest: list[float] = []
-    periods: list[float] = []
-    special: list[dict[str, Any]] = []
-    before: Array | None = None
-    outcome, message = Outcome.COMPLETED, ""
+
+    def planned(value: float) -> Plan:
+        return plan_run(problem, replace(study, values={**study.values, wanted.name: value}))
+
+    follower = Follower(
+        linear, planned, lambda plan: given_period(plan, study.period), wanted.high - wanted.low, free=free
+    )
+    places, rows, message = [_first(follower, float(axis[0]), y, period, study.energy)], [0], ""
+    outcome, doubts = Outcome.COMPLETED, list[str]()
     with NotedInterruptions() as interrupted:
-        for k, value in enumerate(axis):
+        for k, value in enumerate(axis[1:], 1):
             if interrupted():
                 outcome = Outcome.INTERRUPTED
                 break
-            plan = plan_run(problem, replace(study, values={**study.values, wanted.name: float(value)}))
-            length = given_period(plan, study.period)
-            try:
-                found = close(
-                    linear.renewed(plan), y, period if free or length is None else length, free=free
-                )
-                if free:
-                    refuse_rest(plan, linear, found)
-            except SimulationError as failure:
-                message = f"lost at {wanted.name} = {value:.6g}: {failure.message}"
+            message = follower.reach(places, float(value))
+            if message:
+                message = f"lost at {wanted.name} = {value:.6g}: {message}"
                 break
-            if free and not rows:
-                found = least(linear.renewed(plan), found)
-            y, period = found.start, found.period
-            now, _ = multipliers(found.map)
-            if free:
-                now = np.delete(now, int(np.argmin(np.abs(now - 1))))
-            rows.append({"parameter": {wanted.name: float(value)}, "period": period,
-                         "multipliers": [[float(v.real), float(v.imag)] for v in now]})  # fmt: skip
-            largest.append(float(np.abs(now).max(initial=0.0)))
-            periods.append(period)
-            if before is not None and (kind := _happening(before, now)):
-                special.append({"kind": kind, "between": [float(axis[k - 1]), float(value)]})
-            before = now
+            rows.append(len(places) - 1)
+            doubt = contradicted(follower.linear.renewed(planned(places[-1].value)), places[-1].orbit)
+            if doubt:
+                doubts.append(f"at {wanted.name} = {places[-1].value:.6g}: {doubt}")
             if study.progress is not None:
                 study.progress((k + 1) / len(axis))
-    if not rows:
-        raise SimulationError(message)
-    x = axis[: len(rows)]
-    remarks = [
-        f"{one['kind']} between {one['between'][0]:.6g} and {one['between'][1]:.6g}" for one in special
+    special = [
+        {"kind": one.kind, "value": one.value, "between": list(one.between)}
+        | ({"events": one.note} if one.note else {})
+        for one in sorted(follower.specials, key=lambda one: one.value)
     ]
+    remarks = [_words(one, wanted.name) for one in special]
+    remarks += doubts[:1]
     if message:
         remarks.append(message)
+    x = np.array([place.value for place in places])
+    largest = np.array([float(np.abs(place.multipliers).max(initial=0.0)) for place in places])
+    last = places[-1]
     return Findings(
         study="orbit",
         model=problem.name,
@@ -342,21 +338,41 @@ def _followed(
         remarks=tuple(remarks),
         panels=(
             Panel("largest multiplier", wanted.name, wanted.unit, "size", "", (
-                Curve("largest multiplier", x, np.array(largest)), Curve("1", x, np.ones(len(x)), "dashed"))),
+                Curve("largest multiplier", x, largest), Curve("1", x, np.ones(len(x)), "dashed"))),
             Panel("period", wanted.name, wanted.unit, "period", problem.time.unit,
-                  (Curve("", x, np.array(periods)),)),
+                  (Curve("", x, np.array([place.orbit.period for place in places])),)),
         ),
-        details={"orbits": rows, "special": special, "period": periods[-1], "multipliers": rows[-1]["multipliers"],
-                 "start": {problem.states[k].name: float(y[k]) for k in problem.own}},
+        details={
+            "orbits": [
+                {"parameter": {wanted.name: places[k].value}, "period": places[k].orbit.period,
+                 "multipliers": [[float(v.real), float(v.imag)] for v in places[k].multipliers]}
+                for k in rows
+            ],
+            "special": special,
+            "period": last.orbit.period,
+            "multipliers": [[float(v.real), float(v.imag)] for v in last.multipliers],
+            "start": {problem.states[k].name: float(last.orbit.start[k]) for k in problem.own},
+        },
     )  # fmt: skip
 
 
-def _happening(before: Array, now: Array) -> str:
-    """Tell what lies between two lists of multipliers [n] in which the number of those outside of the unit circle differs."""
-    out = [(np.abs(v) > 1).sum() for v in (before, now)]
-    if out[0] == out[1]:
-        return ""
-    edge = now[int(np.argmin(np.abs(np.abs(now) - 1)))]
-    if abs(edge.imag) > 1e-6 * abs(edge):
-        return "torus"
-    return "period doubling" if edge.real < 0 else "fold or fork"
+def _first(follower: Follower, value: float, y: Array, period: float, energy: float | None) -> Place:
+    """Give the first orbit, with the least period where that is free; the energy that it keeps is that of all."""
+    plan = follower.planned(value)
+    linear = follower.linear.renewed(plan)
+    given = follower.length(plan)
+    if not follower.free:
+        return follower.told(value, linear, close(linear, y, given or period, free=False))
+    follower.kept = kept_energy(plan, linear, y, period, energy)
+    found = close(linear, y, period, free=True, energy=follower.kept)
+    orbit = least(linear, found, follower.kept)
+    refuse_rest(plan, linear, orbit)
+    return follower.told(value, linear, orbit)
+
+
+def _words(one: dict[str, Any], name: str) -> str:
+    low, high = one["between"]
+    if one["kind"] == "jump":
+        return f"jump to another orbit between {name} = {low:.6g} and {high:.6g}: no step stays on the branch"
+    events = f": {one['events']}" if "events" in one else ""
+    return f"{one['kind']} at {name} = {one['value']:.10g}{events}"

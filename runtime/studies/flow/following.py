@@ -1,0 +1,392 @@
+"""A periodic orbit followed over a parameter: steps that the bend of the branch and the multipliers allow, and what lies between.
+
+Multipliers that are 1 for every orbit (of a shift along it, and of an energy that it keeps) are taken away by their vectors. What is
+left is judged by test functions (Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, ch. 10): the products of m + 1, of m - 1,
+and of m m' - 1, each with its error. A change of sign that is larger than the errors is located as a root. Where an event joins or
+leaves the orbit, the branch of fewer events is followed up to where it ends.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ...case import inputs_at
+from ...integrate.kernel_run import run_kernel
+from ...integrate.solver_options import SolverOptions
+from ...outcome import SimulationError
+from ...problem import Array
+from ...tangent.coordinates import minimal
+from ..runs.simulate import Plan
+from .linearised import Linearised, LinearMap, multipliers
+from .shooting import Energy, Orbit, Shooter, close
+
+BEND, CHANGE = 0.3, 0.3
+"""Of a step: how far its end may lie from where the last one points to, and how far multipliers may move, relative to 1 and their
+size."""
+CLOSE = 1e-4
+"""In nominal sizes: so far apart are two orbits at one value that still count as the same."""
+SHORTEST, LOCATED = 1e-5, 1e-11
+"""Steps in shares of the range, and how well what lies between is located."""
+CLOSING = 1e-6
+"""Relative error of multipliers, as orbits close within 1e-8: those of conservative models lie on the unit circle within that."""
+FOLDING = 0.2
+"""A branch that ends with a multiplier as near as that to 1 may end in a fold."""
+MOST_STEPS = 4000
+IMPACTS = ("impact", "rest", "lift-off", "crossing", "reflection")
+
+NEIGHBOURS = 1e-7
+"""In shares of the range: two orbits must be farther apart to point to a third."""
+
+Happened = tuple[tuple[str, str], ...]
+"""Name and kind of each event of one round, sorted."""
+
+
+class Place(Struct, frozen=True, eq=False):
+    """An orbit at a value of the parameter, its multipliers without trivial ones, their errors, and the events of one round."""
+
+    value: float
+    orbit: Orbit
+    multipliers: Array
+    errors: Array
+    happened: Happened
+    first: bool = False
+    """Whether it does not go on from the one before."""
+
+
+class Special(Struct, frozen=True):
+    """``kind``: period doubling, fold, fork, torus, grazing, change of events, or jump; ``between`` two values."""
+
+    kind: str
+    value: float
+    between: tuple[float, float]
+    note: str = ""
+
+
+class Follower:
+    """Follows orbits. ``planned``: the model at a value; ``length``: the period that is given there, None where it is free. ``kept``:
+    the energy of all orbits, where they lie in families."""
+
+    def __init__(
+        self,
+        linear: Linearised,
+        planned: Callable[[float], Plan],
+        length: Callable[[Plan], float | None],
+        span: float,
+        *,
+        free: bool,
+    ) -> None:
+        self.linear, self.planned, self.length = linear, planned, length
+        self.span, self.free = span, free
+        self.kept: Energy | None = None
+        self.certain: dict[str, Place] = {}
+        self.specials: list[Special] = []
+        self.steps = 0
+
+    # ------------------------------------------------------------ one orbit
+
+    def at(self, value: float, y: Array, period: float) -> Place:
+        """Give the orbit at a value near a state. Raises SimulationError where none is found."""
+        plan = self.planned(value)
+        linear = self.linear.renewed(plan)
+        given = self.length(plan)
+        orbit = close(
+            linear, y, period if self.free or given is None else given, free=self.free, energy=self.kept
+        )
+        return self.told(value, linear, orbit)
+
+    def told(self, value: float, linear: Linearised, orbit: Orbit) -> Place:
+        found, errors = multipliers(self._reduced(linear, orbit))
+        errors = np.maximum(errors, CLOSING * np.maximum(1.0, np.abs(found)))
+        return Place(value, orbit, found, errors, _happened(linear, orbit.start, orbit.period))
+
+    def _reduced(self, linear: Linearised, orbit: Orbit) -> LinearMap:
+        """Give the linear map without the directions in which it is 1 for every orbit."""
+        found = orbit.map
+        vectors = []
+        if self.free:
+            case = linear.tangents.case
+            rate = case.functions.rhs(case.begin, orbit.start, inputs_at(case, case.begin), case.z, case.p)
+            along = minimal(linear.problem, orbit.start, rate[:, None])[:, 0] / linear.scale
+            vectors.append(found.directions.T @ along)
+        if self.kept is not None:
+            space = found.directions[linear.kept]
+            vectors.append(Shooter(linear, self.free, self.kept).energy_row(orbit.start, space, self.kept)[0])
+        vectors = [v / np.linalg.norm(v) for v in vectors if np.linalg.norm(v) > 0]
+        if not vectors:
+            return found
+        left = scipy.linalg.null_space(np.array(vectors))
+        error = np.abs(left.T) @ found.error @ np.abs(left)
+        return replace(found, matrix=left.T @ found.matrix @ left, error=error)
+
+    # ------------------------------------------------------------ along the branch
+
+    def reach(self, places: list[Place], target: float) -> str:
+        """Add the orbits up to a value, where the branch leads there, else the one that is found there; tell why there is none."""
+        passed, failure = self.go(places[-2] if len(places) > 1 else None, places[-1], target)
+        places += passed
+        last = places[-1]
+        if last.value == target:
+            return ""
+        other = None
+        try:
+            other = self.at(target, last.orbit.start, last.orbit.period)
+        except SimulationError as found:
+            failure = found.message
+        if other is not None and other.happened != last.happened:
+            crossed = self._across(places[-2] if len(places) > 1 else None, last, other)
+            if crossed is not None:
+                places += crossed
+                return ""
+        grazed = self._grazes(places[-2] if len(places) > 1 else None, last, target)
+        folded = self.fold(places) if grazed is None else None
+        if grazed is not None and grazed is not last:
+            places.append(grazed)
+        if folded is not None:
+            self.specials.append(Special("fold", folded, _ordered(last.value, target)))
+        if other is None:
+            if grazed is not None:
+                return "no orbit was found near that has the event"
+            return failure if folded is None else "the branch turns back in the fold"
+        self.specials.append(Special("jump", target, _ordered(last.value, target)))
+        self.certain = {}
+        places.append(replace(other, first=True))
+        return ""
+
+    def go(self, before: Place | None, last: Place, target: float) -> tuple[list[Place], str]:
+        """Follow the branch from an orbit to a value; give the orbits on the way, and why it does not get there."""
+        passed: list[Place] = []
+        step, failure = target - last.value, ""
+        while last.value != target:
+            self.steps += 1
+            if self.steps > MOST_STEPS:
+                return passed, f"more than {MOST_STEPS} steps"
+            near = abs(step) >= abs(target - last.value) * (1 - 1e-9)
+            value = target if near else last.value + step
+            here = None
+            y, period = _guess(before, last, value)
+            try:
+                here = self.at(value, y, period)
+            except SimulationError as found:
+                failure = found.message
+            if (
+                here is not None
+                and here.happened != last.happened
+                and self._apart(here, y)
+                <= CLOSE + BEND * (self._apart(last, y) + self._apart(here, last.orbit.start))
+            ):
+                crossed = self._across(before, last, here)
+                if crossed is not None:
+                    passed += crossed
+                    before, last = crossed[-2] if len(crossed) > 1 else None, crossed[-1]
+                    step = target - last.value
+                    continue
+            if here is None or here.happened != last.happened or not self._near(before, last, here, y):
+                step = (value - last.value) / 2
+                if abs(step) < SHORTEST * self.span:
+                    return passed, failure or "other orbits alone lie beyond"
+                continue
+            self._between(last, here)
+            passed.append(here)
+            before, last = last, here
+            step = 2 * (last.value - before.value)
+            step = math.copysign(max(abs(step), SHORTEST * self.span), target - last.value)
+        return passed, ""
+
+    def _apart(self, place: Place, y: Array) -> float:
+        shooter = Shooter(self.linear, self.free, None)
+        return float(np.linalg.norm(shooter.gap(y, place.orbit.start)[self.linear.kept]))
+
+    def _near(self, before: Place | None, last: Place, here: Place, guess: Array) -> bool:
+        """Whether an orbit goes on from the one before: it lies where that pointed to, and multipliers have moved little."""
+        moved = self._apart(here, last.orbit.start)
+        if before is not None and not last.first and self._apart(here, guess) > CLOSE + BEND * moved:
+            return False
+        if len(here.multipliers) != len(last.multipliers):
+            return False
+        apart = np.abs(here.multipliers[:, None] - last.multipliers)
+        rows, columns = scipy.optimize.linear_sum_assignment(apart)
+        allowed = CHANGE * np.maximum(1.0, np.abs(here.multipliers)) + here.errors + last.errors[columns]
+        return bool((apart[rows, columns] <= allowed).all())
+
+    # ------------------------------------------------------------ what lies between
+
+    def _between(self, a: Place, b: Place) -> None:
+        """Note where test functions change their sign between two orbits."""
+        for kind, test in TESTS.items():
+            first = self.certain.get(kind, a)
+            (one, off), (two, beyond) = test(first), test(b)
+            if not abs(two) > beyond:
+                continue
+            self.certain[kind] = b
+            alike = kind != "torus" or _pairs(first) == _pairs(b)
+            if one * two < 0 and abs(one) > off and alike:
+                root = self._located(test, first, b)
+                self.specials.append(Special(kind, root, _ordered(first.value, b.value)))
+
+    def _located(self, test: Test, a: Place, b: Place) -> float:
+        """Give the value at which a test function vanishes between two orbits."""
+
+        def on(value: float) -> float:
+            return test(self.at(value, *_guess(a, b, value)))[0]
+
+        try:
+            return float(scipy.optimize.brentq(on, a.value, b.value, xtol=LOCATED * self.span, rtol=1e-14))
+        except (SimulationError, ValueError):
+            one, two = abs(test(a)[0]), abs(test(b)[0])
+            return a.value + (b.value - a.value) * one / (one + two)
+
+    def _across(self, before: Place | None, last: Place, here: Place) -> list[Place] | None:
+        """Cross a value at which events join or leave the orbit: give the orbits from the last one to the one behind it."""
+        # the orbit of fewer events is smooth up to its end
+        forwards = len(last.happened) <= len(here.happened)
+        simple, other = (last, here) if forwards else (here, last)
+        simple, end = self._end(before if forwards else None, simple, other.value)
+        specials, self.specials, self.certain = self.specials, [], {}
+        start, aim = (here, end) if forwards else (last, simple.value)
+        aim += math.copysign(SHORTEST * self.span, start.value - aim)
+        route: list[Place] = []
+        if (
+            abs(start.value - aim) > SHORTEST * self.span
+            and (start.value - aim) * (start.value - simple.value) > 0
+        ):
+            route, _ = self.go(None if forwards else before, start, aim)
+        reached = route[-1] if route else start
+        found, self.specials, self.certain = self.specials, specials, {}
+        gap = self._apart(reached, simple.orbit.start)
+        left = abs(reached.value - simple.value) / self.span
+        # an impact that grazes begins with the root of the distance in the parameter
+        if gap > JOINED * math.sqrt(max(left, SHORTEST)) * self._size(simple):
+            return None
+        self.specials += found
+        self._event(simple.value, _ordered(last.value, here.value), last.happened, here.happened)
+        if forwards:
+            return [simple, *reversed(route), here]
+        return [*route, simple, here]
+
+    def _end(self, before: Place | None, last: Place, end: float) -> tuple[Place, float]:
+        """Follow an orbit with its events towards a value as far as it goes; give the last one, and a value just beyond."""
+        while abs(end - last.value) > LOCATED * self.span:
+            middle = (last.value + end) / 2
+            try:
+                tried = self.at(middle, *_guess(before, last, middle))
+                same = tried.happened == last.happened
+            except SimulationError:
+                same = False
+            if not same:
+                end = middle
+                continue
+            if abs(tried.value - last.value) > NEIGHBOURS * self.span:
+                before = last
+            last = tried
+        return last, end
+
+    def _event(self, value: float, between: tuple[float, float], one: Happened, other: Happened) -> None:
+        """Note that events join or leave the orbit."""
+        gone = Counter(one)
+        gone.subtract(Counter(other))
+        changed = [event for event, count in gone.items() if count]
+        kind = "grazing" if any(event[1] in IMPACTS for event in changed) else "change of events"
+        names = ", ".join(sorted({f"{event[1]} '{event[0]}'" for event in changed}))
+        self.specials.append(Special(kind, value, between, names))
+
+    def _grazes(self, before: Place | None, last: Place, target: float) -> Place | None:
+        """Give the last orbit of a branch that ends where the motion just beyond meets another event; None where it meets none."""
+        value = last.value + math.copysign(2 * SHORTEST * self.span, target - last.value)
+        y, period = _guess(before, last, value)
+        plan = self.planned(value)
+        try:
+            there = _happened(self.linear.renewed(plan), y, period)
+        except SimulationError:
+            return None
+        if there == last.happened:
+            return None
+        last, _ = self._end(before, last, value)
+        self._event(last.value, _ordered(last.value, target), last.happened, there)
+        return last
+
+    def _size(self, place: Place) -> float:
+        return max(
+            1.0, float(np.linalg.norm(place.orbit.start / np.maximum(self.linear.tangents.nominal, 1e-300)))
+        )
+
+    def fold(self, places: list[Place]) -> float | None:
+        """Give the value at which a branch that ended folds: there the square of m - 1 vanishes; None where it does not."""
+        near = [(p.value, min(p.multipliers, key=lambda m: abs(m - 1), default=0.0)) for p in places[-3:]]
+        if len(near) < 2 or abs(near[-1][1] - 1) > FOLDING or not abs(near[-1][1] - 1) < abs(near[-2][1] - 1):
+            return None
+        (p, m), (q, n) = near[-2:]
+        one, two = float(abs(m - 1)) ** 2, float(abs(n - 1)) ** 2
+        root = q + (q - p) * two / (one - two)
+        return root if abs(root - q) <= 4 * SHORTEST * self.span else None
+
+
+JOINED = 30.0
+"""How far two orbits on both sides of a grazing impact may be apart, over the root of the distance in the parameter."""
+
+Test = Callable[[Place], tuple[float, float]]
+
+
+def _guess(before: Place | None, last: Place, value: float) -> tuple[Array, float]:
+    """Give state and period where the last two orbits point to."""
+    if before is None or last.first or before.value == last.value:
+        return last.orbit.start, last.orbit.period
+    share = (value - last.value) / (last.value - before.value)
+    y = last.orbit.start + share * (last.orbit.start - before.orbit.start)
+    return y, last.orbit.period + share * (last.orbit.period - before.orbit.period)
+
+
+def _happened(linear: Linearised, y: Array, period: float) -> Happened:
+    """Give name and kind of all events in one round, sorted."""
+    tangents = linear.tangents
+    case = tangents.case
+    if case.problem.hybrid is None:
+        return ()
+    stop = case.begin + period
+    case = replace(case, y0=y, wanted=y, assembled=None, grid=np.array([stop]), stop=stop)
+    step = case.step if tangents.recording.fixed_step else None
+    record = run_kernel(
+        case, SolverOptions(tangents.recording.name, tangents.tolerance, tangents.nominal, step)
+    ).happened
+    return () if record is None else tuple(sorted((event.name, event.kind) for event in record.events))
+
+
+def _ordered(a: float, b: float) -> tuple[float, float]:
+    return min(a, b), max(a, b)
+
+
+def _product(factors: Array, errors: Array) -> tuple[float, float]:
+    """Give the product of factors, and how far it may be off."""
+    off = sum(
+        (float(e) * float(np.abs(np.prod(np.delete(factors, k)))) for k, e in enumerate(errors)), start=0.0
+    )
+    return float(np.prod(factors).real), off
+
+
+def _doubling(place: Place) -> tuple[float, float]:
+    return _product(place.multipliers + 1, place.errors)
+
+
+def _one(place: Place) -> tuple[float, float]:
+    return _product(place.multipliers - 1, place.errors)
+
+
+def _torus(place: Place) -> tuple[float, float]:
+    """Give the product of |m|^2 - 1 of complex pairs; a pair that is real cannot leave the unit circle together."""
+    m, errors = place.multipliers, place.errors
+    pairs = np.flatnonzero(m.imag > 0)
+    return _product(np.abs(m[pairs]) ** 2 - 1, 2 * np.abs(m[pairs]) * errors[pairs])
+
+
+def _pairs(place: Place) -> int:
+    return int((place.multipliers.imag > 0).sum())
+
+
+TESTS: dict[str, Test] = {"period doubling": _doubling, "fork": _one, "torus": _torus}
