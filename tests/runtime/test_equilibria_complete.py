@@ -48,7 +48,7 @@ def collinear(mu: float) -> list[float]:
     return sorted(places)
 
 
-@pytest.mark.parametrize("mu", slow_but([0.012150585609624], [0.5, 0.1, 0.001, 1e-5]))
+@pytest.mark.parametrize("mu", slow_but([0.012150585609624], [0.012150585609624, 0.5, 0.1, 0.001, 1e-5]))
 def test_five_lagrange_points(mu: float) -> None:
     """The directions of the force turn once round on a wide circle, and once about each of both bodies: -1 is left for the zeros."""
     answer = found(RESTRICTED.replace("0.012150585609624", repr(mu)))
@@ -162,6 +162,7 @@ def test_flutter_of_ziegler_s_column() -> None:
     assert point["parameter"]["P"] == pytest.approx(3.5 - math.sqrt(2), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_crossing_frequencies_are_no_collision() -> None:
     """Two oscillators without gyroscopic forces, and two of one signature with them, pass through each other."""
     text = points("coordinate x(min = -1, max = 1) = 0; coordinate y(min = -1, max = 1) = 0;", "1/2*k*x^2 + 1/2*y^2",

@@ -12,6 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 from scipy.special import mathieu_a, mathieu_b
+from slow_params import slow_but
 
 import mechc
 
@@ -146,10 +147,13 @@ def doubling_of_the_impacting_orbit(low: float, high: float) -> float:
     return float(brentq(test, low, high, xtol=1e-9))
 
 
-def test_grazing_and_the_doubling_before_it() -> None:
+@pytest.mark.parametrize(
+    "over", slow_but(["w = 2 .. 2.15, 3"], ["w = 2 .. 2.15, 3", "w = 1.95 .. 2.6, 27", "w = 1.95 .. 2.6, 40"])
+)
+def test_grazing_and_the_doubling_before_it(over: str) -> None:
     """The motion without impacts has the amplitude 1/|1 - w^2 + 2 i z w|: it touches the stop where that is d. No torus can be: the
     map has the determinant e^2 exp(-2 z T)."""
-    found = followed(STOP, period="2*pi/w", over="w = 1.95 .. 2.6, 27")
+    found = followed(STOP, period="2*pi/w", over=over)
     assert kinds(found) == ["period doubling", "grazing"]
     doubling, grazing = found["special"]
     touching = brentq(lambda w: abs(1 / complex(1 - w * w, 2 * Z * w)) - D, 2, 2.2, xtol=1e-14)

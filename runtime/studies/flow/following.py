@@ -163,7 +163,7 @@ class Follower:
     def go(self, before: Place | None, last: Place, target: float) -> tuple[list[Place], str]:
         """Follow the branch from an orbit to a value; give the orbits on the way, and why it does not get there."""
         passed: list[Place] = []
-        step, failure = target - last.value, ""
+        step, failure, shorter = target - last.value, "", False
         while last.value != target:
             self.steps += 1
             if self.steps > MOST_STEPS:
@@ -189,14 +189,14 @@ class Follower:
                     step = target - last.value
                     continue
             if here is None or here.happened != last.happened or not self._near(before, last, here, y):
-                step = (value - last.value) / 2
+                step, shorter = (value - last.value) / 2, True
                 if abs(step) < SHORTEST * self.span:
                     return passed, failure or "other orbits alone lie beyond"
                 continue
             self._between(last, here)
             passed.append(here)
             before, last = last, here
-            step = 2 * (last.value - before.value)
+            step, shorter = (1 if shorter else 2) * (last.value - before.value), False
             step = math.copysign(max(abs(step), SHORTEST * self.span), target - last.value)
         return passed, ""
 
