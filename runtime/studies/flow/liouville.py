@@ -30,7 +30,7 @@ def liouville(linear: Linearised, orbit: Orbit) -> tuple[float, float] | None:
         return None
     times = case.begin + orbit.period * np.arange(1, PLACES + 1) / PLACES
     flow = linear.tangents.flow(case.begin, orbit.start, basis(problem, orbit.start) * linear.scale, times)
-    if flow.failure is not None:
+    if flow.short:
         return None
     values = np.array([_divergence(linear, t, y) for t, y in zip(times, flow.states, strict=True)])
     whole, half = (float(values[::k].mean()) * orbit.period for k in (1, 2))
@@ -41,9 +41,7 @@ def liouville(linear: Linearised, orbit: Orbit) -> tuple[float, float] | None:
 def _divergence(linear: Linearised, t: float, y: Array) -> float:
     case, problem = linear.tangents.case, linear.problem
     u, total = inputs_at(case, t), 0.0
-    for k in range(problem.nq, problem.ny):
-        if problem.states[k].kind == "account":
-            continue
+    for k in (k for k in problem.own if k >= problem.nq):
         h = DIFFERENCE * float(linear.tangents.nominal[k])
         found = []
         for share in (1, -1, 2, -2):

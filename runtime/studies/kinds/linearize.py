@@ -373,9 +373,9 @@ def _tables(
     if inputs:
         found.append(table("B", inputs, states, matrices["B"], "'"))
     found.append(table("C", states, outputs, matrices["C"], ""))
-    for name, rows_of in (("D", outputs), ("D1", outputs), ("D2", outputs), ("S0", states), ("S1", states)):
+    for name, told in (("D", outputs), ("D1", outputs), ("D2", outputs), ("S0", states), ("S1", states)):
         if name in matrices and matrices[name].any():
-            found.append(table(name, inputs, rows_of, matrices[name], ""))
+            found.append(table(name, inputs, told, matrices[name], ""))
     if nulls is not None and len(nulls):
         found.append(Table("", (("zero", head[0][1]),), tuple((complex(z),) for z in nulls)))
     return tuple(one for one in found if one.rows and len(one.head) > 0)
