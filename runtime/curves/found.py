@@ -13,6 +13,7 @@ from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
 from .beside import conjugate_points, plain
+from .contradicted import along, contradiction, drifting
 from .divergence import diverging
 from .exchanged import parameters_at, rates, turns_back
 from .posed import Posed
@@ -255,6 +256,14 @@ class CurveSolution:
         if all(error <= max(1e3 * self.tolerance, 1e-6) * abs(value) for value, error in known):
             return {}
         return diverging(self._posed, self._answer.discrete, self._answer.solved, self._z)
+
+    def contradicted(self) -> str:
+        """Say what contradicts the curve: a first integral that is not the same along it, Legendre's or Weierstrass' condition."""
+        low, high = self.interval
+        ranges = {name: float(np.ptp(self._table[name])) for name in self.coordinates}
+        said = drifting(self.first_integrals, self.size, ranges, high - low)
+        posed, answer = self._posed, self._answer
+        return said or contradiction(posed, along(posed, answer.discrete, answer.solved), self.kind)
 
     @property
     def runs(self) -> tuple[()]:

@@ -24,9 +24,6 @@ from ...outcome import Outcome, SimulationError, worst
 from ...problem import Problem
 from ...settings import settable
 
-STEADY = 0.01
-"""Part of its size by which the energy may vary along a curve; measured: 1e-7 where curves are smooth, 5e-4 beside steep ends."""
-
 
 class Stationary(Struct, frozen=True, kw_only=True):
     """Find the curve. ``values``: parameters, and constants as guesses of coordinates, in SI; ``all``: look for further ones."""
@@ -96,7 +93,7 @@ class Stationary(Struct, frozen=True, kw_only=True):
         for one in found:
             _check_values(one)
             _check_assertions(one)
-            _check_energy(one)
+            _check_conditions(one)
             _check_corners(one)
         return found
 
@@ -149,15 +146,10 @@ def _reasons(posed: Posed) -> list[str]:
     return list(obstructions(posed, jumping(posed, ends_of(posed), np.inf) if jumps else ""))
 
 
-def _check_energy(found: CurveSolution) -> None:
-    """Doubt a curve along which the energy is not what it is along every stationary one: it passes a step unrefracted."""
-    mean, off = found.first_integrals.get("energy", (0.0, 0.0))
-    low, high = found.interval
-    if off > STEADY * max(abs(mean), found.size / (high - low)):
-        found.remarks.append(
-            f"this is not stationary: its energy, {mean:.4g} on average, differs by {off:.2g} along it, as where a step of the "
-            "integrand is passed that no method sees; take as independent variable the one that the step is in"
-        )
+def _check_conditions(found: CurveSolution) -> None:
+    """Doubt a curve that its own first integrals, or the conditions of Legendre and Weierstrass contradict."""
+    if said := found.contradicted():
+        found.remarks.append(said)
         found.doubted = True
 
 
