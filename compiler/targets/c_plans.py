@@ -57,8 +57,8 @@ def start_text(program: Program, facts: StartFacts) -> Iterator[str]:
     names = [row.name for row in program.assembly]
     if facts.rows:
         yield "static const mech_start_row start_rows[] = {"
-        for (stage, hard, pure), name in zip(facts.rows, names, strict=True):
-            yield f"    {{{stage}, {int(hard)}, {int(pure)}}}, /* {comment(name)} */"
+        for (stage, hard, measure), name in zip(facts.rows, names, strict=True):
+            yield f"    {{{stage}, {int(hard)}, {measure}}}, /* {comment(name)} */"
         yield "};\n"
     yield _numbers("unsigned char", "known", [str(int(known)) for known in facts.known])
     yield _numbers("int", "partner", list(map(str, facts.partner)))

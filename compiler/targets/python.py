@@ -196,7 +196,7 @@ class _File:
             return
         for part in (start_data, gauss_newton, second_order, free_state, stages):
             yield from _copied(part)
-        yield "# what an initial state must fulfil: stage, whether it must hold, whether it is a pure number"
+        yield "# what an initial state must fulfil: stage, whether it must hold, 1: a pure number, 2: a length"
         yield from _named_tuple("START", facts)
         yield from strings("START_ROWS", [row.name for row in self.program.assembly])
         yield "\n"

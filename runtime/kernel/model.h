@@ -145,7 +145,7 @@ typedef struct mech_hybrid {
 typedef struct mech_start_row {
     int stage;     /* 1 or 2                                                                     */
     int hard;      /* 0: wished only                                                             */
-    int pure;      /* its unit has no length by which a wish would be weighed                    */
+    int measure;   /* 1: a pure number, 2: a length (of one that must hold, or their rates), 0: anything else */
 } mech_start_row;
 
 /* Known values stay in an assembly; guesses move as little as possible, measured by their sizes. */

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..problem import PURE, Problem
+from ..problem import PURE, AssemblyRow, Problem
 
 # ---- copied from here
 
 
 class StartFacts(NamedTuple):
-    """``rows``: stage, whether it must hold, whether its unit is a pure number; ``size`` [nv] of the coordinate of each
+    """``rows``: stage, whether it must hold, 1 for a pure number, 2 for a length, 0 for anything else; ``size`` [nv] of the coordinate of each
     velocity, 0: the characteristic size of lengths, which is made from the parameters ``lengths`` that something uses. ``partner`` [nv]:
     the index of that coordinate, of the first entry of a rotation; ``rotations``: all of these."""
 
     nq: int
     nv: int
     rotations: Sequence[int]
-    rows: Sequence[tuple[int, bool, bool]]
+    rows: Sequence[tuple[int, bool, int]]
     known: Sequence[bool]
     partner: Sequence[int]
     size: Sequence[float]
@@ -38,13 +38,19 @@ def start_facts(problem: Problem) -> StartFacts | None:
         problem.nq,
         problem.nv,
         problem.rotations,
-        tuple((row.stage, row.known, row.unit in PURE) for row in problem.assembly),
+        tuple((row.stage, row.known, _measure(row)) for row in problem.assembly),
         problem.known,
         partner,
         tuple(_size(problem, i) for i in partner),
         tuple(k for k, q in enumerate(problem.parameters) if q.measure == "m" and q.kind != "idle"),
         problem.dependent,
     )
+
+
+def _measure(row: AssemblyRow) -> int:
+    """Return what a row measures; of one that must hold its rate counts as itself."""
+    unit = row.unit.removesuffix("/s") if row.known and row.stage == 2 else row.unit
+    return 1 if unit in PURE else 2 if row.known and unit == "m" else 0
 
 
 def _size(problem: Problem, i: int) -> float:

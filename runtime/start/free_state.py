@@ -7,6 +7,7 @@ target, too.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..arrays.choice import Flags as Flags
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 # ---- copied from here
 
 ATTEMPTS = 8
+LEAST = 1e-3
+"""Of the sizes in a model: rows with smaller gradients are measured as if they had these, so that rounding is none of them."""
 
 
 class Task(NamedTuple):
@@ -52,10 +55,20 @@ class Task(NamedTuple):
         matrix = self.jacobian(self.t, y, self.u, self.z, self.p)
         matrix = matrix.reshape(len(self.facts.rows), self.facts.nv)
         hard, soft = self.rows(stage, True), self.rows(stage, False)
-        share = np.array([1.0 if self.facts.rows[i][2] else 1 / self.length for i in soft])
+        share = np.array([1.0 if self.facts.rows[i][2] == 1 else 1 / self.length for i in soft])
+        sizes = (0.0, *self.sizes(y, stage))
+        least = np.array([LEAST * sizes[self.facts.rows[i][2]] for i in hard])
         return Local(
-            values[hard], matrix[hard], share * values[soft], share[:, None] * matrix[soft], deviation
+            values[hard], matrix[hard], share * values[soft], share[:, None] * matrix[soft], deviation, least
         )
+
+    def sizes(self, y: Array, stage: int) -> tuple[float, float]:
+        """The size of what pure numbers and lengths of the model are made of, or of their rates."""
+        facts = self.facts
+        lengths = [abs(float(y[i])) for i, size in zip(facts.partner, facts.size, strict=True) if size == 0]
+        speed = float(np.abs(self.weights * y[facts.nq : facts.nq + facts.nv]).max(initial=1.0))
+        rate = speed if stage == 2 else 1.0
+        return rate, rate * max([self.length, *lengths])
 
 
 def displaced(facts: StartFacts, y: Array, d: Array) -> Array:
@@ -110,14 +123,16 @@ def weights_of(facts: StartFacts, length: float) -> Array:
     return np.array([1 / (size or length) for size in facts.size])
 
 
-def disturbed(task: Task, guess: Array, free: NDArray[np.intp]) -> list[Array]:
-    """States around the guess, always the same ones: the guess itself may be a position where nothing can begin."""
+def disturbed(
+    task: Task, move: Callable[[Array, Array], Array], first: Array, free: NDArray[np.intp]
+) -> list[Array]:
+    """States around the first one, always the same ones: it may be one where nothing can begin."""
     numbers = even_numbers(3, ATTEMPTS * free.size).reshape(ATTEMPTS, free.size)
     states = []
     for k in range(ATTEMPTS):
         d = np.zeros(task.facts.nv)
         d[free] = min(0.05 * 2.0**k, 1.5) * numbers[k] / task.weights[free]
-        states.append(displaced(task.facts, guess, d))
+        states.append(move(first, d))
     return states
 
 

@@ -41,13 +41,15 @@ FULFILLED = 1e-11
 
 
 class Local(NamedTuple):
-    """Everything at one point: ``hard`` and ``soft`` residuals, their Jacobians, deviations from the guess [n]."""
+    """Everything at one point: ``hard`` and ``soft`` residuals, their Jacobians, deviations from the guess [n]; the ``least``
+    scale of each hard row."""
 
     hard: Array
     hard_jacobian: Array
     soft: Array
     soft_jacobian: Array
     deviation: Array
+    least: Array
 
 
 class Nearest(NamedTuple):
@@ -91,7 +93,7 @@ def nearest(
         w = weights[free]
         before = np.zeros(free.size) if linear else w * d[free]
         jacobian = here.hard_jacobian / weights
-        scale = np.maximum(scale, np.abs(jacobian).max(axis=1, initial=0.0))
+        scale = np.maximum(scale, np.maximum(here.least, np.abs(jacobian).max(axis=1, initial=0.0)))
         rows = np.where(scale > 0, scale, 1.0)
         if linear:
             unit = max(unit, _worst(here, rows))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from ..arrays.choice import np
 from ..outcome import SimulationError
 from ..problem import AssemblyRow, Problem
-from .free_state import Task, disturbed
+from .free_state import Task, displaced, disturbed
 from .gauss_newton import Nearest
 
 
@@ -101,7 +102,7 @@ def _contradictory(problem: Problem, task: Task, stage: int, found: Nearest) -> 
         return False  # one statement: nothing else to remove
     free = np.arange(problem.nv)
     deficits = []
-    for y in disturbed(task, found.x, free):
+    for y in disturbed(task, partial(displaced, task.facts), found.x, free):
         local = task.local(y, 1, np.zeros(problem.nv))
         rows = [i for i, v in enumerate(found.violations) if v > 1e-3 * found.violations.max()]
         matrix = local.hard_jacobian[rows] / task.weights

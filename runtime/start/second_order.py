@@ -5,6 +5,9 @@ somewhere on them. From there |D (x - guess)|^2 + |e|^2 is minimised within them
 function along the equations are differences of first ones; a share of the identity is added until they are positive,
 and each step is brought back onto the equations before it is judged.
 
+Where slopes say nothing, as those of a kinetic energy at rest, the search ends beside equations that bend towards zero. It
+leaves such a point along the direction in which the sum of their squares falls most.
+
 J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 3.4 and 12.3.
 
 kernel/start/second_order.c does the same. What follows the marker stands in modules of the Python target.
@@ -32,6 +35,12 @@ FLATTEST = 1e-3
 SHIFTS = 200
 """How often what is added doubles, until a curvature is beyond all sizes."""
 ARRIVED = 1e-14
+POWERS = 300
+"""Products with a matrix that turn a direction into that of its least eigenvalue."""
+SPREAD = 0.6180339887498949
+"""A direction that is hardly orthogonal to any other: its entries are 1/(1 + k times this)."""
+BENT = 1e-6
+"""Of the largest curvature: a smaller one leads nowhere."""
 
 
 def refined(
@@ -134,3 +143,49 @@ def _downhill(curvature: Array, slope: Array) -> Array:
             return np.asarray(np.linalg.solve(shifted, slope), np.float64)
         shift = max(2 * shift, FLATTEST)
     return np.full(len(slope), np.nan)
+
+
+def beyond(
+    at: Callable[[Array], Local],
+    move: Callable[[Array, Array], Array],
+    found: Nearest,
+    loose: NDArray[np.intp],
+    weights: Array,
+) -> Array | None:
+    """Return a point beside one at which no slope brings equations nearer to zero, but their curvature does; None if there is
+    none. ``loose``: indices of the directions that may move."""
+    w = weights[loose]
+
+    def gradients(local: Local) -> Array:
+        rows: Array = local.hard_jacobian[:, loose] / w / found.scale[:, None]
+        return rows
+
+    matrix = gradients(found.local)
+    if not loose.size or not np.isfinite(matrix).all():
+        return None
+    left, values, right = np.linalg.svd(matrix, full_matrices=True)
+    rank = rank_of(values)
+    off = left[:, rank:] @ (left[:, rank:].T @ (found.local.hard / found.scale))
+    along = right[rank:].T @ right[rank:]
+    bent = np.zeros((loose.size, loose.size))
+    for k in range(loose.size):
+        d = np.zeros(weights.size)
+        d[loose[k]] = NUDGE / w[k]
+        bent[:, k] = off @ (gradients(at(move(found.x, d))) - matrix) / NUDGE
+    bent = along @ ((bent + bent.T) / 2) @ along
+    size = float(np.sqrt((bent**2).sum()))
+    if not (np.isfinite(size) and size > 0):
+        return None
+    way = along @ (1 / (1 + SPREAD * np.arange(loose.size)))
+    for _ in range(POWERS):
+        length = float(np.sqrt(way @ way))
+        if not length > 0:
+            return None
+        way = along @ (size * (way / length) - bent @ (way / length))
+    way = way / np.sqrt(way @ way)
+    fall = -float(way @ bent @ way)
+    if not fall > BENT * size:
+        return None
+    d = np.zeros(weights.size)
+    d[loose] = np.sqrt(2 * float(off @ off) / fall) * way / w
+    return move(found.x, d)

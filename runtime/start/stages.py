@@ -22,7 +22,7 @@ from .free_state import (
     weights_of,
 )
 from .gauss_newton import FULFILLED, Local, Nearest, nearest, restored
-from .second_order import refined
+from .second_order import beyond, refined
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -58,8 +58,24 @@ def placed(task: Task, guess: Array) -> Nearest:
     along = place_along(task, guess, free, best.scale)
     if along.fulfilled:
         return along
-    for other in disturbed(task, guess, free):
-        found = place(task, guess, other, free)
+    at, move = _positions(task, guess)
+    return _around(task, at, move, guess, free, best, lambda start: place(task, guess, start, free))
+
+
+def _around(
+    task: Task,
+    at: Callable[[Array], Local],
+    move: Callable[[Array, Array], Array],
+    first: Array,
+    free: NDArray[np.intp],
+    best: Nearest,
+    search: Callable[[Array], Nearest],
+) -> Nearest:
+    """Return what is found from beside the ``best`` state, if slopes say nothing there, or from states around the first one: it
+    may be one where nothing can begin. Where that is nothing, return the closest state."""
+    aside = beyond(at, move, best, free, task.weights)
+    for start in ([] if aside is None else [aside]) + disturbed(task, move, first, free):
+        found = search(start)
         if found.fulfilled:
             return found
         if not best.violations.max() <= found.violations.max():  # nor is it, where it is not a number
@@ -105,7 +121,11 @@ def moving(task: Task, y: Array, free: NDArray[np.intp]) -> Nearest:
         moved[rates] += d
         return moved
 
-    return nearest(at, move, y, free, task.weights, linear=True)
+    def search(start: Array) -> Nearest:
+        return nearest(at, move, start, free, task.weights, linear=True)
+
+    best = search(y)
+    return best if best.fulfilled else _around(task, at, move, y, free, best, search)
 
 
 def undirected_row(task: Task, found: Nearest) -> int | None:

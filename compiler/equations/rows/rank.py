@@ -11,11 +11,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...graph import Graph, Node
 from ...graph.differentiate import jacobian
-from ...graph.evaluate import Tape, evaluate
+from ...graph.evaluate import FLOATS, Tape, evaluate
 from ...mechanics.system import MechanicalSystem
 from .constraints import Row
 
@@ -27,6 +28,9 @@ TOLERANCE = 1e-9
 
 VANISHED = 1e-11
 """A row below this share of what it is off the manifold is rounding: it says there what others imply."""
+
+ROUNDED, NOISE = 1e-12, 0.01
+"""A row that changes by more than the second share of it where all numbers change by the first is what rounding leaves of zero."""
 
 REACHED = 1e-6
 """A residual below this, in SI units, counts as none."""
@@ -77,7 +81,9 @@ def rank(
         matrix = _matrix(graph, flat, shape, values)
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
-        independent = _independent(matrix, VANISHED * away)
+        changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)
+        least = np.maximum(VANISHED * away, np.where(np.isfinite(changes), changes / NOISE, 0.0))
+        independent = _independent(matrix, least)
         if len(independent) > len(chosen):
             chosen = independent
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
@@ -89,10 +95,22 @@ def _flat(entries: Sequence[Mapping[int, Node]]) -> list[tuple[int, int, Node]]:
 
 
 def _matrix(
-    graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float]
-) -> Vector:
+    graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float], *,
+    rounded: bool = False,
+) -> Vector:  # fmt: skip
+    """Return the entries as numbers; ``rounded``: of values and constants that all are a little different."""
     matrix = np.zeros(shape)
-    for (i, j, _), value in zip(flat, evaluate(graph, [n for *_, n in flat], values), strict=True):
+    numbers = FLOATS
+    if rounded:
+        share = np.random.default_rng(21)
+
+        def other(x: float) -> float:
+            return float(x) * (1 + ROUNDED * share.uniform(-1, 1))
+
+        values = {n: other(x) for n, x in values.items()}
+        numbers = replace(FLOATS, constant=lambda c: float(c) if c.denominator == 1 else other(float(c)))
+    found = evaluate(graph, [n for *_, n in flat], values, numbers)
+    for (i, j, _), value in zip(flat, found, strict=True):
         matrix[i, j] = value
     return matrix
 

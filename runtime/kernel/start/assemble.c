@@ -31,7 +31,7 @@ static void *make_task(const mech_model *m, mech_task *k, mech_real length)
     const mech_start *s = m->start;
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nv = (size_t)m->nv, rows = (size_t)s->n_rows;
     const size_t point = ny + rows + rows * nv + nv;
-    const size_t numbers = 2 * point + ny + 3 * nv + 2 * rows + mech_nearest_numbers(m);
+    const size_t numbers = 2 * point + 3 * ny + 3 * nv + 2 * rows + mech_nearest_numbers(m);
     const size_t integers = 2 * rows + 3 * nv + mech_nearest_integers(m);
     mech_real *block = calloc(1, numbers * sizeof(mech_real) + integers * sizeof(int));
     if (!block) return NULL;
@@ -45,7 +45,9 @@ static void *make_task(const mech_model *m, mech_task *k, mech_real length)
         next = points[i]->deviation + nv;
     }
     k->guess = next;
-    k->weights = k->guess + ny;
+    k->first = k->guess + ny;
+    k->best = k->first + ny;
+    k->weights = k->best + ny;
     k->d = k->weights + nv;
     k->step = k->d + nv;
     k->shares = k->step + nv;
@@ -57,8 +59,9 @@ static void *make_task(const mech_model *m, mech_task *k, mech_real length)
     k->free = k->loose + nv;
     k->reached = k->free + nv;
     k->order = k->reached + nv;
+    k->length = length;
     for (int j = 0; j < m->nv; j++) k->weights[j] = 1 / (s->size[j] > 0 ? s->size[j] : length);
-    for (int i = 0; i < s->n_rows; i++) k->shares[i] = s->rows[i].pure ? 1 : 1 / length;
+    for (int i = 0; i < s->n_rows; i++) k->shares[i] = s->rows[i].measure == 1 ? 1 : 1 / length;
     return block;
 }
 
@@ -90,35 +93,40 @@ static int place_along(mech_task *k, mech_start_report *r)
     return 1;
 }
 
-/* Tries the guess, then states around it: the guess itself may be a position where nothing can begin. */
-static int place(mech_task *k, mech_start_report *r, mech_real *best)
+/* Searches from here; where that ends off the rows, from beside a state at which their slopes say nothing, then from states
+   around the first one: it may be one where nothing can begin. Leaves the closest state here. */
+static int search(mech_task *k, mech_start_report *r)
 {
     const size_t bytes = (size_t)(k->model->nq + k->model->nv + k->model->nx) * sizeof(mech_real);
+    int *steps = &r->steps[k->stage - 1];
     uint64_t numbers = 3;
-    if (mech_nearest(k, &r->off, &r->row, &r->steps[0])) return 1;
-    memcpy(best, k->here.y, bytes);
-    if (place_along(k, r)) return 1;
     mech_real size = MECH_C(0.05);
-    for (int attempt = 0; attempt < ATTEMPTS; attempt++, size *= 2) {
+    memcpy(k->first, k->here.y, bytes);
+    if (mech_nearest(k, &r->off, &r->row, steps)) return 1;
+    memcpy(k->best, k->here.y, bytes);
+    if (k->stage == 1 && place_along(k, r)) return 1;
+    for (int attempt = -1; attempt < ATTEMPTS; attempt++) {
         mech_real off;
         int row;
-        for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
-        for (int f = 0; f < k->n_loose; f++)
-            k->d[k->loose[f]] = mech_min(size, MECH_C(1.5)) * next_number(&numbers) / k->weights[k->loose[f]];
-        memcpy(k->here.y, k->guess, bytes);
-        mech_displace(k->model, k->here.y, k->d);
-        if (mech_nearest(k, &off, &row, &r->steps[0])) {
-            r->off = off;
-            r->row = row;
-            return 1;
+        if (attempt < 0) {
+            memcpy(k->here.y, k->best, bytes);
+            mech_look(k, &k->here);
+            if (!mech_leave(k)) continue;
+        } else {
+            for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
+            for (int f = 0; f < k->n_loose; f++)
+                k->d[k->loose[f]] = mech_min(size, MECH_C(1.5)) * next_number(&numbers) / k->weights[k->loose[f]];
+            mech_go(k, k->first, k->d, k->here.y);
+            size *= 2;
         }
-        if (!(r->off <= off)) { /* nor is it, where it is not a number */
-            r->off = off;
-            r->row = row;
-            memcpy(best, k->here.y, bytes);
-        }
+        const int found = mech_nearest(k, &off, &row, steps);
+        if (!found && r->off <= off) continue; /* nor is it nearer, where it is not a number */
+        r->off = off;
+        r->row = row;
+        memcpy(k->best, k->here.y, bytes);
+        if (found) return 1;
     }
-    memcpy(k->here.y, best, bytes);
+    memcpy(k->here.y, k->best, bytes);
     return 0;
 }
 
@@ -152,7 +160,7 @@ static int both_stages(mech_task *k, const unsigned char *known, mech_real *y, m
     memcpy(k->guess, y, bytes);
     memcpy(k->here.y, y, bytes);
     begin_stage(k, 1, known);
-    const int placed = place(k, r, y);
+    const int placed = search(k, r);
     memcpy(y, k->here.y, bytes);
     if (!placed) return MECH_START_APART;
     const int row = undirected_row(k);
@@ -161,7 +169,7 @@ static int both_stages(mech_task *k, const unsigned char *known, mech_real *y, m
         return MECH_START_UNDIRECTED;
     }
     begin_stage(k, 2, known);
-    const int moving = mech_nearest(k, &r->off, &r->row, &r->steps[1]);
+    const int moving = search(k, r);
     memcpy(y, k->here.y, bytes);
     return moving ? MECH_STARTED : MECH_START_RATES;
 }

@@ -16,6 +16,8 @@
 enum { STEPS = 200, HALVINGS = 12 };
 
 static const mech_real CLOSE = MECH_C(1e-7), NEAR_BY = MECH_C(0.05);
+/* Of the sizes in a model: rows with smaller gradients are measured as if they had these, so that rounding is none of them. */
+static const mech_real LEAST = MECH_C(1e-3);
 /* Of a step along the rows: what is no way any more. */
 static const mech_real LEFT = MECH_C(1e-11);
 
@@ -131,10 +133,27 @@ static mech_real multipliers(const mech_task *k, mech_factors *x, const mech_rea
     return mech_sqrt(squares);
 }
 
+/* The sizes of what pure numbers and lengths of the model are made of, or of their rates. */
+static void sizes_of(const mech_task *k, mech_real *sizes)
+{
+    const mech_model *m = k->model;
+    mech_real reach = k->length, rate = 1;
+    for (int j = 0; j < m->nv; j++) {
+        if (!(m->start->size[j] > 0)) reach = mech_max(reach, mech_abs(k->here.y[m->start->partner[j]]));
+        if (k->stage == 2) rate = mech_max(rate, mech_abs(k->weights[j] * k->here.y[m->nq + j]));
+    }
+    sizes[0] = 0;
+    sizes[1] = rate;
+    sizes[2] = rate * reach;
+}
+
 static void measure_rows(mech_task *k)
 {
+    mech_real sizes[3];
+    sizes_of(k, sizes);
     for (int a = 0; a < k->n_hard; a++) {
         mech_real *scale = &k->scale[k->hard[a]];
+        *scale = mech_max(*scale, LEAST * sizes[k->model->start->rows[k->hard[a]].measure]);
         const mech_real *gradients = k->here.jacobian + (size_t)k->hard[a] * (size_t)k->model->nv;
         for (int j = 0; j < k->model->nv; j++) {
             const mech_real size = mech_abs(gradients[j] / k->weights[j]);

@@ -21,6 +21,8 @@ typedef struct mech_task {
     int *free;               /* [n_free] of these: what something moves at this step             */
     int *reached;            /* [nv] whether something moves it                                  */
     mech_real *guess;        /* [ny]                                                             */
+    mech_real *first, *best; /* [ny] where a search began, and the closest state of several          */
+    mech_real length;        /* the characteristic one                                           */
     mech_real *weights;      /* [nv] one over the size of each coordinate                        */
     mech_real *shares;       /* [n_rows] weights of wishes                                       */
     mech_point here, there;

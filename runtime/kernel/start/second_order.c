@@ -3,6 +3,9 @@
  * first ones; a share of the identity is added until they are positive, and each step is brought back onto the rows
  * before it is judged.
  *
+ * Where slopes say nothing, as those of a kinetic energy at rest, the search ends beside rows that bend towards zero. It
+ * leaves such a point along the direction in which the sum of their squares falls most.
+ *
  * J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 3.4 and 12.3.
  */
 #include "second_order.h"
@@ -10,11 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REFINEMENTS = 60, HALVINGS = 30, SHIFTS = 200 };
+enum { REFINEMENTS = 60, HALVINGS = 30, SHIFTS = 200, POWERS = 300 };
 
 static const mech_real CLOSE = MECH_C(1e-7);
 /* Second derivatives below it are not believed; along a line they are 1. */
 static const mech_real FLATTEST = MECH_C(1e-3);
+/* Of a direction that is hardly orthogonal to any other; of the largest curvature: a smaller one leads nowhere. */
+static const mech_real SPREAD = MECH_C(0.6180339887498949), BENT = MECH_C(1e-6);
 
 /* Where first derivatives are compared for second ones, in characteristic sizes: 1e-6 in double precision. */
 static mech_real nudge(void) { return 64 * mech_sqrt(MECH_EPSILON); }
@@ -204,4 +209,112 @@ int mech_refine(mech_task *k)
     }
     free(block);
     return taken;
+}
+
+/* x[n_free] without what the rows see of it. */
+static void let_along(const mech_factors *x, mech_real *way)
+{
+    mech_rotate(&x->across, 1, way);
+    for (int i = 0; i < x->across.rank; i++) way[i] = 0;
+    mech_rotate(&x->across, 0, way);
+}
+
+static mech_real length_of(const mech_real *x, int n)
+{
+    mech_real squares = 0;
+    for (int i = 0; i < n; i++) squares += x[i] * x[i];
+    return mech_sqrt(squares);
+}
+
+/* multipliers[n_hard] = what no slope brings nearer to zero; returns its square. */
+static mech_real stubborn(const mech_task *k, const mech_factors *x, room *at)
+{
+    mech_real *c = x->rest;
+    for (int a = 0; a < k->n_hard; a++) {
+        const int row = k->hard[x->across.order[a]];
+        c[a] = k->here.values[row] / mech_scale_of(k, row);
+    }
+    mech_rotate(&x->range, 1, c);
+    for (int i = 0; i < x->range.rank; i++) c[i] = 0;
+    mech_rotate(&x->range, 0, c);
+    mech_real squares = 0;
+    for (int a = 0; a < k->n_hard; a++) {
+        at->multipliers[x->across.order[a]] = c[a];
+        squares += c[a] * c[a];
+    }
+    return squares;
+}
+
+/* curvature[n_free][n_free] of half the squares of what is stubborn. */
+static void bend(mech_task *k, room *at)
+{
+    const int n = k->n_free;
+    for (int i = 0; i < n; i++) {
+        for (int f = 0; f < n; f++) k->step[f] = f == i;
+        mech_try_step(k, nudge());
+        for (int f = 0; f < n; f++) {
+            mech_real sum = 0;
+            for (int a = 0; a < k->n_hard; a++)
+                sum += at->multipliers[a] * (mech_entry(k, &k->there, k->hard[a], f) - mech_entry(k, &k->here, k->hard[a], f)) /
+                       mech_scale_of(k, k->hard[a]);
+            at->factor[(size_t)i * n + f] = sum / nudge();
+        }
+    }
+    for (int i = 0; i < n; i++)
+        for (int f = 0; f < n; f++)
+            at->curvature[(size_t)i * n + f] = (at->factor[(size_t)i * n + f] + at->factor[(size_t)f * n + i]) / 2;
+}
+
+/* way[n_free] turns into the direction of least curvature; returns how much falls along it, and nothing where that is little. */
+static mech_real turn_down(const mech_task *k, const mech_factors *x, room *at, mech_real *way, mech_real *bent)
+{
+    const int n = k->n_free;
+    for (int i = 0; i < n; i++) let_along(x, at->curvature + (size_t)i * n);
+    for (int f = 0; f < n; f++) { /* the columns, too */
+        for (int i = 0; i < n; i++) bent[i] = at->curvature[(size_t)i * n + f];
+        let_along(x, bent);
+        for (int i = 0; i < n; i++) at->curvature[(size_t)i * n + f] = bent[i];
+    }
+    const mech_real size = length_of(at->curvature, n * n);
+    if (!mech_finite(size) || !(size > 0)) return 0;
+    for (int f = 0; f < n; f++) way[f] = 1 / (1 + SPREAD * (mech_real)f);
+    let_along(x, way);
+    mech_real fall = 0;
+    for (int turn = 0; turn <= POWERS; turn++) {
+        const mech_real length = length_of(way, n);
+        if (!(length > 0)) return 0;
+        for (int f = 0; f < n; f++) way[f] /= length;
+        fall = 0;
+        for (int i = 0; i < n; i++) {
+            bent[i] = 0;
+            for (int f = 0; f < n; f++) bent[i] += at->curvature[(size_t)i * n + f] * way[f];
+            fall -= way[i] * bent[i];
+        }
+        if (turn == POWERS) break;
+        for (int f = 0; f < n; f++) way[f] = size * way[f] - bent[f];
+        let_along(x, way);
+    }
+    return fall > BENT * size ? fall : 0;
+}
+
+int mech_leave(mech_task *k)
+{
+    room at;
+    mech_factors x;
+    void *block = make_room(k, &at);
+    mech_real fall = 0, squares = 0;
+    k->n_free = k->n_loose;
+    memcpy(k->free, k->loose, (size_t)k->n_loose * sizeof(int));
+    if (block && k->n_free && mech_factor_rows(k, &x)) {
+        squares = stubborn(k, &x, &at);
+        bend(k, &at);
+        fall = turn_down(k, &x, &at, at.pull, at.beside);
+    }
+    if (fall > 0) {
+        memcpy(k->step, at.pull, (size_t)k->n_free * sizeof(mech_real));
+        mech_try_step(k, mech_sqrt(2 * squares / fall));
+        mech_take(k);
+    }
+    free(block);
+    return fall > 0;
 }

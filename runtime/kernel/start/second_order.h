@@ -7,4 +7,8 @@
 /* Goes from here.y, a position on the hard rows, to the nearest one. Returns the steps. */
 int mech_refine(mech_task *task);
 
+/* Moves here from a point at which no slope brings the rows nearer to zero to one beside it, if their curvature does. Returns
+   whether it moved. */
+int mech_leave(mech_task *task);
+
 #endif
