@@ -10,12 +10,9 @@ from ..problem import Array
 from .discrete import Discrete
 from .posed import Posed
 from .search import Answer
-from .starts import Source, evaluate
+from .starts import STEEP, Source, evaluate, parameters_of, passed, turns_back
 from .unknowns import Unknowns
 
-STEEP = 1e-4
-"""Of its mean rate: a slower independent variable at an end stands still there."""
-HALVINGS = 60
 PIECES = 33
 """Places in an element at which a curve is drawn."""
 
@@ -38,9 +35,7 @@ def drawn(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Source:
 
 def rates(answer: Answer, s: Array) -> tuple[Array, Array]:
     """Return the independent variable and its derivative by the parameter."""
-    n = answer.discrete.layout.n
-    y = evaluate(answer.discrete, answer.solved, s, 1)
-    return y[n - 1], y[2 * n - 1]
+    return passed(answer.discrete, answer.solved, s)
 
 
 def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str:
@@ -54,26 +49,14 @@ def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str
     said = f"'{name}' and {_listed(names)} were taken as functions of a parameter, for over '{name}' {why}"
     if places:
         said += f"; the slope is infinite at {name} = {' and '.join(f'{p:.6g}' for p in places)}{' ' + unit if unit else ''}"
-    if turns_back(answer):
+    if turns_back(answer.discrete, answer.solved):
         said += f"; the curve turns back: it is no function of '{name}'"
     return said
 
 
-def turns_back(answer: Answer) -> bool:
-    """Tell whether the independent variable does not ascend all along the curve."""
-    x, rate = rates(answer, np.linspace(0, 1, 2001))
-    return bool(np.any(rate < -STEEP * np.ptp(x)))
-
-
 def parameters_at(answer: Answer, places: Array) -> Array:
     """Return the parameter s at values of the independent variable, which ascends."""
-    low, high = np.zeros_like(places), np.ones_like(places)
-    for _ in range(HALVINGS):
-        middle = (low + high) / 2
-        below = rates(answer, middle)[0] < places
-        low, high = np.where(below, middle, low), np.where(below, high, middle)
-    found: Array = (low + high) / 2
-    return found
+    return parameters_of(answer.discrete, answer.solved, places)
 
 
 def _listed(names: list[str]) -> str:

@@ -14,7 +14,7 @@ from . import obstacles
 from .afar import newton_by_steps, newton_from_afar
 from .discrete import Discrete
 from .mesh import mesh_of
-from .newton import Solved, newton, projected, with_multipliers
+from .newton import Solved, newton, norm_of, projected, with_multipliers
 from .posed import Posed
 from .starts import (
     Source,
@@ -29,6 +29,16 @@ from .starts import (
     without_repeats,
 )
 from .unknowns import Unknowns
+
+NEARER = 0.9
+"""Share of the distance from the guess below which another curve is the nearer one."""
+
+
+STRAIGHT, ALIKE, PLACES = 0.1, 0.5, 201
+"""Of the size of a curve: what is nearer to a straight line has no shape; and the cosine below which shapes are not alike."""
+ELSEWHERE = (
+    "the curve has little of the shape of the guess: another one may be nearer to it, which '--all' looks for"
+)
 
 
 class Tried(Struct, frozen=True):
@@ -69,10 +79,14 @@ def first_from(
             solved = bounded(discrete, way())
             steps += solved.steps
             if solved.converged:
+                if not (known or once):
+                    solved = _nearer(discrete, first, solved)
                 if off and not deflated:
                     remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
                 if far and not deflated:
                     remarks.append(f"the guess is far from {' and '.join(far)}, which the curve meets")
+                if not deflated and not once and _elsewhere(discrete, first, solved.unknowns):
+                    remarks.append(ELSEWHERE)
                 return Begun(discrete, solved.unknowns, guessed), steps
             tried.append(Tried(count, words, solved.why))
     return None, steps
@@ -120,6 +134,43 @@ def _start(
     return discrete, first, off
 
 
+def _nearer(discrete: Discrete, first: Unknowns, solved: Solved) -> Solved:
+    """Return the curve that estimated multipliers lead to, from the guess or from one bent to all conditions, where it is nearer.
+
+    With multipliers of zero the first step forgets the guess where a condition on the whole is all that keeps the curve from
+    being lowest: it is one of inverse iteration, and leads to the first mode from any other. The estimate is Rayleigh's quotient.
+    """
+    if all(row.kind != "whole" for row in discrete.curve.wholes):
+        return solved
+    far = _apart(discrete, first, solved.unknowns)
+    for start in (first, _bent_to_all(discrete, first)):
+        other = bounded(discrete, newton(discrete, with_multipliers(discrete, start)))
+        near = _apart(discrete, first, other.unknowns) if other.converged else np.inf
+        if near < NEARER * far:
+            solved, far = other, near
+    return solved
+
+
+def _bent_to_all(discrete: Discrete, first: Unknowns) -> Unknowns:
+    return with_numbers(discrete, projected(discrete, first, every=True))
+
+
+def _elsewhere(discrete: Discrete, first: Unknowns, found: Unknowns) -> bool:
+    """Tell whether a curve has little of the shape of its guess: both are compared with straight lines between their ends."""
+    s = np.linspace(0, 1, PLACES)
+    shapes = []
+    for unknowns in (first, found):
+        at = evaluate(discrete, unknowns, s, 0)[: discrete.layout.n] / discrete.sizes(unknowns)[:, None]
+        shapes.append(at - at[:, :1] - (at[:, -1:] - at[:, :1]) * s)
+    guess, curve = (float(np.linalg.norm(shape)) for shape in shapes)
+    alike = float(np.sum(shapes[0] * shapes[1]))
+    return min(guess, curve) > STRAIGHT * np.sqrt(shapes[0].size) and alike < ALIKE * guess * curve
+
+
+def _apart(discrete: Discrete, a: Unknowns, b: Unknowns) -> float:
+    return norm_of(discrete, a)(Unknowns(a.border - b.border, a.inside - b.inside, a.whole - b.whole))
+
+
 def _ways(
     discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
 ) -> Iterator[tuple[str, Callable[[], Solved]]]:
@@ -131,7 +182,7 @@ def _ways(
     yield "with estimated multipliers", partial(newton, discrete, better)
     yield "with a stiffness that fades", partial(newton_from_afar, discrete, better)
     yield "with a stiffness that fades, multipliers zero", partial(newton_from_afar, discrete, first)
-    nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
+    nearer = with_multipliers(discrete, _bent_to_all(discrete, first))
     yield "with conditions brought in step by step", partial(newton_by_steps, discrete, better)
     yield "from a guess bent to all conditions", partial(newton, discrete, nearer)
     yield "with bounded steps", partial(newton, discrete, better, tested=False)

@@ -15,10 +15,10 @@ from ..results.quantities import Display
 from .beside import conjugate_points, plain
 from .contradicted import along, contradiction, drifting
 from .divergence import diverging
-from .exchanged import parameters_at, rates, turns_back
+from .exchanged import parameters_at, rates
 from .posed import Posed
 from .search import Answer, reported_z
-from .starts import densities, evaluate
+from .starts import densities, evaluate, turns_back
 
 BESIDE = 1e-12
 """Share of the range beside a kink at which its two sides are taken."""
@@ -80,7 +80,7 @@ class CurveSolution:
         if np.any(at < low) or np.any(at > high):
             raise ValueError(f"the range goes from {a:g} to {b:g}")
         if self._posed.curve.exchanged:
-            if turns_back(self._answer):
+            if turns_back(self._answer.discrete, self._answer.solved):
                 raise ValueError(f"the curve is no function of '{self.problem.time.name}': it turns back")
             table = self._values(parameters_at(self._answer, at))
         else:

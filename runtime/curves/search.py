@@ -16,7 +16,7 @@ from .first import Begun, Tried, bounded, first_from, said_of, value_of
 from .mesh import Mesh
 from .newton import Factors, Solved, newton
 from .posed import Posed
-from .starts import Source, transferred, without_repeats
+from .starts import Source, evaluate, parameters_of, passed, transferred, turns_back, without_repeats
 from .unknowns import Unknowns
 
 DEGREE = 10
@@ -256,11 +256,15 @@ def _read_further(discrete: Discrete, unknowns: Unknowns, z: Array) -> None:
         values = discrete.call("further_integrands", discrete.inner.s, y, z)
         z[start : start + len(integrals)] = np.sum(discrete.inner.weights * values, axis=(1, 2))
     deciding = sum(row.kind != "integral" for row in curve.numbers)
-    table = discrete.coordinates(unknowns)
-    for k in range(len(curve.further) - len(integrals)):
-        element, functions = discrete.number_functions[deciding + k]
-        y = np.zeros((discrete._height(), 1))
-        values = functions @ table[element]
-        y[: values.size, 0] = values.ravel()
-        s = discrete.number_s[deciding + k : deciding + k + 1]
-        z[start + len(integrals) + k] = discrete.call("further_values", s, y, z)[k, 0]
+    if len(curve.further) == len(integrals):
+        return
+    s = discrete.number_s[deciding:]
+    if curve.exchanged:  # places of the independent variable, as shares of its range
+        if turns_back(discrete, unknowns):
+            z[start + len(integrals) :] = np.nan  # several values, or none
+            return
+        low, high = passed(discrete, unknowns, np.array([0.0, 1.0]))[0]
+        s = parameters_of(discrete, unknowns, low + (high - low) * s)
+    y = evaluate(discrete, unknowns, s, curve.depth)
+    values = discrete.call("further_values", s, y, z)
+    z[start + len(integrals) :] = np.diagonal(values)

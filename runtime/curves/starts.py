@@ -20,6 +20,9 @@ MISSED = 1e-6
 """Of the size of the curve by which a guess misses an end, beyond rounding and polynomials."""
 GROWN = 1e8
 """Times that what is beside an end is larger there, so that it counts as infinite: rounding may leave a zero that is none."""
+HALVINGS = 60
+STEEP = 1e-4
+"""Of its mean rate: a slower independent variable at an end stands still there."""
 Source = Callable[[Array], Array]
 """Coordinates at places s: (n, places)."""
 
@@ -227,6 +230,30 @@ def evaluate(discrete: Discrete, unknowns: Unknowns, s: Array, depth: int) -> Ar
     for k in range(depth + 1):
         y[k * n : (k + 1) * n] = np.einsum("sj,sji->is", functions[k], table)
     return y
+
+
+def passed(discrete: Discrete, unknowns: Unknowns, s: Array) -> tuple[Array, Array]:
+    """Return the independent variable of a curve whose variables were exchanged, and its derivative by the parameter."""
+    n = discrete.layout.n
+    y = evaluate(discrete, unknowns, s, 1)
+    return y[n - 1], y[2 * n - 1]
+
+
+def turns_back(discrete: Discrete, unknowns: Unknowns) -> bool:
+    """Tell whether the independent variable does not ascend all along a curve whose variables were exchanged."""
+    x, rate = passed(discrete, unknowns, np.linspace(0, 1, 2001))
+    return bool(np.any(rate < -STEEP * np.ptp(x)))
+
+
+def parameters_of(discrete: Discrete, unknowns: Unknowns, places: Array) -> Array:
+    """Return the parameter s at values of the independent variable, which ascends."""
+    low, high = np.zeros_like(places), np.ones_like(places)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        below = passed(discrete, unknowns, middle)[0] < places
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    found: Array = (low + high) / 2
+    return found
 
 
 def undefined(discrete: Discrete, unknowns: Unknowns) -> str:

@@ -177,7 +177,7 @@ def assemble_curve(
         exchanged=exchanged,
         exchangeable=not (exchanged or found.gauge or curve.action or points or bend_at or bends)
         and order == 1
-        and all(w.place in (None, curve.lower, curve.upper) for w in (*found.numbers, *found.further)),
+        and all(w.place in (None, curve.lower, curve.upper) for w in found.numbers),
     )
     return Equations(
         name=system.model.name,
