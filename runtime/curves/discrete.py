@@ -162,6 +162,11 @@ class Discrete:
             (self.nodes, layout.positions, self.active_nodes, layout.node_place),
             (self.rate_nodes, layout.rates, self.active_rates, layout.rate_place),
         ):
+            if which is layout.rates and which:  # the place at the last border is that of no element
+                spare = layout.width - len(which) + np.arange(len(which))
+                made.local_residual[-1, layout.width + spare] += unknowns.border[-1, spare]
+                if matrix:
+                    made.local[-1, layout.width + spare, layout.width + spare] += 1
             if which:
                 self._points(unknowns, table, z, made, matrix, places, which, active, where)
         return made

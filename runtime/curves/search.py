@@ -216,6 +216,7 @@ def answer_of(
     negative, smallest = factors.negative()
     layout = discrete.layout
     count = discrete.mesh.count * layout.inner + layout.width * (discrete.mesh.count + 1) + layout.whole
+    count -= len(layout.rates)  # the spare places of the last border
     nodes = discrete.active_nodes
     multipliers = layout.multipliers + nodes.size + discrete.active_rates.size - nodes[1:, 0].size
     conditions = layout.multipliers + _active(discrete)

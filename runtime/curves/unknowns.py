@@ -13,7 +13,7 @@ from .mesh import Mesh
 
 class Unknowns(Struct, eq=False):
     """``border``: (elements + 1, r n + points), coordinates and their derivatives, then multipliers of conditions on
-    positions; ``inside``: (elements, ..), bubbles, then multipliers; ``whole``: ends of the range, numbers, multipliers of
+    positions, then of those on slopes at the first place of the element on the right (none at the last border); ``inside``: (elements, ..), bubbles, then multipliers; ``whole``: ends of the range, numbers, multipliers of
     numbers and of conditions."""
 
     border: Array
@@ -90,12 +90,12 @@ def layout_of(curve: Curve, degree: int) -> Layout:
     rates = tuple(k for k, row in enumerate(curve.points) if row.kind != "position")
     orders = orders_of(curve)
     shared = sum(orders)
-    width = shared + len(positions)
+    width = shared + len(positions) + len(rates)
     bubbles = degree + 1 - 2 * r
     own = bubbles * n + 2 * (r * n - shared)
     intervals = degree + 1 - r
     inner_nodes, rate_nodes = intervals - 1, intervals
-    inner = own + inner_nodes * len(positions) + rate_nodes * len(rates)
+    inner = own + inner_nodes * len(positions) + (rate_nodes - 1) * len(rates)
     place = np.empty((degree + 1, n), dtype=np.int64)
     place[2 * r :] = 2 * width + np.arange(bubbles * n).reshape(bubbles, n)
     on_border, leaping = 0, 2 * width + bubbles * n
@@ -115,7 +115,9 @@ def layout_of(curve: Curve, degree: int) -> Layout:
         node_place[-1, k] = width + shared + k
         node_place[1:-1, k] = start + np.arange(inner_nodes) * m + k
     start += inner_nodes * m
-    rate_place = start + np.arange(rate_nodes * len(rates)).reshape(rate_nodes, len(rates))
+    # bubbles of one coordinate give its slope at all places but one: the multiplier of that one stands on the border
+    rate_place = start + np.arange(-len(rates), (rate_nodes - 1) * len(rates)).reshape(rate_nodes, len(rates))
+    rate_place[0] = shared + m + np.arange(len(rates))
     return Layout(
         n, r, degree, positions, rates, width, bubbles, inner_nodes, rate_nodes, inner, place, node_place,
         rate_place, len(curve.numbers), curve.unknown, len(curve.wholes), orders, shared, own,
