@@ -37,7 +37,8 @@ class Places(Struct, frozen=True, eq=False):
 
 class Discrete:
     """A problem on a mesh with values of its parameters. ``weights`` are those of the gauge; ``held``: residuals that the
-    conditions on the whole keep, on the way to those that are asked for."""
+    conditions on the whole keep, on the way to those that are asked for. ``leaps``: the slope leaps to its bound; ``seen``:
+    the elements that held it so far."""
 
     def __init__(self, problem: Problem, mesh: Mesh, p: Array, weights: Array) -> None:
         assert problem.curve is not None
@@ -47,6 +48,8 @@ class Discrete:
         self.p = p
         self.gauge = weights
         self.held: Array | None = None
+        self.leaps = False
+        self.seen: set[bytes] = set()
         self.layout: Layout = layout_of(self.curve, mesh.degree)
         self.functions: Mapping[str, Callable[..., Array]] = problem.functions
         depth = self.curve.depth

@@ -6,6 +6,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..problem import Array
+from . import leaping
 from .discrete import Discrete
 from .newton import Solved
 from .unknowns import Unknowns, local
@@ -17,26 +19,33 @@ NARROWEST = 2e-6
 
 def begin(discrete: Discrete, start: Unknowns) -> None:
     """Let a bound hold at first where the start violates it, or presses."""
+    discrete.leaps = leaping.leaps(discrete, start)
     for active, which, residuals, densities in _bounds(discrete, start):
         for m, bound in which:
             if bound:
-                active[:, :, m] = (residuals[m] < 0) | (densities[m] < 0)
+                active[:, :, m] = (residuals[m] < -_rounding(residuals[m])) | (densities[m] < 0)
+    if discrete.leaps:
+        leaping.begun(discrete, start)
     _agree(discrete)
 
 
-def settle(discrete: Discrete, unknowns: Unknowns) -> bool:
-    """Let go where a bound pulls, hold where it is violated; tell whether anything changed."""
+def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
+    """Let go where a bound pulls, hold where it is violated; return from where to go on, None if nothing changed."""
     changed = False
     for active, which, residuals, densities in _bounds(discrete, unknowns):
         for m, bound in which:
             if not bound:
                 continue
-            size = np.max(np.abs(residuals[m])) + 1e-300
-            now = np.where(active[:, :, m], densities[m] < 0, residuals[m] < -1e-13 * size)
+            now = np.where(active[:, :, m], densities[m] < 0, residuals[m] < -_rounding(residuals[m]))
             changed |= bool(np.any(now != active[:, :, m]))
             active[:, :, m] = now
     _agree(discrete)
-    return changed
+    moved = leaping.settled(discrete, unknowns) if discrete.leaps else None
+    return moved or (unknowns if changed else None)
+
+
+def _rounding(residuals: Array) -> float:
+    return float(1e-13 * np.max(np.abs(residuals)))
 
 
 def has_bounds(discrete: Discrete) -> bool:
@@ -45,7 +54,7 @@ def has_bounds(discrete: Discrete) -> bool:
 
 def borders(discrete: Discrete) -> NDArray[np.bool_]:
     """Return the elements in which a bound begins or ends to hold, and that are not narrow yet."""
-    marked = np.zeros(discrete.mesh.count, dtype=bool)
+    marked = leaping.corners(discrete) if discrete.leaps else np.zeros(discrete.mesh.count, dtype=bool)
     layout, curve = discrete.layout, discrete.curve
     for active, which in ((discrete.active_nodes, layout.positions), (discrete.active_rates, layout.rates)):
         for m, k in enumerate(which):
@@ -60,9 +69,10 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
     solved: Solved = first
     steps = solved.steps
     for _ in range(MOST_SETS):
-        if not solved.converged or not settle(discrete, solved.unknowns):
+        start = settled(discrete, solved.unknowns) if solved.converged else None
+        if start is None:
             break
-        solved = again(solved.unknowns)
+        solved = again(start)
         steps += solved.steps
     else:
         return Solved(solved.unknowns, False, steps, solved.last, "the places that touch do not settle")
@@ -78,6 +88,8 @@ def _bounds(discrete: Discrete, unknowns: Unknowns):  # type: ignore[no-untyped-
         (discrete.active_rates, layout.rates, discrete.rate_nodes, layout.rate_place),
     ):
         if not indices:
+            continue
+        if discrete.leaps and indices is layout.rates:  # other rules hold for these
             continue
         y = discrete.rows(unknowns, places)
         values = discrete.call("points", places.s, y, discrete._z(unknowns))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath as mp
 import pytest
 
 import mechc
@@ -65,3 +66,45 @@ def test_a_bound_on_one_of_two_coordinates() -> None:
         ).replace("8*u)", "8*u + der(v)^2 + v^2)")
     ).solve()
     assert found.stationary == pytest.approx(VALUE + 1 / math.tanh(1), abs=1e-10)
+
+
+NEWTON = """
+model Newton "body of least resistance with a flat nose"
+  dimensionless;
+  parameter H = {height};
+  independent r from 0 to 1;
+  coordinate u ~ H*(1 - r);
+  initial u = H;
+  final u = 0;
+  stationary integral(2*r/(1 + der(u)^2));
+  constraint down: der(u) <= 0;
+  {further}
+end Newton;
+"""
+
+
+def newton(height: float) -> tuple[float, float]:
+    """Return radius of the nose and resistance: r = (c/4) (1 + p^2)^2/p from p = 1 on, where r = c."""
+
+    def ends(p: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+        c = 4 * p / (1 + p**2) ** 2
+        u = c / 4 * (p**2 + mp.mpf(3) / 4 * p**4 - mp.log(p) - mp.mpf(7) / 4)
+        return c, u
+
+    last = mp.findroot(lambda p: ends(p)[1] - height, (1.2, 2.5) if height < 2 else (4.0, 6.0))
+    c = ends(last)[0]
+    side = mp.quad(
+        lambda p: 2 * (c / 4) * (1 + p**2) / p * (c / 4) * (3 * p**4 + 2 * p**2 - 1) / p**2, [1, last]
+    )
+    return float(c), float(c**2 + side)
+
+
+@pytest.mark.parametrize("further", ["", "constraint below: u <= H;"])
+def test_newtons_body_has_a_flat_nose(further: str) -> None:
+    nose, value = newton(1)
+    found = mechc.loads(NEWTON.format(height=1, further=further)).solve()
+    assert (nose, value) == pytest.approx((0.3509426, 0.37481598763), rel=1e-7)
+    assert (found.kind, found.outcome.value) == ("minimum", "completed")
+    assert found.stationary == pytest.approx(value, abs=1e-11)
+    assert found.multipliers == {} and found(0.1)["multiplier(down)"] == pytest.approx(-nose, rel=1e-5)
+    assert (found(nose - 1e-4)["der(u)"], found(nose + 1e-4)["der(u)"]) == pytest.approx((0, -1), abs=1e-3)
