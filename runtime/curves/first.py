@@ -74,7 +74,7 @@ def first_from(
         far = far_off(discrete, first)
         known = [transferred(before, unknowns, discrete) for before, unknowns in deflated]
         if obstacles.has_bounds(discrete):
-            obstacles.begin(discrete, first)
+            first = obstacles.begin(discrete, first)
         for words, way in _ways(discrete, first, known, once=once):
             solved = bounded(discrete, way())
             steps += solved.steps

@@ -33,14 +33,19 @@ def leaps(discrete: Discrete, start: Unknowns) -> bool:
     return bool(np.any(at.second(at.bound) < 0))
 
 
-def begun(discrete: Discrete, start: Unknowns) -> None:
-    """Let the bound hold where a curve is on it; for a guess that is nowhere on it, where its mean momentum says so."""
+def begun(discrete: Discrete, start: Unknowns) -> Unknowns:
+    """Let the bound hold where a curve is on it; for a guess that is nowhere on it, where its mean momentum says so. Return from where to
+    go on."""
     at = _Slopes(discrete, start)
     size = np.max(np.abs(at.bound - at.slope)) + np.max(discrete.sizes(start))
     held = np.all(np.abs(at.bound - at.slope) <= ON * size, axis=1)
-    if not held.any():
-        held = at.better(np.full_like(at.slope, float(np.mean(at.momentum))))[0]
+    if held.any():
+        discrete.active_rates[:] = held[:, None, None]
+        return start
+    excess, best = at.others(np.full_like(at.slope, float(np.mean(at.momentum))))
+    held = np.any(excess >= 0, axis=1)
     discrete.active_rates[:] = held[:, None, None]
+    return at.sloped(start, ~held & at.concave, best)
 
 
 def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
@@ -50,19 +55,15 @@ def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
     """
     at = _Slopes(discrete, unknowns)
     now = discrete.active_rates[:, 0, 0].copy()
-    better, best = at.better(at.momentum)
-    after = np.where(_beside(now), better, now)
+    excess, best = at.others(at.momentum)
+    better = np.sum(discrete.rate_nodes.weights * excess, axis=1) >= 0
+    astray = ~now & at.concave
+    after = np.where(_beside(now) | astray, better, now)
     discrete.seen.add(now.tobytes())
-    if after.tobytes() in discrete.seen:
+    if after.tobytes() in discrete.seen or after.all() or not after.any():  # smaller elements first
         return None
     discrete.active_rates[:] = after[:, None, None]
-    free = now & ~after
-    rise = np.diff(unknowns.border[:, 0])
-    rise[free] = np.sum(discrete.rate_nodes.weights * best, axis=1)[free]
-    made = Unknowns(unknowns.border.copy(), unknowns.inside.copy(), unknowns.whole)
-    made.border[1:, 0] = made.border[0, 0] + np.cumsum(rise)
-    made.inside[free, : discrete.layout.own] = 0.0
-    return made
+    return at.sloped(unknowns, (now | astray) & ~after, best)
 
 
 def corners(discrete: Discrete) -> NDArray[np.bool_]:
@@ -99,8 +100,23 @@ class _Slopes:
         self.momentum = self.first(self.slope) + pressed * by_slope
         self.size = float(np.max(discrete.sizes(unknowns)))
 
-    def better(self, momentum: Array) -> tuple[NDArray[np.bool_], Array]:
-        """Tell in which elements no other slope is better than that of the bound, and return the best other one at each node."""
+    @property
+    def concave(self) -> NDArray[np.bool_]:
+        """The elements in which the integrand is concave at a slope of the curve."""
+        found: NDArray[np.bool_] = np.any(self.second(self.slope) < 0, axis=1)
+        return found
+
+    def sloped(self, unknowns: Unknowns, which: NDArray[np.bool_], slope: Array) -> Unknowns:
+        """Return a curve with other slopes in some elements, moved behind them."""
+        rise = np.diff(unknowns.border[:, 0])
+        rise[which] = np.sum(self.discrete.rate_nodes.weights * slope, axis=1)[which]
+        made = Unknowns(unknowns.border.copy(), unknowns.inside.copy(), unknowns.whole)
+        made.border[1:, 0] = made.border[0, 0] + np.cumsum(rise)
+        made.inside[which, : self.discrete.layout.own] = 0.0
+        return made
+
+    def others(self, momentum: Array) -> tuple[Array, Array]:
+        """Return by how much the best other slope is worse than that of the bound, at each node, and that slope."""
         lowest = np.full_like(self.slope, np.inf)
         best = self.bound
         for far in SLOPES * self.size:
@@ -111,11 +127,10 @@ class _Slopes:
         for _ in range(REFINED):
             bent = self.second(best)
             step = np.where(bent > 0, -(self.first(best) - momentum) / np.where(bent > 0, bent, 1.0), 0.0)
-            best = np.where((best + step - self.bound) * self.side > 0, best + step, best)
+            gap = np.abs(best - self.bound) / 2
+            best = best + np.clip(step, -gap, gap)
         other = np.fmin(lowest, self.value(best) - momentum * best)
-        excess = other - (self.value(self.bound) - momentum * self.bound)
-        found: NDArray[np.bool_] = np.sum(self.discrete.rate_nodes.weights * excess, axis=1) >= 0
-        return found, best
+        return other - (self.value(self.bound) - momentum * self.bound), best
 
     def value(self, w: Array) -> Array:
         found: Array = np.tensordot(self.lam, self._call("integrands", w), axes=1)

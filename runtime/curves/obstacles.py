@@ -17,16 +17,15 @@ NARROWEST = 2e-6
 """Elements in which a bound begins to hold are halved down to this share of the range: the second derivative jumps there."""
 
 
-def begin(discrete: Discrete, start: Unknowns) -> None:
-    """Let a bound hold at first where the start violates it, or presses."""
+def begin(discrete: Discrete, start: Unknowns) -> Unknowns:
+    """Let a bound hold at first where the start violates it, or presses; return from where to go on."""
     discrete.leaps = leaping.leaps(discrete, start)
     for active, which, residuals, densities in _bounds(discrete, start):
         for m, bound in which:
             if bound:
                 active[:, :, m] = (residuals[m] < -_rounding(residuals[m])) | (densities[m] < 0)
-    if discrete.leaps:
-        leaping.begun(discrete, start)
     _agree(discrete)
+    return leaping.begun(discrete, start) if discrete.leaps else start
 
 
 def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
@@ -69,11 +68,16 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
     solved: Solved = first
     steps = solved.steps
     for _ in range(MOST_SETS):
+        rates = discrete.active_rates.copy()
         start = settled(discrete, solved.unknowns) if solved.converged else None
         if start is None:
             break
-        solved = again(start)
-        steps += solved.steps
+        found: Solved = again(start)
+        steps += found.steps
+        if discrete.leaps and not found.converged:  # the corner moved too far: smaller elements first
+            discrete.active_rates[:] = rates
+            break
+        solved = found
     else:
         return Solved(solved.unknowns, False, steps, solved.last, "the places that touch do not settle")
     return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)

@@ -173,7 +173,7 @@ def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> 
     first = transferred(discrete, unknowns, other)
     without_repeats(other, first)
     if obstacles.has_bounds(other):
-        obstacles.begin(other, first)
+        first = obstacles.begin(other, first)
     solved = bounded(other, newton(other, first))
     if not solved.converged:
         raise Failed(
