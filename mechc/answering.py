@@ -10,11 +10,11 @@ from msgspec.structs import replace
 from .asking.asked import Asked, holds_formulas
 from .asking.given_values import UsageMistake
 from .asking.question import formulas, study
-from .compiler.equations.compliance import COMPLIANCE, SINGULAR
+from .compiler.equations.compliance import COMPLIANCE
 from .display import Display, choose
 from .model import CompiledModel
 from .runtime.case import find_experiment
-from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome, Told
+from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
 from .runtime.studies.kinds.sweep import Runs, Sweep
@@ -37,6 +37,9 @@ FEW_STEPS = 20_000
 MOST_POSED = 16
 """Questions that are remembered for each compilation."""
 REPEATED = "the run was repeated with multipliers of a small compliance"
+DECIDED = (
+    "only the constraints decide the motion there, and the run was repeated with equations that use them"
+)
 PASSED_BY = (
     f'where the mechanism passes a singular position there, build it with keep={{"{COMPLIANCE}"}}; a whole run '
     "(simulate) does that by itself"
@@ -195,16 +198,17 @@ def _moving_inputs(model: CompiledModel) -> frozenset[str]:
 
 
 def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
-    """Answer; where that meets a singular position which was not foreseen, answer again with compliant multipliers.
+    """Answer; where that meets a singular position or mass matrix which was not foreseen, answer again with compliant
+    multipliers and weights of constraints.
 
-    Whether there are such positions is decided for the default values, along one motion (equations/rows/singular.py).
+    Whether there are such is decided for the default values, along one motion (equations/rows/singular.py, weights.py).
     """
     problem, found = _solve_as_it_is(model, asked)
     if (
         not problem.constraints
         or problem.library is None
         or not any(map(_met, found.runs))
-        or _foreseen(model)  # of a kept model the equations are read for that
+        or _foreseen(model)
     ):
         return model, problem, found
     softer = compliant(model)
@@ -214,18 +218,22 @@ def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
     for one, before in zip(again.runs, found.runs, strict=True):
         failure = _cause(before)
         if failure is not None:
-            one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
+            what = f"met a singular position at t = {failure.time:.6g}: {REPEATED}"
+            if failure.kind == SINGULAR_MASS:
+                what = f"the mass matrix is singular at t = {failure.time:.6g}: {DECIDED}"
+            one.add_remark(what)
     return softer, other, again
 
 
 def compliant(model: M) -> M:
-    """Return the model with multipliers of a small compliance, which passes singular positions."""
+    """Return the model with multipliers of a small compliance and weights of constraints, which passes singular positions
+    and goes on with a singular mass matrix."""
     return model.keeping({*model.compilation.parts, COMPLIANCE})
 
 
 def _foreseen(model: CompiledModel) -> bool:
-    """Whether the model has what passes singular positions."""
-    return any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
+    """Whether the model has all that passes singular positions."""
+    return COMPLIANCE in model.compilation.parts
 
 
 def _cause(run: Run) -> Failure | None:

@@ -74,7 +74,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
         failure = failure_at_start(case)
     else:
         return
-    # where constraints are dependent a run begins anew with others
+    # where constraints are dependent or the mass matrix is singular, a run begins anew with others
     if failure is not None and failure.kind not in AT_SINGULAR_POSITIONS:
         raise SimulationError(failure.message, failure.origin)
 

@@ -38,6 +38,7 @@ from .problem import PURE, Array, Problem, Quantity
 
 FLOOR = 1e-6
 NOISE = 1e-12
+HEAT = 1e-25  # J, far below that of one freedom: what an account reaches beside energies of zero is rounding below it
 
 
 class Sizes(NamedTuple):
@@ -141,7 +142,8 @@ def _by_rules(
         nominal[i] = sizes.nominal[i] or energy or abs(slopes[i]) * duration
         if nominal[i] == 0:
             unsized.append(i)
-            nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
+            far = math.inf if reached is None else float(reached[i])
+            nominal[i] = far if far > HEAT else 1.0
     largest = max((nominal[i] for i in accounts if math.isfinite(nominal[i])), default=0.0)
     for i in accounts:  # what cancels up to rounding has no size of its own
         if not sizes.nominal[i]:

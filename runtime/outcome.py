@@ -11,8 +11,11 @@ from msgspec import Struct
 
 from .problem import Array, Origin, Problem
 
-AT_SINGULAR_POSITIONS = ("off constraints", "step too small", "not converged")
-"""Kinds of failures with which a run ends where constraints become dependent."""
+SINGULAR_MASS = "singular mass matrix"
+"""The kind of a failure: nothing has inertia along some motion, which the constraints decide all the same."""
+
+AT_SINGULAR_POSITIONS = ("off constraints", "step too small", "not converged", SINGULAR_MASS)
+"""Kinds of failures with which a run ends where constraints become dependent, or the mass matrix singular."""
 
 LISTED = 6
 """Coordinates that a message names."""
@@ -79,7 +82,8 @@ class Failure(Struct, frozen=True):
     one that was reached, at ``time``."""
 
     kind: str
-    """not finite, step too small, assertion, not converged, off constraints, out of reach, too many steps, given up"""
+    """not finite, step too small, assertion, not converged, off constraints, singular mass matrix, out of reach, too many steps,
+    given up"""
     time: float
     name: str
     message: str

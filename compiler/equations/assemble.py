@@ -150,7 +150,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         needs=facts,
         choices=choices(system, solved, facts, parts),
         rotations=_rotations(system),
-        assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
+        assertions=tuple(
+            AssertionText(a.message, a.origin.shown) for a in (*system.assertions, *solved.asserted)
+        ),
         conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
@@ -226,12 +228,13 @@ def _functions(
         projected = Projection(nothing, (), nothing, ())
     if projected is not None:
         functions += _projections(system, solved, projected, layout)
-    if system.assertions:
+    assertions = (*system.assertions, *solved.asserted)
+    if assertions:
         functions.append(
             Function(
                 "assertions",
                 "1 where an assertion holds, else 0",
-                resolve([a.condition for a in system.assertions]),
+                resolve([a.condition for a in assertions]),
             )
         )
     return tuple(functions)

@@ -13,7 +13,7 @@ from msgspec import Struct
 from ..graph import Node
 from ..graph.operations import LOOKUP, SELECT
 from ..mechanics.system import MechanicalSystem
-from .compliance import COMPLIANCE, SINGULAR
+from .compliance import COMPLIANCE, SINGULAR, SINGULAR_MASS
 from .model import Choice, Function, HybridPlan
 from .reported.entries import Layout
 from .solve.solved import Solved
@@ -156,7 +156,7 @@ def needs(
         "dissipation": "energy.dissipated" in layout.accounts,
         "supply": "energy.supplied" in layout.accounts,
         "states": bool(system.symbols.states),
-        "assertions": bool(system.assertions),
+        "assertions": any(f.name == "assertions" for f in functions),
     }
     return frozenset(name for name, holds in facts.items() if holds)
 
@@ -188,6 +188,9 @@ def choices(
         if COMPLIANCE in parts:
             reason = "a run has met a position in which constraints depend on each other"
         result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-9", reason))
+    if any(row.weight is not None for row in solved.rows):
+        reason = "nothing has inertia along motions that only the constraints decide"
+        result.append(Choice(SINGULAR_MASS, "constraints with weights in it", reason))
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))

@@ -24,7 +24,7 @@ from .result import ENDINGS
 from .watch import Watch
 
 COMPLETED, TERMINATED, DOUBTFUL, FAILED = (ENDINGS.index(w) for w in ENDINGS[1:])
-SINGULAR = (Status.STEP_TOO_SMALL, Status.NOT_CONVERGED, Status.OFF_CONSTRAINTS)
+SINGULAR = (Status.STEP_TOO_SMALL, Status.NOT_CONVERGED, Status.OFF_CONSTRAINTS, Status.NOT_FINITE)
 FEW = 64
 """Members among which one that takes too long is looked for, before each is given a call of its own."""
 

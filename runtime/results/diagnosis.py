@@ -8,6 +8,7 @@ from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..outcome import (
     AT_SINGULAR_POSITIONS,
+    SINGULAR_MASS,
     Failure,
     assertion_failed,
     not_finite,
@@ -49,26 +50,39 @@ def with_cause(case: Case, failure: Failure) -> Failure:
         told = with_reach(case, failure)
         if told is not failure:
             return told
-    if failure.kind not in ("not finite", "step too small", "modes", "impact"):
+    if failure.kind not in ("not finite", "modes", "impact", *AT_SINGULAR_POSITIONS):
         return failure
     y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
-    names = without_inertia(case, failure.time, y)
-    if not names:
-        return failure
-    listed = ", ".join(f"'{name}'" for name in names)
-    return replace(
-        failure,
-        message=f"{failure.message}; nothing has inertia along {listed} there (the mass matrix is singular)",
-    )
+    names, held = without_inertia(case, failure.time, y)
+    if names and not held:
+        listed = ", ".join(f"'{name}'" for name in names)
+        return replace(
+            failure,
+            message=f"{failure.message}; nothing has inertia along {listed} there (the mass matrix is singular)",
+        )
+    if not names or (failure.time > case.begin and without_inertia(case, case.begin, case.y0)[0]):
+        return failure  # the run went on with a singular mass matrix before
+    message = f"{failure.message}; the mass matrix is singular there, and only the constraints decide how it goes on"
+    return replace(failure, kind=SINGULAR_MASS, message=message)
 
 
-def without_inertia(case: Case, t: float, y: Array) -> list[str]:
-    """Name the coordinates along which the kinetic energy at (t, y) is zero, or vanishes beside that at the start."""
-    first = mass_matrix(case, case.begin, case.y0)
-    mass = mass_matrix(case, t, y)
+def without_inertia(case: Case, t: float, y: Array) -> tuple[list[str], bool]:
+    """Name the coordinates along which the kinetic energy at (t, y) is zero, or vanishes beside that at the start; of those
+    that constraints leave free, where there are some. Tell whether constraints hold all of them."""
+    first, mass = mass_matrix(case, case.begin, case.y0), mass_matrix(case, t, y)
     if mass is None or first is None:
-        return []
-    problem = case.problem
+        return [], False
+    names = _lacking(case.problem, mass, first)
+    before, now = _constraint_jacobian(case, case.begin, case.y0), _constraint_jacobian(case, t, y)
+    if not names or now is None or before is None:
+        return names, False
+    mean = float(np.trace(first)) / len(first) or 1.0
+    free = _lacking(case.problem, mass + mean * now.T @ now, first + mean * before.T @ before)
+    return free or names, not free
+
+
+def _lacking(problem: Problem, mass: Array, first: Array) -> list[str]:
+    """Name the coordinates of motions along which a matrix vanishes, by itself or beside the ``first`` one."""
     rates = range(problem.nq, problem.nq + problem.nv)
     own, before = np.diag(mass), np.abs(np.diag(first))
     missing = ~(own > VANISHING * before)
@@ -79,6 +93,20 @@ def without_inertia(case: Case, t: float, y: Array) -> list[str]:
         if values[0] < ZERO * kept.size:
             missing[kept[np.abs(vectors[:, 0]) > 0.3]] = True
     return [_coordinate(problem.states[i].name) for i, gone in zip(rates, missing, strict=True) if gone]
+
+
+def _constraint_jacobian(case: Case, t: float, y: Array) -> Array | None:
+    """Return K with rows of length one; None where there are no constraints, or it is undefined."""
+    problem, evaluate = case.problem, case.functions.assembly_jacobian
+    rows = [k for k, row in enumerate(problem.assembly) if row.stage == 2 and row.kind == "constraint"]
+    if not rows or evaluate is None:
+        return None
+    k = evaluate(t, y, inputs_at(case, t), case.z, case.p).reshape(-1, problem.nv)[rows]
+    if not np.isfinite(k).all():
+        return None
+    sizes = np.sqrt(np.square(k).sum(axis=1, keepdims=True))
+    found: Array = k / np.where(sizes > 0, sizes, 1.0)
+    return found
 
 
 def mass_matrix(case: Case, t: float, y: Array) -> Array | None:

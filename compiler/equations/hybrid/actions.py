@@ -13,7 +13,7 @@ from ...graph.elimination.eliminate import ZeroPivot, solve
 from ...graph.rewrite import substitute
 from ...mechanics.modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from ...mechanics.system import MechanicalSystem
-from ..rows.constraints import Row
+from ..rows.constraints import Row, weighted
 from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
 
@@ -114,13 +114,15 @@ def _others(
     inertia = jvp(graph, residual, {system.a[i]: d for i, d in zip(others, jumps, strict=True)})
     forces = jvp(graph, residual, {m: m for m in multipliers})
     along = jvp(graph, [row.rate for row in rows], dict(zip(velocities, jumps, strict=True)))
-    equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    balance = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    conditions: list[Node] = []
     after: dict[int, range] = {}
     for k, (row, d) in enumerate(zip(rows, along, strict=True), start=len(jumps)):
         rate, mode = graph.add(row.rate, d), row.constraint.mode
         if mode is not None:  # released: no impulse; its pivot is known when those of all others are
             rate, after[k] = graph.select(mode.flag, rate, row.multiplier), range(k)
-        equations.append(rate)
+        conditions.append(rate)
+    equations = [*weighted(graph, balance, rows, conditions), *conditions]
     try:
         found = solve(graph, equations, [*jumps, *multipliers], after=after or None)
     except ZeroPivot:

@@ -51,6 +51,8 @@ class Row(Struct, frozen=True):
     """What determines the multiplier: ``second``, or in a mode that is off the law of the force."""
     give: Compliance | None = None
     """Where singular positions are met; already in ``equation``."""
+    weight: Node | None = None
+    """Where the mass matrix may be singular: what ``weighted`` adds to it, [inertia of the row's own motion]."""
 
     @property
     def title(self) -> str:
@@ -214,7 +216,8 @@ def _correction(
         c if row.give is None else give_way(graph, c, row, row.give.projected)
         for c, row in zip(changes, rows, strict=True)
     ]
-    equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
+    conditions = [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
+    equations = [*weighted(graph, equations, rows, conditions), *conditions]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}
     found = solve(graph, equations, unknowns, after=after)
@@ -225,6 +228,22 @@ def _correction(
             share = graph.div(row.give.projected, pivots[k])
             closeness = share if closeness is None else graph.maximum(closeness, share)
     return settle(graph, rows, found.solutions)[: len(free)], closeness
+
+
+def weighted(
+    graph: Graph, equations: Sequence[Node], rows: Sequence[Row], conditions: Sequence[Node]
+) -> list[Node]:
+    """Return M a - K^T lam + ... with lam - w (K a + ...) in the place of each multiplier whose row has a weight w.
+
+    ``conditions``: what vanishes of each row, K a + ...; so the solution is the same, and its matrix M + K^T w K is positive
+    definite wherever the constraints decide what M leaves open (weights.py).
+    """
+    replacements = {
+        row.multiplier: graph.sub(row.multiplier, graph.mul(row.weight, condition))
+        for row, condition in zip(rows, conditions, strict=True)
+        if row.weight is not None
+    }
+    return substitute(graph, equations, replacements)
 
 
 def give_way(graph: Graph, change: Node, row: Row, size: Node) -> Node:

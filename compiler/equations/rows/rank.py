@@ -38,8 +38,16 @@ REACHED = 1e-6
 Vector = NDArray[np.float64]
 
 
+class Place(Struct, frozen=True):
+    """A state on the constraint manifold: ``values`` of everything there, ``matrix`` K of all rows."""
+
+    values: Mapping[Node, float]
+    matrix: Vector
+
+
 class Rank(Struct, frozen=True):
-    """``independent`` rows by index; ``supports``: for each row the velocities it depends on.
+    """``independent`` rows by index; ``supports``: for each row the velocities it depends on; ``places``: where the rows
+    were looked at.
 
     Seen on the manifold, a loop depends on its own joints only: those of the bodies that carry it drop out.
     """
@@ -48,6 +56,7 @@ class Rank(Struct, frozen=True):
     supports: tuple[frozenset[int], ...]
     unfulfilled: frozenset[int]
     """Rows that hold at none of the samples: they contradict others, or the mechanism does not reach."""
+    places: tuple[Place, ...]
 
 
 def rank(
@@ -69,6 +78,7 @@ def rank(
     positions = [graph.zero if row.position is None else row.position for row in rows]
     shape = (len(rows), len(velocities))
     away = np.zeros(len(rows))
+    places: list[Place] = []
     for sample in range(SAMPLES):
         values = dict(start)
         if sample:
@@ -79,6 +89,7 @@ def rank(
         residuals = evaluate(graph, positions, values)
         unfulfilled = {k for k in unfulfilled if not abs(residuals[k]) <= REACHED}
         matrix = _matrix(graph, flat, shape, values)
+        places.append(Place(values, matrix))
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
         changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)
@@ -87,7 +98,7 @@ def rank(
         if len(independent) > len(chosen):
             chosen = independent
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
-    return Rank(chosen, supports, frozenset(unfulfilled))
+    return Rank(chosen, supports, frozenset(unfulfilled), tuple(places))
 
 
 def _flat(entries: Sequence[Mapping[int, Node]]) -> list[tuple[int, int, Node]]:

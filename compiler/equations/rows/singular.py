@@ -20,12 +20,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...flat.model import Kind
-from ...graph import Graph, Node
+from ...graph import Node
 from ...graph.differentiate import jacobian
-from ...graph.evaluate import FLOATS, Numbers, Tape, evaluate
-from ...graph.operations import DIV
+from ...graph.evaluate import Tape, evaluate
 from ...mechanics.system import MechanicalSystem
 from .constraints import Compliance, Row, give_way
+from .slopes import slopes
 
 SHARE, PROJECTED_SHARE = 1e-9, 1e-7
 """Shares of the diagonal of K M^-1 K^T, of accelerations and of projections. Rounding in a vanishing pivot, 1e-16 of
@@ -42,15 +42,7 @@ as singular: within about a degree of it."""
 WORK = 300_000
 """Operations that a walk may cost; larger mechanisms are searched for fewer steps."""
 
-BLOCK = 64
-"""Columns of a matrix that are evaluated at once."""
-
 Array = NDArray[np.float64]
-
-ARRAYS = Numbers(
-    FLOATS.constant, {**FLOATS.functions, DIV: lambda a, b: a / b if b else float("nan")}, FLOATS.interpolate
-)
-"""Floats, and arrays of them in what is affine."""
 
 
 def soften(
@@ -190,22 +182,6 @@ def _solve(squares: Array, basis: Array, threshold: float, right: Array) -> Arra
     return result
 
 
-def _slopes(
-    graph: Graph, outputs: Sequence[Node], symbols: Sequence[Node], values: Mapping[Node, float]
-) -> Array:
-    """Return the derivatives of outputs that are affine in the symbols: by unit changes, without new nodes."""
-    known = dict.fromkeys(graph.support(*outputs), 0.0) | {n: float(x) for n, x in values.items()}
-    base = evaluate(graph, outputs, known)
-    slopes = np.zeros((len(outputs), len(symbols)))
-    for begin in range(0, len(symbols), BLOCK):
-        block = symbols[begin : begin + BLOCK]
-        units = zip(block, np.eye(len(block)), strict=True)
-        moved = evaluate(graph, outputs, known | {n: known.get(n, 0.0) + unit for n, unit in units}, ARRAYS)
-        for i, (x, y) in enumerate(zip(moved, base, strict=True)):
-            slopes[i, begin : begin + len(block)] = x - y
-    return slopes
-
-
 def _inverse_inertias(
     system: MechanicalSystem,
     residual: Sequence[Node],
@@ -213,11 +189,16 @@ def _inverse_inertias(
     free: Sequence[int],
     values: Mapping[Node, float],
 ) -> Array:
-    """Return the diagonal of K M^-1 K^T: by how much each row gives way to a unit of its multiplier."""
+    """Return the diagonal of K M^-1 K^T: by how much each row gives way to a unit of its multiplier.
+
+    Where rows have weights w, M is M + K^T w K, as it is solved with.
+    """
     graph = system.graph
-    inertia = _slopes(graph, [residual[i] for i in free], [system.a[i] for i in free], values)
-    k = _slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
+    inertia = slopes(graph, [residual[i] for i in free], [system.a[i] for i in free], values)
+    k = slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
     if not (np.isfinite(inertia).all() and np.isfinite(k).all()):
         return np.ones(len(rows))  # undefined where it starts, as the run will tell
+    weights = evaluate(graph, [graph.zero if row.weight is None else row.weight for row in rows], values)
+    inertia += (k.T * weights) @ k
     sizes: Array = np.einsum("ij,ji->i", k, np.linalg.pinv(inertia) @ k.T)
     return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)

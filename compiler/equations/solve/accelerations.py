@@ -13,8 +13,9 @@ from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.elimination.clashes import clash
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
-from ...mechanics.system import MechanicalSystem
-from ..rows.constraints import Row, settle
+from ...mechanics.system import AssertionRow, MechanicalSystem
+from ..rows.constraints import Row, settle, weighted
+from .determined import determined
 from .unknown_forces import UnknownForces, report_circle
 
 LARGEST_WHOLE = 16
@@ -23,12 +24,13 @@ LARGEST_WHOLE = 16
 
 class Accelerations(Struct, frozen=True):
     """``a`` for each free velocity, ``multipliers`` for each kept constraint row, ``forces`` for each that is asked for
-    by others; ``pivots`` must not vanish."""
+    by others; ``pivots`` must not vanish, as the assertions ``determined`` say where that depends on parameters or states."""
 
     a: tuple[Node, ...]
     multipliers: tuple[Node, ...]
     forces: tuple[Node, ...]
     elimination: Elimination
+    determined: tuple[AssertionRow, ...]
 
 
 def accelerations(
@@ -50,7 +52,9 @@ def accelerations(
     vanishes in other modes, so it comes last but for ``forces``, on which any equation may depend. ``whole`` factorises the matrix without looking at the structure.
     """
     unknowns = [*(system.a[i] for i in free), *(row.multiplier for row in rows), *forces.symbols]
-    equations = [*(residual[i] for i in free), *(row.equation for row in rows), *forces.equations]
+    conditions = [row.equation for row in rows]
+    balance = weighted(system.graph, [residual[i] for i in free], rows, conditions)
+    equations = [*balance, *conditions, *forces.equations]
     after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
     after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
     try:
@@ -64,7 +68,9 @@ def accelerations(
     count, total = len(free), len(free) + len(rows)
     known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
     asked = len(forces.symbols)
-    return Accelerations(known[asked : asked + count], known[asked + count :], known[:asked], found)
+    weighing = any(row.weight is not None for row in rows)
+    asserted = determined(system, balance, free, found) if weighing else ()
+    return Accelerations(known[asked : asked + count], known[asked + count :], known[:asked], found, asserted)
 
 
 def _coupled(

@@ -8,6 +8,7 @@ from ...graph import Node
 from ...graph.differentiate import jvp
 from ...graph.elimination.eliminate import solve
 from ...mechanics.system import MechanicalSystem
+from ..rows.constraints import weighted
 from .solved import Solved
 
 
@@ -22,6 +23,7 @@ def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[
     along: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(solved.free, jumps, strict=True)}
     held = jvp(graph, [row.rate for row in solved.rows], along)
     equations = [graph.sub(graph.add(m, f), p) for m, f, p in zip(inertia, forces, impulses, strict=True)]
+    equations = weighted(graph, equations, solved.rows, held)
     unknowns = [*jumps, *(row.multiplier for row in solved.rows)]
     found = solve(graph, [*equations, *held], unknowns)
     return found.solutions[: len(jumps)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace as replace_fields
@@ -16,7 +17,7 @@ from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.meaning.questions import title
-from ...mechanics.system import MechanicalSystem
+from ...mechanics.system import AssertionRow, MechanicalSystem
 from ..compliance import COMPLIANCE
 from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from ..rows.defaults import default_values
@@ -35,6 +36,9 @@ from .joint_reactions import joint_reactions
 from .queries import Replies, answers, force_answers, refuse_unanswered
 from .unknown_forces import report_circle, unknown_forces
 
+if TYPE_CHECKING:
+    from ..rows.rank import Place
+
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
 
@@ -44,7 +48,8 @@ class Solved(Struct, frozen=True):
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
-    ``sides``: comparisons of forces in their laws; ``residual``: r - K^T lam; ``pivots`` must not vanish.
+    ``sides``: comparisons of forces in their laws; ``residual``: r - K^T lam; ``pivots`` must not vanish,
+    and what may make them vanish is ``asserted``.
     """
 
     driven: Mapping[Node, Node]
@@ -57,6 +62,7 @@ class Solved(Struct, frozen=True):
     projection: Projection | None
     energies: Energies
     pivots: tuple[Node, ...]
+    asserted: tuple[AssertionRow, ...]
     method: str
     operations: int
     graph: Graph
@@ -111,15 +117,19 @@ def solve_system(
     sides: dict[Node, Side] = {}
     answered = _force_answers(system, every_row, replies, (*raw, *xdot), before)
     switched = _switched(system, every_row, multipliers, answered, sides)
-    rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    independent = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    rows, supports, values = independent.rows, independent.supports, independent.start
     kept = {row.multiplier for row in rows}
     kept |= {row.multiplier for row in switched}
     absent = {lam: graph.zero for group in multipliers for lam in group if lam not in kept}
     r = substitute(graph, raw, before | absent)
     if rows:
         from ..rows.singular import soften  # as rank.py, with numpy
+        from ..rows.weights import give_weights
 
-        rows = soften(system, r, rows, free, values, always=COMPLIANCE in parts)
+        always = COMPLIANCE in parts
+        rows = give_weights(system, r, rows, free, independent.places, always=always)
+        rows = soften(system, r, rows, free, values, always=always)
     if any(row.position is None for row in rows):
         from ..rows.integrable import note_integrable
 
@@ -166,6 +176,7 @@ def solve_system(
         projection=projected,
         energies=energy,
         pivots=found.elimination.pivots,
+        asserted=found.determined,
         method=found.elimination.variant,
         operations=found.elimination.operations,
         graph=graph,
@@ -254,20 +265,27 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
 # ---------------------------------------------------------------- constraints
 
 
+class _Independent(Struct, frozen=True):
+    """Independent ``rows``, those of positions first; the free velocities on which each depends; numbers for everything at
+    the ``start``; states on the constraints, with the matrix of the rows."""
+
+    rows: tuple[Row, ...] = ()
+    supports: tuple[frozenset[int], ...] = ()
+    start: Mapping[Node, float] = {}
+    places: tuple[Place, ...] = ()
+
+
 def _independent(
     system: MechanicalSystem,
     rows: tuple[Row, ...],
     free: Sequence[int],
     fixed: Mapping[Node, Node],
     reporter: Reporter,
-) -> tuple[tuple[Row, ...], list[frozenset[int]], dict[Node, float]]:
-    """Return the independent rows, those of positions first, and name the others.
-
-    With them come the free velocities on which each depends, and numbers for everything at the start.
-    """
+) -> _Independent:
+    """Return the independent rows, and name the others."""
     if not rows:
-        return rows, [], {}
-    from ..rows.rank import rank  # numpy is imported for models with constraints only
+        return _Independent()
+    from ..rows.rank import Place, rank  # numpy is imported for models with constraints only
 
     values = default_values(system)
     if fixed:
@@ -280,7 +298,12 @@ def _independent(
         dropped.setdefault(rows[i].constraint.name, []).append(rows[i])
     for group in dropped.values():
         report_superfluous(group, reporter)
-    return tuple(rows[i] for i in kept), [found.supports[i] for i in kept], values
+    return _Independent(
+        tuple(rows[i] for i in kept),
+        tuple(found.supports[i] for i in kept),
+        values,
+        tuple(Place(place.values, place.matrix[kept]) for place in found.places),
+    )
 
 
 def _switched(

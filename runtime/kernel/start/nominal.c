@@ -21,6 +21,10 @@
 
 static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
 
+/* J: far below the heat of one freedom (4e-21 J). What an account reaches beside energies of zero is rounding below it, as in
+   mechanisms without mass; it is the one size that is compared with a number. */
+static const mech_real HEAT = MECH_C(1e-25);
+
 static const mech_quantity *state(const mech_motion *x, int i) { return &x->sizes->states[i]; }
 
 /* What nominal values are shared among: coordinates and states, or velocities. */
@@ -156,7 +160,7 @@ static int of_accounts(const mech_motion *x, const mech_real *reached, mech_real
         if (nominal[i] == 0) nominal[i] = mech_abs(x->rates[i]) * x->duration;
         if (nominal[i] == 0) {
             unsized = 1;
-            nominal[i] = !reached ? (mech_real)INFINITY : reached[i] != 0 ? reached[i] : 1;
+            nominal[i] = !reached ? (mech_real)INFINITY : reached[i] > HEAT ? reached[i] : 1;
         }
         if (mech_finite(nominal[i])) largest = mech_max(largest, nominal[i]);
     }

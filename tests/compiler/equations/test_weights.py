@@ -1,0 +1,78 @@
+"""Weights of constraints: given where the mass matrix is singular, and nowhere else; at a cost that grows as the mechanism."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.compiler.equations.compliance import SINGULAR_MASS
+from mechc.compiler.equations.model import Equations
+
+
+def equations(text: str) -> Equations:
+    return mechc.loads(text).compilation.equations
+
+
+def weighted(found: Equations) -> bool:
+    return any(choice.topic == SINGULAR_MASS for choice in found.choices)
+
+
+def operations(found: Equations) -> int:
+    (reason,) = (choice.reason for choice in found.choices if choice.topic == "accelerations")
+    return int(reason.split()[0])
+
+
+def four_bars(count: int, mass: float) -> str:
+    """A row of rockers with mass, each coupled with the next by a rod."""
+    lines = ["import mech.planar.*;", "gravity {0, -9.81 m/s^2};"]
+    for i in range(count + 1):
+        lines.append(f"Bar r{i}(m = 1 kg, l = 0.{5 + i % 3} m);")
+        lines.append(f"Revolute b{i}(world * trans({{{i} m, 0 m}}) -> r{i}.a, angle ~ 1.2 rad);")
+    for i in range(count):
+        lines.append(f"Bar c{i}(m = {mass} kg, l = 1.05 m);")
+        lines.append(f"Revolute d{i}(r{i}.b -> c{i}.a, angle ~ -1.2 rad);")
+        lines.append(f"cut Revolute e{i}(c{i}.b -> r{i + 1}.b);")
+    return "\n".join([*lines, "experiment(stop = 1 s);"])
+
+
+def test_a_regular_mass_matrix_gets_no_weights() -> None:
+    assert not weighted(equations(four_bars(2, 0.3)))
+    assert not weighted(equations(four_bars(2, 1e-6)))
+    assert weighted(equations(four_bars(2, 0)))
+
+
+def test_the_cost_of_many_massless_links_is_linear() -> None:
+    """Measured: twice the operations of links with mass, and 1 950 more for every five loops."""
+    five, ten, fifteen = (operations(equations(four_bars(n, 0))) for n in (5, 10, 15))
+    assert fifteen - ten == pytest.approx(ten - five, rel=0.1)
+    assert ten < 2.2 * operations(equations(four_bars(10, 0.3)))
+
+
+LINKS = """
+parameter J = 0 kg.m^2;
+coordinate Angle a ~ 0.3 rad;
+coordinate Angle b ~ 0.5 rad;
+coordinate Length x ~ 1 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*J*(der(a) + der(b))^2 + 1/2*2 kg*der(x)^2;
+constraint along: x = 1 m*cos(a) + 0.5 m*cos(b);
+constraint across: 1 m*sin(a) = 0.7 m*sin(b);
+experiment(stop = 1 s);
+"""
+
+
+def test_accelerations_are_those_of_the_whole_matrix() -> None:
+    """Against numpy: [[M, -K^T], [K, 0]] (a, lam) = (0, -gamma) at random states off the constraints, M = diag(0, 0, 2)."""
+    functions = mechc.loads(LINKS).functions
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        a, b, x, da, db, dx = random.uniform(0.2, 1.2, 6)
+        k = np.array([[np.sin(a), 0.5 * np.sin(b), 1.0], [np.cos(a), -0.7 * np.cos(b), 0.0]])
+        gamma = [np.cos(a) * da**2 + 0.5 * np.cos(b) * db**2, -np.sin(a) * da**2 + 0.7 * np.sin(b) * db**2]
+        whole = np.block([[np.diag([0.0, 0.0, 2.0]), -k.T], [k, np.zeros((2, 2))]])
+        exact = np.linalg.solve(whole, [0, 0, 0, -gamma[0], -gamma[1]])[:3]
+        found = functions.accelerations(np.array([a, b, x, da, db, dx]))
+        assert found == pytest.approx(exact, rel=1e-10, abs=1e-10)
+        matrix = functions.mass_matrix(np.array([a, b, x, da, db, dx]))
+        assert np.array_equal(matrix, np.diag([0.0, 0.0, 2.0])), "what is offered is the mass matrix itself"
