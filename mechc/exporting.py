@@ -58,6 +58,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
         raise UsageMistake(
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
+    model = with_weights(model)
     program = model.compilation.program
     name = stem_of(model)
     match target:
@@ -81,6 +82,23 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             return _write({folder / file: text for file, text in files.items()})
         case _:
             raise UsageMistake(f"there is no target '{target}'", "python, c, casadi or jax")
+
+
+def with_weights(model: CompiledModel) -> CompiledModel:
+    """Return a model with weights of constraints if its mass matrix is singular with the values that it was given, as a run
+    that meets that begins anew with them; else as it is."""
+    if not model.settings or not model.compilation.equations.constraints:
+        return model
+    from .answering import compliant
+    from .runtime.outcome import SINGULAR_MASS, SimulationError
+    from .runtime.results.diagnosis import failure_at_start
+
+    try:
+        case, _ = _default_case(model.problem("python"), model.settings)
+    except SimulationError:  # a value may come from outside
+        return model
+    failure = failure_at_start(case)
+    return compliant(model) if failure is not None and failure.kind == SINGULAR_MASS else model
 
 
 _MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}

@@ -52,10 +52,10 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
         raise UsageMistake(
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
-    from ..exporting import refuse_driving_inputs
+    from ..exporting import refuse_driving_inputs, with_weights
 
     refuse_driving_inputs(model, "an FMU")
-    chosen = model.for_experiment(options.experiment)
+    chosen = with_weights(model.for_experiment(options.experiment))
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)
     if options.check:

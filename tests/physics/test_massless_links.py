@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import runpy
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -81,6 +83,13 @@ def test_a_rod_that_loses_its_mass_by_a_setting() -> None:
     assert any("mass matrix is singular at t = 0" in remark for remark in run.remarks)
     many = model.ensemble(vary={"rod_mass": [0.0, 0.5]}, keep="final(main.angle)")
     assert float(many["final(main.angle)"][0]) == pytest.approx(crank(0.3, 10, run.time)[-1], abs=1e-9)
+
+
+def test_a_module_of_a_rod_that_loses_its_mass(tmp_path: Path) -> None:
+    model = mechc.loads(SLIDER.format(rod=0.5, angle=0.3, rate=10, more="")).with_values({"rod_mass": 0.0})
+    (file,) = model.compile("python", tmp_path / "massless.py")
+    motion = runpy.run_path(str(file))["simulate"]()
+    assert motion["main.angle"] == pytest.approx(crank(0.3, 10, np.asarray(motion["time"])), abs=1e-7)
 
 
 def test_a_slider_that_hits() -> None:
