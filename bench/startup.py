@@ -71,7 +71,7 @@ def main(quick: bool = False) -> None:
             "`mechc run`, first run ever": (2.5, [process("run", str(models[0]), cache=c) for c in once]),
             "`mechc run`, new model": (0.3, [process("run", str(m), cache=kept) for m in models[1:]]),
             "`mechc run`, cached model": (
-                0.1,
+                0.35,
                 [process("run", str(models[-1]), cache=kept) for _ in range(count)],
             ),
             "`mechc run`, cached chain of 1000 links over 10 ms": (

@@ -7,8 +7,9 @@ from copy import copy
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from .display import Display, choose, factor
-from .runtime.arrays.choice import np
 from .runtime.results.quantities import Display as Unit
 from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run

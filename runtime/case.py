@@ -10,13 +10,14 @@ import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from mechc.suggest import suggest
 
 from .allowed_values import check_parameters, check_state
-from .arrays.choice import Bytes, np
 from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
@@ -29,8 +30,6 @@ from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
 from .settings import settable
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from .start.initial import Assembled
 
 Progress = Callable[[float], None]
@@ -262,7 +261,7 @@ class _Blank(Struct, frozen=True):
     """What the arrays of a case begin as: copies of these."""
 
     p: Array
-    given: Bytes
+    given: NDArray[np.uint8]
     y: Array
     known: NDArray[np.bool_]
 

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import sys
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
 from msgspec import Struct, field
+from numpy.typing import NDArray
 
-from .arrays.choice import address_of, np
 from .native import kernel as native
 from .once import once
 from .problem import Array, Description, ModelFunction, Problem
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 class Functions(Struct, frozen=True):
@@ -174,7 +171,7 @@ def _from_library(problem: Problem) -> Functions:
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
-        fill(address_of(p), address_of(given))
+        fill(p.ctypes.data, given.ctypes.data)
 
     return Functions(
         rhs=rhs,
@@ -248,7 +245,7 @@ def _compiled(address: int, size: int) -> ModelFunction:
         if quick is not None:
             return quick(t, y, u, z, p)
         left -= 1
-        if left <= 0 and "numpy" in sys.modules:  # which takes longer to load than many calls
+        if left == 0:
             from .native.calls import call_of
 
             quick = call_of(address, size, by_ctypes)

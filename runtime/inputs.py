@@ -6,9 +6,9 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
 from msgspec import Struct
 
-from .arrays.choice import np
 from .outcome import SimulationError
 from .problem import Array
 

@@ -30,7 +30,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from .arrays.choice import np
+import numpy as np
+
 from .once import once
 from .problem import PURE, Array, Problem, Quantity
 

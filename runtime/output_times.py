@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 
-from .arrays.choice import Array, np
+import numpy as np
+
 from .outcome import SimulationError
+from .problem import Array
 from .rows import IN_MEMORY, Storage, slices
 
 

@@ -10,12 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from msgspec import Struct, field
+from numpy.typing import NDArray
 
-from .arrays.choice import Array as Array
-from .arrays.choice import Bytes
 from .partners import partners
 
+Array = NDArray[np.float64]
 ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
 """(t, y, u, z, p) -> out"""
 
@@ -387,7 +388,7 @@ class Problem(Description, frozen=True):
     enclosure: Enclosure | None = None
     """What evaluates a function by its name over balls that hold every rounding, for proofs."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
-    parameters_function: Callable[[Array, Bytes], None] | None = None
+    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None
     tangents: Callable[[Directions], Problem] | None = None
     """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""

@@ -147,7 +147,6 @@ def command(file: str, **given: Any) -> int:
     from ..api import load
     from ..asking.given_values import UsageMistake
     from ..display import choose
-    from ..runtime.arrays.choice import plain_arrays
 
     given["plot"], given["pictured"] = given.pop("plots")
     shows = given["animate"] or given["snapshot"] or (given["plot"] is not None and not given["pictured"])
@@ -184,8 +183,7 @@ def command(file: str, **given: Any) -> int:
         names = _chosen_outputs(model, given["outputs"])
         _spare_inputs(given["output"], given["inputs"])
         given["pictured"] = _chosen_outputs(model, given["pictured"] or None, pairs=True) or names
-        with plain_arrays():
-            return _run_all(model, file, given, display, names)
+        return _run_all(model, file, given, display, names)
     except UsageMistake as mistake:
         raise click.UsageError(str(mistake)) from None
 

@@ -8,9 +8,9 @@ from collections.abc import Collection, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec.structs import replace
 
-from ..runtime.arrays.choice import np
 from ..runtime.outcome import Outcome
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width

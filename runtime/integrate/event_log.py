@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..problem import Array, Problem
 from .events import EventRecord
 from .solver import Solver

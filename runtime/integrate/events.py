@@ -2,40 +2,19 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, overload
+from typing import Any, Protocol, overload
 
+import numpy as np
 from msgspec import Struct, field
+from numpy.typing import NDArray
 
-from ..arrays.choice import memory_of, np
 from ..native import kernel as native
 from ..problem import Array, Problem
 from ..rows import IN_MEMORY, Storage, slices
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-
-EVENT_NUMBERS = ctypes.sizeof(native.EventStruct) // 8
-"""Numbers in whose place the kernel notes an event; the first is its time, and those behind the second are whole ones."""
-
-
-def instants_of(noted: Array) -> NDArray[np.int64]:
-    """Give the instant of each event [k] in its place among what the kernel noted [k, EVENT_NUMBERS]."""
-    kind: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
-    found: NDArray[np.int64] = np.asarray(noted).view(kind)[:, 0]["instant"]
-    return found
-
-
-def number_on(noted: Array, begin: int, count: int, first: int) -> None:
-    """Number the instants of ``count`` events behind ``begin`` others on, from ``first``."""
-    memory, size = memory_of(noted), ctypes.sizeof(native.EventStruct)
-    if memory is noted:
-        instants_of(noted[begin : begin + count])[:] += first
-        return
-    for k in range(begin, begin + count):
-        native.EventStruct.from_buffer(memory, size * k).instant += first
+NOTED: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
+"""One event as the kernel notes it."""
 
 
 class Event(Struct, frozen=True):
@@ -72,10 +51,10 @@ class Sides(Protocol):
 class Events(Sequence[Event]):
     """The events of a run in their order, each made when it is asked for: what the kernel noted stays as it is.
 
-    ``noted`` [k, EVENT_NUMBERS]; ``sides`` of the instants.
+    ``noted`` [k] of ``NOTED``; ``sides`` of the instants.
     """
 
-    def __init__(self, problem: Problem, noted: Array, sides: Sides) -> None:
+    def __init__(self, problem: Problem, noted: NDArray[np.void], sides: Sides) -> None:
         self.noted = noted
         self._sides = sides
         self._hybrid = problem.hybrid
@@ -93,27 +72,22 @@ class Events(Sequence[Event]):
     def __getitem__(self, index: int | slice) -> Event | tuple[Event, ...]:
         if isinstance(index, slice):
             return tuple(self[i] for i in range(*index.indices(len(self))))
-        one = self._one(index)
-        kind, instant = native.EVENT_KINDS[one.kind], one.instant
+        one = self.noted[index]
+        kind, instant = native.EVENT_KINDS[one["kind"]], int(one["instant"])
         changed: tuple[dict[str, float], dict[str, float]] = ({}, {})
         if instant < len(self._sides):
             sides = self._sides.at(instant)
             for i in np.flatnonzero((sides[0] != sides[1]) & self._shown):
                 for values, side in zip(changed, sides, strict=True):
                     values[self._names[i]] = float(side[i])
-        return Event(one.t, self._name(kind, one.index), kind, one.value, *changed)
-
-    def _one(self, index: int) -> native.EventStruct:
-        place = index + len(self) if index < 0 else index
-        if not 0 <= place < len(self):
-            raise IndexError(index)
-        size = ctypes.sizeof(native.EventStruct)
-        return native.EventStruct.from_buffer(memory_of(self.noted), size * int(place))
+        name = self._name(kind, int(one["index"]))
+        return Event(float(one["t"]), name, kind, float(one["value"]), *changed)
 
     @property
     def times(self) -> Array:
         """When each happened, in their order."""
-        return self.noted[:, 0]
+        found: Array = self.noted["t"]
+        return found
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and tuple(self) == tuple(other)
@@ -125,15 +99,16 @@ class Events(Sequence[Event]):
 
     def notes(self, instant: int) -> list[Note]:
         """Give what was noted at an instant, in the order in which it happened."""
-        return [_note(self._one(int(k))) for k in np.flatnonzero(instants_of(self.noted) == instant)]
+        return [_note(one) for one in self.noted[self.noted["instant"] == instant]]
 
     def _name(self, kind: str, index: int) -> str:
         assert self._hybrid is not None
         return self._hybrid.branches[index].text if kind == "when" else self._hybrid.rows[index].name
 
 
-def _note(one: native.EventStruct) -> Note:
-    return Note(one.instant, native.EVENT_KINDS[one.kind], one.index, one.value)
+def _note(one: Any) -> Note:
+    kind = native.EVENT_KINDS[one["kind"]]
+    return Note(int(one["instant"]), kind, int(one["index"]), float(one["value"]))
 
 
 class EventRecord:
@@ -144,7 +119,7 @@ class EventRecord:
     """
 
     def __init__(
-        self, problem: Problem, noted: Array, instants: Array, start_z: Array, grid_z: Array
+        self, problem: Problem, noted: NDArray[np.void], instants: Array, start_z: Array, grid_z: Array
     ) -> None:
         self.times = instants[:, 0].copy()
         self.start_z, self.grid_z = start_z, grid_z

@@ -7,9 +7,9 @@ import math
 import time
 from collections.abc import Callable
 
+import numpy as np
 from msgspec.structs import replace
 
-from ..arrays.choice import np
 from ..case import Case
 from ..functions import Functions
 from ..native import kernel as native

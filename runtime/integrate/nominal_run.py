@@ -5,9 +5,9 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 
+import numpy as np
 from msgspec.structs import replace
 
-from ..arrays.choice import address_of, np
 from ..case import Case, inputs_at
 from ..native import kernel as native
 from ..nominal import nominal_values, sizes_of
@@ -45,7 +45,7 @@ def _by_kernel(case: Case) -> Array | None:
     tables, _alive = table_structs(case.tables)
     stated, ny = _stated(case), problem.ny
     numbers = np.concatenate([stated, stated, case.y0, case.z, case.p])  # the first are overwritten
-    at = address_of(numbers)
+    at = numbers.ctypes.data
     options = native.OptionsStruct(
         t0=case.begin,
         n_tables=len(case.tables),

@@ -10,9 +10,9 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..outcome import Failure, assertion_failed, given_up, not_finite, step_too_small, too_many_steps
 from ..problem import Array

@@ -6,19 +6,17 @@ import ctypes
 import functools
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING
 
-from ..arrays.choice import address_of, np
+import numpy as np
+from numpy.typing import NDArray
+
 from ..case import Case
 from ..inputs import Table
 from ..native import kernel as native
 from ..native.status import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
-from .events import EVENT_NUMBERS, number_on
-
-if TYPE_CHECKING:
-    pass
+from .events import NOTED
 
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}
@@ -60,7 +58,7 @@ class Solver:
         stops = _stops(case) if tables else []
         given = [atol, y0, z, case.p]
         self._numbers = numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
-        at = address_of(numbers)
+        at = numbers.ctypes.data
         self._grid = grid = np.ascontiguousarray(case.grid)
         n_grid = grid.size
         self._grid_y = grid_y = storage.empty(n_grid + 1, ny)  # and the point where a run stops
@@ -88,10 +86,10 @@ class Solver:
             p=at + 8 * (2 * ny + nz),
             tables=ctypes.addressof(self._tables),
             stops=at + 8 * (numbers.size - len(stops)) if stops else None,
-            grid=address_of(grid),
-            grid_y=address_of(grid_y),
-            grid_z=None if grid_z is None else address_of(grid_z),
-            record=address_of(record) if records else None,
+            grid=grid.ctypes.data,
+            grid_y=grid_y.ctypes.data,
+            grid_z=None if grid_z is None else grid_z.ctypes.data,
+            record=record.ctypes.data if records else None,
             record_capacity=records,
             dense=dense,
             longest_call=LONGEST_CALL,
@@ -111,10 +109,10 @@ class Solver:
         options = other._options
         options.rtol, options.dt, options.dt_max = tolerance, step, longest if longest > 0 else 1.0
         options.record, options.record_capacity, options.dense = None, 0, False
-        options.grid_y = address_of(other._grid_y)
+        options.grid_y = other._grid_y.ctypes.data
         if self._grid_z is not None:
             other._grid_z = storage.empty(len(self._grid) + 1, self.nz)
-            options.grid_z = address_of(other._grid_z)
+            options.grid_z = other._grid_z.ctypes.data
         other._create()
         return other
 
@@ -206,7 +204,7 @@ class Solver:
     def start_record(self, capacity: int) -> None:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
-        self.kernel.mech_set_record(self._handle, address_of(self._record) if capacity else None, capacity)
+        self.kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
 
     @property
     def _width(self) -> int:
@@ -215,7 +213,7 @@ class Solver:
 
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = np.empty((_events_of(capacity, self.nz), EVENT_NUMBERS))
+        self._events = np.empty(_events_of(capacity, self.nz), dtype=NOTED)
         self._instants = np.empty((capacity, self._width))
         self._n_events = self._n_instants = 0
         self._give_events()
@@ -227,7 +225,7 @@ class Solver:
         """
         self._count_events()
         more = min(self._n_instants, most)
-        self._events.resize((self._n_events + _events_of(more, self.nz), EVENT_NUMBERS), refcheck=False)
+        self._events.resize(self._n_events + _events_of(more, self.nz), refcheck=False)
         self._instants.resize((self._n_instants + more, self._width), refcheck=False)
         self._give_events()
 
@@ -235,25 +233,25 @@ class Solver:
         """Count what the kernel has noted since it was given room, and number its instants through."""
         report = self.progress()
         if self._n_instants:
-            number_on(self._events, self._n_events, report.n_events, self._n_instants)
+            self._events["instant"][self._n_events : self._n_events + report.n_events] += self._n_instants
         self._n_events += report.n_events
         self._n_instants += report.n_instants
 
     def _give_events(self) -> None:
         self.kernel.mech_set_events(
             self._handle,
-            self._events.ctypes.data + 8 * EVENT_NUMBERS * self._n_events,
+            self._events.ctypes.data + NOTED.itemsize * self._n_events,
             len(self._events) - self._n_events,
             self._instants.ctypes.data + self._n_instants * 8 * self._width,
             len(self._instants) - self._n_instants,
         )
 
-    def happened(self) -> tuple[Array, Array]:
+    def happened(self) -> tuple[NDArray[np.void], Array]:
         """Give the events and instants since ``start_events``; the solver notes no more."""
         self._count_events()
         events, instants = self._events, self._instants
         self.kernel.mech_set_events(self._handle, None, 0, None, 0)
-        events.resize((self._n_events, EVENT_NUMBERS), refcheck=False)
+        events.resize(self._n_events, refcheck=False)
         instants.resize((self._n_instants, self._width), refcheck=False)
         return events, instants
 

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..outcome import Failure, time_text
 from ..problem import Array, Problem
 from ..rows import slices

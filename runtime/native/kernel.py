@@ -229,8 +229,6 @@ class StartReportStruct(Structure):
 _USUAL = "dop853"
 """The method of a kernel that is compiled for some models alone."""
 
-_AT_ONCE = (c_void_p, c_void_p, c_int, c_long)  # a model, tables, their number, how often
-
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_kernel_version": (c_int, ()),
     "mech_layout": (None, (POINTER(c_size_t),)),
@@ -256,15 +254,17 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_save_size": (c_size_t, (c_void_p,)),
     "mech_save": (None, (c_void_p, c_void_p)),
     "mech_load": (None, (c_void_p, c_void_p)),
-    "mech_evaluate": (None, (c_void_p, c_void_p, c_int, *_AT_ONCE[1:], *(c_void_p,) * 6)),
-    "mech_evaluate_inputs": (None, (*_AT_ONCE, *(c_void_p,) * 3)),
+    "mech_evaluate": (
+        None,
+        (c_void_p, c_void_p, c_int, c_void_p, c_int, c_long, *(c_void_p,) * 6),
+    ),
+    "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
     "mech_start_state": (c_int, (c_void_p, c_double, *(c_void_p,) * 6, POINTER(StartReportStruct))),
     "mech_assemble": (c_int, (c_void_p, c_double, *(c_void_p,) * 5, POINTER(StartReportStruct))),
     "mech_nominal_at_start": (
         c_int,
         (c_void_p, c_void_p, POINTER(OptionsStruct), c_double, c_void_p, c_void_p),
     ),
-    "mech_moved": (None, (*_AT_ONCE, c_long, *(c_void_p,) * 5, c_long, *(c_void_p,) * 4)),
     "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
 }
 

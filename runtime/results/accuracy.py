@@ -7,10 +7,10 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
+import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from ..arrays.choice import np
 from ..outcome import Failure
 from ..problem import Array, Problem, Quantity
 from .doubts import Contradiction

@@ -12,9 +12,9 @@ from enum import StrEnum
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..problem import Array
 from .systems import Place, StatesAt, System
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..case import Case
 from ..integrate.trajectory import DenseOutput
 from ..problem import Array

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..outcome import time_text
 from ..problem import Problem
 from .branch_jumps import Jump, Kind

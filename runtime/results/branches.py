@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec import Struct, to_builtins
 
-from ..arrays.choice import np
 from ..case import Case
 from ..outcome import time_text
 from ..problem import Array, Problem

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from functools import cached_property
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..case import Case
 from ..integrate.trajectory import Statistics, Trajectory
 from ..problem import Array

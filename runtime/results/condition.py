@@ -6,9 +6,9 @@ import math
 import sys
 from typing import Any
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..outcome import SimulationError
 from ..problem import Array
 

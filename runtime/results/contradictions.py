@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
-from ..arrays.choice import np
 from ..case import Case
 from ..once import once
 from ..problem import Array, Problem
@@ -27,10 +27,6 @@ from ..rows import slices, taken
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
 from .doubts import Contradiction
 from .evaluate import evaluate_rows
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 FACTOR = 10.0
 """What an estimate may be off by. With the second bound that is an error of which a run that is 100 times tighter

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 from msgspec.structs import replace
 
-from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..outcome import (
     AT_SINGULAR_POSITIONS,

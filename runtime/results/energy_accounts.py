@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..rows import slices
 
 if TYPE_CHECKING:

@@ -5,19 +5,17 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from ..arrays.choice import address_of, np
 from ..case import Case, inputs_at
 from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Storage, slices
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def evaluate_rows(
@@ -51,7 +49,7 @@ def evaluate_rows(
             ctypes.addressof(tables),
             len(tables),
             t.size,
-            *map(address_of, (t, y, case.z, case.p, u, rows)),
+            *(values.ctypes.data for values in (t, y, case.z, case.p, u, rows)),
         )
         return rows
     for k in range(t.size):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..problem import Array
 from ..rows import AT_ONCE
 from .evaluate import Table

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..problem import Array
 from ..rows import slices
 from .quantities import Display, Results, header

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..problem import Array
 from .branch_jumps import ONE, Point
 from .systems import System

@@ -7,9 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mechc.suggest import suggest
 
-from ..arrays.choice import np
 from ..problem import Array
 
 if TYPE_CHECKING:

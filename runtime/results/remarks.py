@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..problem import Quantity
 from .accuracy import Accuracy
 from .extents import Extent

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from msgspec import Struct
 
 from mechc.suggest import suggest
 
-from ..arrays.choice import np
 from ..outcome import SimulationError
 from ..problem import Array
 from .files import json_number

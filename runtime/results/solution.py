@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from ..arrays.choice import np
 from ..integrate.events import Event
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, Outcome

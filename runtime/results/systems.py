@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..case import Case, inputs_at
 from ..functions import named_function
 from ..problem import Array

@@ -8,16 +8,18 @@ target, too.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from ..arrays.choice import Flags as Flags
-from ..arrays.choice import np
+import numpy as np
+from numpy.typing import NDArray
+
+
 from ..problem import Array, ModelFunction
 from .facts import StartFacts
 from .gauss_newton import Local
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+Flags = NDArray[np.bool_]
+
 
 # ---- copied from here
 

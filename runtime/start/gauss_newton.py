@@ -15,13 +15,12 @@ kernel/start/nearest.c does the same by orthogonal factors. What follows the mar
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from ..arrays.choice import np
+import numpy as np
+from numpy.typing import NDArray
+
 from ..problem import Array
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # ---- copied from here
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..outcome import SimulationError
 from ..problem import AssemblyRow, Problem
 from .free_state import Task, displaced, disturbed

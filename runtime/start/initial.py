@@ -5,16 +5,15 @@ Known values stay.
 
 from __future__ import annotations
 
+import numpy as np
 from msgspec import Struct
 
-from ..arrays.choice import np
 from ..functions import Functions
 from ..problem import Array, Problem
 from .facts import start_facts
 from .free_state import Flags, Task, deviation_from, displaced
 from .impossible_start import no_direction, not_assembled
 from .native_start import assembled_by_kernel
-from .singular_values import singular_values
 from .stages import make_task, moving, place, placed, undirected_row
 
 ROUNDING = 1e-12
@@ -109,12 +108,11 @@ def _second_assembly(problem: Problem, task: Task, y: Array) -> tuple[str, ...]:
     shared = [max(s for r, s in zip(hard, sizes, strict=True) if r.unit == row.unit) or 1.0 for row in hard]
     scale = np.array(shared)[:, None]
     rows = gradients[:, free] / scale
-    values = singular_values(rows)
-    if sum(value > 1e-10 * max(values[0], 1e-300) for value in values) < free.size - 1:
+    _, values, right = np.linalg.svd(rows, full_matrices=True)
+    if (values > 1e-10 * max(values[0], 1e-300)).sum() < free.size - 1:
         return ()
     if values[-1] > NEAR * values[0]:
         return ()
-    right = np.linalg.svd(rows, full_matrices=True)[2]
     best: tuple[float, Array] | None = None
     for size in (0.02, 0.05, 0.1, 0.2, 0.3, 0.45):
         for sign in (-1, 1):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ctypes
 
-from ..arrays.choice import np
+import numpy as np
+
 from ..functions import Functions
 from ..native import kernel as native
 from ..problem import Array

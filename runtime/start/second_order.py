@@ -16,14 +16,12 @@ kernel/start/second_order.c does the same. What follows the marker stands in mod
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from ..arrays.choice import np
+import numpy as np
+from numpy.typing import NDArray
+
 from ..problem import Array
 from .gauss_newton import CLOSE, FULFILLED, LONGEST, Local, Nearest, moved, rank_of, restored
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # ---- copied from here
 

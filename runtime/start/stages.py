@@ -6,9 +6,10 @@ kernel/start/assemble.c does the same. What follows the marker stands in modules
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from ..arrays.choice import np
+import numpy as np
+from numpy.typing import NDArray
+
 from ..problem import Array, ModelFunction
 from .facts import StartFacts
 from .free_state import (
@@ -23,9 +24,6 @@ from .free_state import (
 )
 from .gauss_newton import FULFILLED, Local, Nearest, nearest, restored
 from .second_order import beyond, refined
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 # ---- copied from here
 

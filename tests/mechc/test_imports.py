@@ -15,6 +15,7 @@ UNUSED_BY_A_RUN = (
     "concurrent.futures",
     "csv",
     "json",
+    "lark",
     "mechc.compiler.pipeline",
     "mechc.compiler.mechanics",
     "mechc.lang.parser",
@@ -23,6 +24,9 @@ UNUSED_BY_A_RUN = (
     "mechc.runtime.fitting",
     "mechc.runtime.studies.runs.condition",
     "mechc.runtime.tangent",
+    "scipy",
+    "subprocess",
+    "sympy",
     "traceback",
 )
 """What a run of a model that is kept does without: others are parsed, built, differentiated, fitted and drawn."""
@@ -54,7 +58,7 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["check", LOOP], {"numpy", "mechc.runtime"}),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
-        (["run", TREE], {"mechc.runtime"}),
+        (["run", TREE], {"numpy", "mechc.runtime"}),
         (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime"}),
         (["equations", TREE], {"sympy", "mpmath"}),
         (
@@ -69,5 +73,6 @@ def test_command_imports_what_it_uses(arguments: list[str], used: set[str], tmp_
 
 
 def test_run_of_a_kept_model_imports_what_it_uses(tmp_path: Path) -> None:
-    imported("run", TREE, folder=tmp_path)
+    for _ in range(2):  # the second one finds the code by what its program was kept as
+        imported("run", TREE, folder=tmp_path)
     assert not imported("run", TREE, folder=tmp_path) & {*UNUSED_BY_A_RUN}

@@ -136,7 +136,6 @@ def test_the_compiler_is_not_imported(tmp_path: Path) -> None:
 
 
 FORMS = (
-    "numpy",
     "sympy",
     "lark",
     "scipy",

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -135,3 +138,46 @@ def test_a_run_that_a_branch_ends_is_differentiated_to_its_end() -> None:
     reach = dx.values[-1] - solution["der(x)"][-1] / solution["der(y)"][-1] * dy.values[-1]
     far, near = (model.simulate(set={"speed": 30 + d})["x"][-1] for d in (0.01, -0.01))
     assert reach == pytest.approx((far - near) / 0.02, abs=1e-5)
+
+
+BOUNCE = """
+model Bounce
+  parameter e = 0.7;
+  coordinate y = 1 m;
+  kinetic 1/2*1 kg*der(y)^2;
+  potential 1 kg*9.81 m/s^2*y;
+  contact floor: y restitution e;
+  experiment(stop = 1 s);
+end Bounce;
+"""
+CALLED = """
+model Called
+  parameter a = 2 N;
+  coordinate x = 0 m;
+  discrete Integer n = 0;
+  kinetic 1/2*1 kg*der(x)^2;
+  force a + 1 N*n on x;
+  when time >= 0.5 s then n := 1; end when;
+  experiment(stop = 1 s);
+end Called;
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "expected"),
+    [(BOUNCE, "e", math.sqrt(2 * 9.81) * (1 - math.sqrt(2 / 9.81))), (CALLED, "a", 0.5)],
+    ids=["contact", "when"],
+)
+def test_a_process_of_its_own_differentiates_across_events(
+    text: str, name: str, expected: float, tmp_path: Path
+) -> None:
+    """Where the command line is all that runs. The ball hits at t = sqrt(2/g) with sqrt(2 g); what is pushed has moved by a t^2/2."""
+    (tmp_path / "model.mech").write_text(text)
+    done = subprocess.run(
+        [sys.executable, "-m", "mechc", "run", str(tmp_path / "model.mech"), "--sensitivity", name, "--json"],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)["sensitivities"]["y" if name == "e" else "x"][name]
+    assert found == pytest.approx(expected, rel=1e-8)

@@ -5,16 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, Literal
 
-import numpy as np
 import pytest
 
 import mechc
-from mechc.runtime.case import SimulationOptions
-from mechc.runtime.inputs import make_table
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.results.evaluate import evaluate_rows
-from mechc.runtime.studies.runs import quiet
-from mechc.runtime.studies.runs.simulate import plan_run
 
 PUSH = "force 100 N*exp(-((time - 55 s)/(10 ms))^2) on x;"
 IMPULSE = 100 * 0.01 * math.sqrt(math.pi)
@@ -92,23 +86,3 @@ TABLED = """model M
   experiment(stop = 10 s);
 end M;
 """
-
-
-def test_the_kernel_finds_the_same_places() -> None:
-    """With inputs, a table, and discrete variables that differ from row to row."""
-    problem = mechc.loads(TABLED).problem("c")
-    table = make_table([0.0, 3.0, 3.01, 3.02, 10.0], [0.0, 0.0, 1.0, 0.0, 0.0])
-    plan = plan_run(problem, SimulationOptions(inputs={"push": table}, points=41))
-    case, n = plan.case, 40
-    rng = np.random.default_rng(5)
-    t = np.linspace(0.0, 9.75, n)
-    y = np.zeros((n, problem.ny))
-    y[:, :2] = rng.normal(size=(n, 2))
-    for z in (None, np.repeat(case.z[None], n, axis=0) * rng.integers(0, 2, size=(n, 1))):
-        here = evaluate_rows(case, "rhs", t, y, z)
-        for limit in (1e-3, 0.5):
-            limits = np.full(problem.ny, np.inf)
-            limits[2:4] = limit
-            given = (case, t, np.full(n, 0.25), y, here, z, limits, 500)
-            by_numpy, by_kernel = quiet._moved(*given), quiet._moved_by_kernel(*given)
-            assert np.array_equal(by_numpy, by_kernel) and 10 < by_numpy.sum() < 2000

@@ -4,11 +4,11 @@ takes the size of one of kilometres (``runtime/nominal.py``, rule 4), and only i
 from __future__ import annotations
 
 import sys
-from typing import TYPE_CHECKING
 
+import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
-from ...arrays.choice import np
 from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
 from ...nominal import NOISE
@@ -18,9 +18,6 @@ from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
 from ...start.free_state import even_numbers
 from .companion import Plan, trajectory_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FAR = 1e-3
 """Share of its nominal value below which a state that has stayed there all the time was not measured by its own size."""

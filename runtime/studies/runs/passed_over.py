@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
 from msgspec.structs import replace
 
-from ...arrays.choice import np
 from ...case import Progress
 from ...integrate.trajectory import DenseOutput, Trajectory
 from ...outcome import time_text

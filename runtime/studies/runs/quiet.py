@@ -6,22 +6,18 @@ shorter than these is passed over by the run and its companion alike. Such stret
 
 from __future__ import annotations
 
-import ctypes
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from ...arrays.choice import Flags, address_of, np
+import numpy as np
+from numpy.typing import NDArray
+
 from ...case import Case
-from ...integrate.solver import table_structs
 from ...integrate.trajectory import Trajectory
-from ...native import kernel as native
 from ...once import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ...rows import AT_ONCE, slices
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 LOOKS = 20_000
 """Places that are looked at in the whole of a run; what is shorter than the time between two of them may be missed."""
@@ -89,38 +85,17 @@ def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] |
 
 def _moved(
     case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, limits: Array, each: int
-) -> Flags:
+) -> NDArray[np.bool_]:
     """Tell [n * each] where, along straight lines from t [n] and y [n, ny], rates differ from those ``here`` by more than allowed."""
     ahead = np.outer(lengths, (np.arange(each) + 0.5) / each)
     times = (t[:, None] + ahead).ravel()
     begun = np.repeat(here, each, axis=0)
     states = np.repeat(y, each, axis=0) + ahead.reshape(-1, 1) * begun
     held = None if z is None else np.repeat(z, each, axis=0)
-    found: Flags = np.any(np.abs(evaluate_rows(case, "rhs", times, states, held) - begun) > limits, axis=1)
-    return found
-
-
-def _moved_by_kernel(
-    case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, limits: Array, each: int
-) -> Flags:
-    """Tell the same by the kernel."""
-    model = case.functions.struct
-    assert model is not None
-    tables, _alive = table_structs(case.tables)
-    moved = np.zeros(t.size * each, dtype=bool)
-    work = np.empty(len(case.problem.inputs) + 2 * case.problem.ny)
-    arrays = [np.ascontiguousarray(a) for a in (t, lengths, y, here, case.z if z is None else z)]
-    native.kernel_for(model, bool(case.asked and case.asked.reproducible)).mech_moved(
-        ctypes.addressof(model),
-        ctypes.addressof(tables),
-        len(tables),
-        t.size,
-        each,
-        *map(address_of, arrays),
-        0 if z is None else z.shape[1],
-        *map(address_of, (case.p, limits, work, moved)),
+    found: NDArray[np.bool_] = np.any(
+        np.abs(evaluate_rows(case, "rhs", times, states, held) - begun) > limits, axis=1
     )
-    return moved
+    return found
 
 
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
@@ -156,8 +131,7 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     lengths = main.t[rows + 1] - main.t[rows]
     limits = np.full(problem.ny, np.inf)
     limits[own] = slow
-    find = _moved if case.functions.struct is None else _moved_by_kernel
-    moved = find(case, main.t[rows], lengths, main.y[rows], here, modes, limits, each)
+    moved = _moved(case, main.t[rows], lengths, main.y[rows], here, modes, limits, each)
     if not np.any(moved):
         return None
     times = (main.t[rows, None] + np.outer(lengths, (np.arange(each) + 0.5) / each)).ravel()

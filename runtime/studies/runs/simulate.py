@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...arrays.choice import np
 from ...case import Case, Progress, SimulationOptions, find_experiment, part_of, prepare
 from ...functions import load_functions
 from ...integrate.choose_method import choose_method
