@@ -147,6 +147,11 @@ class _Tangents:
             separable=False,
             hybrid=None,
             scene=None,
+            # what describes functions that are not among those of the tangent
+            patterns={},
+            phase=(),
+            matter=(),
+            offers=(),
         )
 
     # ------------------------------------------------------------ functions

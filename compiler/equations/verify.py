@@ -201,6 +201,10 @@ class _Check:
             "assembly",
             "conditions",
             "crossing_times",
+            "jacobian",
+            *self.equations.patterns,
+            *("phase", "phase_rate", "phase_gradient", "matter", "scene_still", "scene", SOUGHT),
+            *(offer.function for offer in self.equations.offers),
         )
         needed |= {name for name in optional if promised.get(name)}
         needed |= (

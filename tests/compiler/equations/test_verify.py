@@ -179,6 +179,18 @@ def test_a_plan_that_is_lost_is_found(mix: Equations) -> None:
         verify(replace(mix, hybrid=None, functions=functions))
 
 
+@pytest.mark.parametrize("name", ["phase", "phase_gradient", "scene", "jacobian"])
+def test_what_is_described_but_not_there_is_found(name: str) -> None:
+    """A library lacks its symbol otherwise, when a run looks for it."""
+    whole = compiled(
+        "coordinate x = 1 m; kinetic 1/2*2 kg*der(x)^2; potential 3 N*x;",
+        parts={"phase", "scene", "jacobian"},
+    ).equations
+    verify(whole)
+    with pytest.raises(Malformed, match=f"lack {name}"):
+        verify(replace(whole, functions=tuple(f for f in whole.functions if f.name != name)))
+
+
 def test_rotations_need_their_fact() -> None:
     equations = compiled("coordinate Rotation R; kinetic 1/2*1 kg.m^2*dot(der(R), der(R));").equations
     verify(equations)
