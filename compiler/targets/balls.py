@@ -17,7 +17,7 @@ def _method(name: str) -> Callable[[Any], Any]:
     return operator.methodcaller(name)
 
 
-_FORMS: Mapping[str, Callable[..., Any]] = {
+FORMS: Mapping[str, Callable[..., Any]] = {
     "add": operator.add,
     "sub": operator.sub,
     "mul": operator.mul,
@@ -77,9 +77,9 @@ def _run(function: ProgramFunction, arrays: Mapping[str, Sequence[Any]], out: li
                     values.append(arb(fmpq(number.numerator, number.denominator)))
                 case Operate(code, operands):
                     name = OPERATIONS[code].name
-                    if name not in _FORMS:
+                    if name not in FORMS:
                         raise NotEnclosed(name)
-                    values.append(_FORMS[name](*(values[k] for k in operands)))
+                    values.append(FORMS[name](*(values[k] for k in operands)))
                 case Store(array, index, value, guarded):
                     values.append(None)
                     if not guarded:  # parameters are all given

@@ -24,11 +24,14 @@ from all_operations import (
     build,
     constructor,
     file_of,
+    in_digits,
+    is_regular,
     missing,
     padded,
     points,
     rational,
     truths,
+    value,
 )
 from native_code import Both, bits
 from sympy import sympify
@@ -36,8 +39,8 @@ from sympy import sympify
 from mechc.compiler.equations.hybrid import switches, whole_parts
 from mechc.compiler.graph import DivisionByZero, Graph, Node, fold
 from mechc.compiler.graph import operations as ops
-from mechc.compiler.graph.differentiate import gradient, jvp
-from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
+from mechc.compiler.graph.differentiate import jvp
+from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.operations import OPERATIONS, Operation, Parity
 from mechc.compiler.graph.rewrite import substitute, transfer
 from mechc.compiler.symbolic import express
@@ -75,27 +78,6 @@ def both(built: tuple[dict[int, Both], dict[int, str]]) -> Callable[[Operation],
         return programs[row.code]
 
     return find
-
-
-def value(row: Operation, arguments: tuple[float, ...]) -> float:
-    """Return what the graph's own floats give."""
-    return float(evaluated(row, arguments, FLOATS.constant, None))
-
-
-def in_digits(row: Operation, arguments: tuple[float, ...]) -> Any:
-    """Return the value with many digits."""
-    return mpmath.mpf(evaluated(row, arguments, mpmath.mpf, multiprecision(mpmath.mp)))
-
-
-def evaluated(row: Operation, arguments: tuple[float, ...], number: Callable[..., Any], numbers: Any) -> Any:
-    g = Graph()
-    symbols = [g.symbol(name) for name in "abc"[: row.arity]]
-    given = [bool(x) if truth else number(x) for x, truth in zip(arguments, truths(row), strict=True)]
-    return evaluate(g, [apply(g, row, symbols)], dict(zip(symbols, given, strict=True)), numbers)[0]
-
-
-def is_regular(row: Operation, arguments: tuple[float, ...]) -> bool:
-    return row.regular is None or bool(row.regular(*arguments))
 
 
 def test_rows_stand_at_their_codes() -> None:
@@ -178,44 +160,6 @@ def test_it_folds_what_is_rational(row: Operation) -> None:
                 told = f"{row.name}{at} is {rational(exact)}, and is not folded: 'exact' in {TABLE_ROW}"
                 assert rational(exact) is None, f"{told}, with rules from {file_of(fold)}"
     assert (row.exact is None) or row.code not in EXACT_BY_CONSTRUCTION
-
-
-def partial_differences(row: Operation, at: tuple[float, ...], which: int) -> Any:
-    """Return the derivative by central differences in 60 digits; of tables, in the digits of floats."""
-    step = mpmath.mpf("1e-6") if row.code == ops.LOOKUP else mpmath.mpf("1e-20")
-
-    def shifted(by: Any) -> Any:
-        given = [mpmath.mpf(x) + (by if i == which else 0) for i, x in enumerate(at)]
-        return in_digits(row, tuple(given))
-
-    return (shifted(step) - shifted(-step)) / (2 * step)
-
-
-@EVERY
-def test_derivatives_are_those_of_differences(row: Operation) -> None:
-    kinds = truths(row)
-    compared = 0
-    with mpmath.workdps(60):
-        for at in points(row, (), 40):
-            if not is_regular(row, at) or max(map(abs, at)) > 50:
-                continue
-            g = Graph()
-            symbols = [g.symbol(f"x{i}") for i in range(row.arity)]
-            n = apply(g, row, symbols)
-            given = {s: bool(x) if k else mpmath.mpf(x) for s, x, k in zip(symbols, at, kinds, strict=True)}
-            for which in (i for i, kind in enumerate(kinds) if not kind):
-                expected = partial_differences(row, at, which)
-                for derive in (forward, gradient):
-                    (slope,) = derive(g, n, [symbols[which]])
-                    found = mpmath.mpf(evaluate(g, [slope], given, multiprecision(mpmath.mp))[0])
-                    # constants of a rule may be floats, as pi is; so are the values of tables, of which differences are taken
-                    tolerance = 1e-8 if row.code == ops.LOOKUP else 1e-14
-                    assert mpmath.almosteq(found, expected, tolerance, tolerance), (
-                        f"derivative {which + 1} of '{row.name}' at {at}: differences give "
-                        f"{mpmath.nstr(expected, 8)}, its rule {mpmath.nstr(found, 8)}: 'partials' in {TABLE_ROW}"
-                    )
-                compared += 1
-    assert compared >= 5 or all(kinds)
 
 
 def forward(g: Graph, n: Node, wrt: list[Node]) -> list[Node]:

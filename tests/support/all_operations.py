@@ -6,7 +6,7 @@ import ctypes
 import itertools
 import math
 import random
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
 from types import ModuleType
@@ -21,6 +21,7 @@ from sample_equations import equations
 from mechc.compiler.equations.model import Entry, Equations, Function
 from mechc.compiler.graph import Graph, Node, monotone_table, node
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
 from mechc.compiler.graph.operations import Operation
 from mechc.compiler.symbolic import express
 from mechc.compiler.targets import (
@@ -114,6 +115,27 @@ def points(row: Operation, numbers: Sequence[float], count: int = 0) -> list[tup
     grid = itertools.product(*((0.0, 1.0) if kind else numbers for kind in kinds))
     extra = ([float(rng.random() < 0.5) if kind else some() for kind in kinds] for _ in range(count))
     return [*grid, *map(tuple, extra)]
+
+
+def value(row: Operation, arguments: tuple[float, ...]) -> float:
+    """Return what the graph's own floats give."""
+    return float(evaluated(row, arguments, FLOATS.constant, None))
+
+
+def in_digits(row: Operation, arguments: tuple[float, ...]) -> Any:
+    """Return the value with many digits."""
+    return mpmath.mpf(evaluated(row, arguments, mpmath.mpf, multiprecision(mpmath.mp)))
+
+
+def evaluated(row: Operation, arguments: tuple[float, ...], number: Callable[..., Any], numbers: Any) -> Any:
+    g = Graph()
+    symbols = [g.symbol(name) for name in "abc"[: row.arity]]
+    given = [bool(x) if truth else number(x) for x, truth in zip(arguments, truths(row), strict=True)]
+    return evaluate(g, [apply(g, row, symbols)], dict(zip(symbols, given, strict=True)), numbers)[0]
+
+
+def is_regular(row: Operation, arguments: tuple[float, ...]) -> bool:
+    return row.regular is None or bool(row.regular(*arguments))
 
 
 def program_of(rows: Sequence[Operation]) -> Equations:
