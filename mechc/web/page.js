@@ -124,16 +124,15 @@ async function start(info, parts) {
     sliders.push(s);
   }
   function remember() {
-    const parts = sliders.filter(s => s.value !== s.default).map(s => `${encodeURIComponent(s.name)}=${+s.value.toPrecision(12)}`);
-    if (state.time > info.start) parts.push(`t=${+state.time.toPrecision(6)}`);
-    history.replaceState(null, '', '#' + parts.join('&'));
+    history.replaceState(null, '', writeLink(sliders.filter(s => s.value !== s.default).map(s => [s.name, s.value]), state.time > info.start ? state.time : null));
   }
+  /** Takes what the link says, and puts back what it does not say; returns whether it says the time. */
   function recall() {
-    for (const part of location.hash.slice(1).split('&').filter(Boolean)) {
-      const [name, value] = part.split('=').map(decodeURIComponent), s = sliders.find(x => x.name === name);
-      if (name === 't') state.time = +value; else if (s && Number.isFinite(+value)) s.show(+value);
-      else note(`The link sets ‘${name}’, which this page does not have.`);
-    }
+    const link = readLink(location.hash, new Set(sliders.map(s => s.name)));
+    for (const s of sliders) s.show(link.values.get(s.name) ?? s.default);
+    state.time = link.time ?? state.time;
+    state.wrong = link.wrong.join(' ');
+    return link.time !== null;
   }
 
   // ------------------------------------------------------------ runs
@@ -149,7 +148,7 @@ async function start(info, parts) {
       if (waiting !== null) { const next = waiting; waiting = null; integrate(next); }
     }, error => { if (id === asked) tellError(error); });
   }
-  function note(text) { $('note').textContent = text; }
+  function note(text) { $('note').textContent = [state.wrong, text].filter(Boolean).join(' '); }
   function tellError(error) {
     state.error = error;
     $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})` : 'unknown: the second run failed';
@@ -242,6 +241,7 @@ async function start(info, parts) {
 
   // ------------------------------------------------------------ controls
   const live = !!parts.wasm;
+  let stands = false;
   for (const [id, list, group] of [['parameters', info.parameters, 'parameters'], ['starts', info.starts, 'states'], ['inputs', info.inputs, 'inputs']]) {
     $(id).hidden = !list.length || !live;
     if (live) for (const q of list) slider(q, group, q.index, $(id));
@@ -288,15 +288,15 @@ async function start(info, parts) {
   Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', columns, info, integrate, values: k => Array.from(moving.values(k))});
   if (live) {
     ask = await makeRunner($('engine').textContent, await unpack(parts.wasm), info);
-    recall(); integrate(false);
+    stands = recall(); integrate(false);
   } else {
     const raw = await unpack(parts.rows), n = info.rows, wide = info.states.length, outs = info.outputs.length, m = plan.nScene;
     const all = Float64Array.from(new Float32Array(raw)); let at = 0; const take = k => all.subarray(at, at += k);
-    recall();
+    stands = recall();
     show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
   }
   const until = performance.now() + 60000;
   while (!state.runs && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
   state.ready = true;
-  if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !location.hash.includes('t=')) playing(true);
+  if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !stands) playing(true);
 }

@@ -78,7 +78,7 @@ def _packed(data: bytes) -> str:
 
 def _joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
     size = facts.scene.size if facts.scene.shapes else 2
-    code = "\n".join(_text(name) for name in ("plot.js", *PARTS[size], "page.js"))
+    code = "\n".join(_text(name) for name in ("links.js", "plot.js", *PARTS[size], "page.js"))
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),

@@ -163,6 +163,31 @@ def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     assert opened.said == [] and again.said == []
 
 
+@needs_zig
+@needs_browser
+def test_links_hold_parameters_of_any_name(browser: Any, tmp_path: Path) -> None:
+    """A parameter may be called as the page calls the time; what a link says wrongly is told and changes nothing."""
+    model = mechc.loads(
+        "parameter t = 1 m; parameter weight = 1 kg; coordinate x = 1 m; kinetic 1/2*weight*der(x)^2;"
+        "potential 1/2*5 N/m*x^2*t/1 m; experiment(stop = 2 s, tolerance = 1e-10);"
+    )
+    path = tmp_path / "thick.html"
+    path.write_text(page(model))
+    opened = Opened(browser, path, "#t=2&50%&weight=")
+    x = opened.ask("page.series('x')")
+    assert x[-1] == pytest.approx(np.cos(2 * np.sqrt(10)), abs=1e-8)
+    assert opened.ask("page.sliders.filter(s => s.value !== s.default).map(s => [s.name, s.value])") == [
+        ["t", 2]
+    ]
+    said = opened.ask("document.getElementById('note').textContent")
+    assert "‘50%’" in said and "‘weight’ to ‘’" in said
+    opened.ask("page.go(0.5)")
+    opened.ask("document.getElementById('link').click()")
+    again = Opened(browser, path, opened.ask("location.hash"))
+    assert again.ask("page.time") == 0.5 and again.ask("page.series('x')") == x
+    assert opened.said == [] and again.said == []
+
+
 @pytest.mark.slow
 @needs_zig
 @needs_browser
