@@ -6,6 +6,7 @@ difference between them tells.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -26,7 +27,7 @@ from mechc.measurement.benchmark import reference_at
 from mechc.runtime.reference.high_precision import best_precision
 
 TABLE_ROW = file_of(ops)
-OWN = {
+OWN: dict[str, Callable[..., Any]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
     "mul": lambda a, b: a * b,
