@@ -277,6 +277,8 @@ class Forces:
         places = [k for k in range(len(solution)) if sizes[k] > 1e-9 * sizes.max()]
         if len(places) > 12:
             return ""
+        if not places:  # no force acts
+            return "0"
         names = [v.name for v in terms.variables]
         coefficients = [
             shown(f) if (f := fraction(float(solution[k]))) is not None else digits(float(solution[k]))
