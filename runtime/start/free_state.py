@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-
 from ..problem import Array, ModelFunction
 from .facts import StartFacts
 from .gauss_newton import Local
