@@ -33,21 +33,49 @@ def binary(b: Builder, c: Children, span: Span) -> ast.Binary:
 
 
 def quotient(b: Builder, c: Children, span: Span) -> ast.Binary:
+    """Refuse numbers alone over a quantity: readers take the unit for that of the whole."""
     left, _, right = c
-    if isinstance(left, ast.Number) and isinstance(right, ast.Quantity):
-        number, unit = f"{left.text}/{right.text}", right.unit
-        exact = left.value / right.value if right.value else Fraction(0)
-        decimal = f"{float(exact):g}" if right.value else ""
-        simple = decimal and Fraction(decimal) == exact
-        help = f"write '{decimal} {unit}' or '({number}) {unit}'" if simple else f"write '({number}) {unit}'"
+    exact, divisor = _number(left), _unsigned(right)
+    if exact is not None and isinstance(divisor, ast.Quantity):
+        above, unit = left.span.text, divisor.unit
+        below = right.span.text[: -len(unit)].rstrip()
+        value = exact / divisor.value if divisor.value else Fraction(0)
+        value = -value if right.span.text.count("-", 0, divisor.span.start - right.span.start) % 2 else value
+        decimal = f"{float(value):g}" if divisor.value else ""
+        simple = decimal and Fraction(decimal) == value
+        number = f"({above}/{below}) {unit}"
         b.reporter.error(
             "E0114",
-            f"'{left.text}/{right.text} {unit}' would divide {left.text} by {right.text} {unit}",
+            f"'{above}/{below} {unit}' would divide {above} by {below} {unit}",
             span,
             caption="the unit belongs to the divisor alone",
-            help=f"{help}; if you mean the inverse: '{left.text}/({right.text} {unit})'",
+            help=(f"write '{decimal} {unit}' or '{number}'" if simple else f"write '{number}'")
+            + f"; if you mean the inverse: '{above}/({below} {unit})'",
         )
     return ast.Binary(operator="/", left=left, right=right, span=span)
+
+
+def _unsigned(e: ast.Expression) -> ast.Expression:
+    """Return what stands behind signs."""
+    while isinstance(e, ast.Unary):
+        e = e.operand
+    return e
+
+
+def _number(e: ast.Expression) -> Fraction | None:
+    """Return the value of numbers with signs, products and quotients; None for anything else, as for what stands in parentheses."""
+    match e:
+        case ast.Number():
+            return e.value
+        case ast.Unary(operator="-" | "+", operand=inner):
+            value = _number(inner)
+            return -value if value is not None and e.operator == "-" else value
+        case ast.Binary(operator="*" | "/", left=left, right=right):
+            first, second = _number(left), _number(right)
+            if first is None or second is None or (e.operator == "/" and not second):
+                return None
+            return first * second if e.operator == "*" else first / second
+    return None
 
 
 def power(b: Builder, c: Children, span: Span) -> ast.Binary:
