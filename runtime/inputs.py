@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from msgspec import Struct
 
 from .outcome import SimulationError
 from .problem import Array
+from .sheets import read_sheet
 
 ConvertUnit = Callable[[str, str], float]
 """(input name or "time", unit as written) -> factor to SI; raises ``SimulationError`` for a wrong unit."""
@@ -20,13 +20,15 @@ class Table(Struct, frozen=True, eq=False):
     """Values of one input over time in SI; the first and the last value hold beyond the ends.
 
     A time that stands twice is a jump, from the first of its values to the second.
-    ``interpolation``: linear, step (holds the value of the row before) or spline (natural cubic).
+    ``interpolation``: linear, step (holds the value of the row before) or spline (natural cubic). ``remarks``: what
+    readers of results should know of how it was read.
     """
 
     times: Array
     values: Array
     slopes: Array
     interpolation: str
+    remarks: tuple[str, ...] = ()
 
     def __call__(self, t: Array) -> Array:
         """Evaluate at ``t``, continuous from the right."""
@@ -53,10 +55,17 @@ class Table(Struct, frozen=True, eq=False):
         return self.times[[0, -1]] if self.interpolation == "spline" else self.times
 
 
+def _row(index: int) -> str:
+    return f"row {index + 1}"
+
+
 def make_table(
-    times: Sequence[float] | Array, values: Sequence[float] | Array, interpolation: str = "linear"
+    times: Sequence[float] | Array,
+    values: Sequence[float] | Array,
+    interpolation: str = "linear",
+    place: Callable[[int], str] = _row,
 ) -> Table:
-    """Check and prepare a table. Raises ``SimulationError``."""
+    """Check and prepare a table. ``place`` says where a row stands, by its index. Raises ``SimulationError``."""
     x, v = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
     if interpolation not in ("linear", "step", "spline"):
         raise SimulationError(f"interpolation is linear, step or spline, not '{interpolation}'")
@@ -64,25 +73,29 @@ def make_table(
         raise SimulationError("a table needs as many values as times, and at least one")
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise SimulationError("a table holds finite numbers only")
-    _check_order(x, interpolation)
+    _check_order(x, interpolation, place)
     slopes = _spline_slopes(x, v) if interpolation == "spline" else np.zeros_like(x)
     return Table(x, v, slopes, interpolation)
 
 
-def _check_order(times: Array, interpolation: str) -> None:
+def _check_order(times: Array, interpolation: str, place: Callable[[int], str]) -> None:
     """Refuse times that fall, three equal ones, and jumps of a smooth curve."""
     steps = np.diff(times)
     falls, jumps = steps < 0, steps == 0
     if falls.any():
         row = int(np.argmax(falls)) + 1
         raise SimulationError(
-            f"times of a table must not fall, but row {row + 1} ({times[row]:g}) follows {times[row - 1]:g}"
+            f"times of a table must not fall, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
         )
     if jumps.any() and interpolation == "spline":
-        raise SimulationError(f"a spline has no jumps, but the time {times[1:][jumps][0]:g} stands twice")
-    if (twice := jumps[1:] & jumps[:-1]).any():
+        row = int(np.argmax(jumps)) + 1
         raise SimulationError(
-            f"the time {times[1:-1][twice][0]:g} stands more than twice: a jump has two values"
+            f"a spline has no jumps, but the time {times[row]:g} stands twice, the second time in {place(row)}"
+        )
+    if (twice := jumps[1:] & jumps[:-1]).any():
+        row = int(np.argmax(twice)) + 2
+        raise SimulationError(
+            f"the time {times[row]:g} stands more than twice, the third time in {place(row)}: a jump has two values"
         )
 
 
@@ -133,29 +146,17 @@ def read_tables(
     table is that of this input only: the column that has its name, or the only one beside the time whatever its header says.
     Raises ``SimulationError`` with file and line.
     """
-    import csv
-
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise SimulationError(f"cannot read the table {path}: {reason}") from error
-    if len(rows) < 2:
-        raise SimulationError(f"the table {path} has no rows")
-    names, units = zip(*(header_of(cell) for cell in rows[0]), strict=True)
+    sheet = read_sheet(path)
+    names = [name for name, _ in sheet.heads]
     if names[0] != "time":
-        commas = ": columns are separated by commas" if len(names) == 1 and ";" in names[0] else ""
-        raise SimulationError(
-            f"the first column of the table {path} is 'time [s]', not '{rows[0][0].strip()}'{commas}"
-        )
-    data = _numbers(path, rows[1:], len(names))
-    if column is not None:
-        chosen = _column_of(path, names, column)
-        names, units, data = ("time", column), (units[0], units[chosen]), data[:, [0, chosen]]
+        raise SimulationError(f"the first column of the table {path} is 'time [s]', not '{names[0]}'")
+    if column is None:
+        chosen = dict(enumerate(names[1:], start=1))
+    else:
+        chosen = {_column_of(path, names, column): column}
+    times = np.array(sheet.complete(0, "time")) * _factor(path, convert, "time", sheet.heads[0][1])
     tables: dict[str, Table] = {}
-    times = data[:, 0] * convert("time", units[0])
-    for index, name in enumerate(names[1:], start=1):
+    for index, name in chosen.items():
         if name not in interpolations:
             known = ", ".join(sorted(interpolations)) or "none"
             raise SimulationError(
@@ -163,13 +164,16 @@ def read_tables(
             )
         if name in tables:
             raise SimulationError(f"the table {path} has two columns '{name}'")
-        try:
-            tables[name] = make_table(
-                times, data[:, index] * convert(name, units[index]), interpolations[name]
-            )
-        except SimulationError as error:
-            raise SimulationError(f"the table {path}: {error.message}") from error
+        values = np.array(sheet.complete(index, name)) * _factor(path, convert, name, sheet.heads[index][1])
+        tables[name] = make_table(times, values, interpolations[name], sheet.place)
     return tables
+
+
+def _factor(path: Path, convert: ConvertUnit, name: str, unit: str) -> float:
+    try:
+        return convert(name, unit)
+    except SimulationError as error:
+        raise SimulationError(f"the table {path}: {error.message}", help=error.help) from error
 
 
 def _column_of(path: Path, names: Sequence[str], wanted: str) -> int:
@@ -182,32 +186,3 @@ def _column_of(path: Path, names: Sequence[str], wanted: str) -> int:
             f"the table {path} needs one column beside the time, or one headed '{wanted}'; it has {found}"
         )
     return names.index(wanted)
-
-
-_UNIT = re.compile(r"(.*?)\s*\[(?![0-9, ]+\])([^\[\]]*)\]")
-"""A name and its unit; what holds numbers only is an index."""
-
-
-def header_of(cell: str) -> tuple[str, str]:
-    """Take ``torque [N.m]`` and ``u[1] [N]`` apart, as results are headed; a unit need not follow a blank."""
-    text = cell.strip()
-    match = _UNIT.fullmatch(text)
-    if match is None and text.count("[") != text.count("]"):
-        raise SimulationError(f"a column is headed 'name [unit]', not '{text}'")
-    name, unit = match.groups() if match else (text, "")
-    return "".join(name.split()), unit.strip()
-
-
-def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Array:
-    data = np.empty((len(rows), width))
-    for line, row in enumerate(rows):
-        if len(row) != width:
-            raise SimulationError(f"row {line + 1} of the table {path} has {len(row)} cells, not {width}")
-        for index, cell in enumerate(row):
-            try:
-                data[line, index] = float(cell)
-            except ValueError as error:
-                raise SimulationError(
-                    f"row {line + 1} of the table {path} holds '{cell.strip()}', which is no number"
-                ) from error
-    return data

@@ -140,7 +140,7 @@ def structural_value(text: Scalar) -> int | float | bool | str:
         return text
     if text in ("true", "false"):
         return text == "true"
-    for kind in (int, float):
+    for kind in (int, float) if "_" not in text else ():  # Python reads 1_0 as ten
         try:
             return kind(text)
         except ValueError:

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..lang.units import UnitError, parse_unit
 from ..runtime.ensembles.members import NUMBERS, Axis, Listed, Spread
+from ..runtime.sheets import read_sheet
 from ..suggest import closest
 from .given_values import UsageMistake, read_value_of, tidy, unknown_name
 from .in_si import settings_in_si
-from .measured_data import columns_of
+from .input_tables import bare_angle, factor_of
 
 _SIGN = re.compile(r"[=~]")
 _CALL = re.compile(r"(\w+)\s*\((.*)\)", re.S)
@@ -193,24 +193,16 @@ def _side_by_side(names: Sequence[str], given: Any, units: Mapping[str, str]) ->
 
 def _of_file(path: Path, units: Mapping[str, str]) -> Listed:
     """Read members from a CSV file with the header ``l [m],theta [deg]``."""
-    columns = columns_of(path)
-    names, arrays = [], []
-    for name, unit, values in columns:
-        wanted = units[_known(name, units)]
-        factor = 1.0
-        if unit:
-            try:
-                given, known = parse_unit(unit), parse_unit(wanted or "1")
-            except UnitError as error:
-                raise UsageMistake(f"{path.name}: {error}") from None
-            if given.dimension != known.dimension:
-                raise UsageMistake(
-                    f"the column '{name}' of {path.name} is in {unit}, it has the unit {wanted or '1'}"
-                )
-            factor = float(given.factor)
-        if not np.isfinite(values).all():
-            row = int(np.argmin(np.isfinite(values))) + 2
-            raise UsageMistake(f"row {row} of {path.name} has no value of '{name}'")
+    sheet = read_sheet(path)
+    names: list[str] = []
+    columns: list[Any] = []
+    remarks: list[str] = []
+    for k, (head, unit) in enumerate(sheet.heads):
+        name = _known(head, units)
+        factor = factor_of(path.name, name, units[name], unit)
         names.append(name)
-        arrays.append(values * factor)
-    return Listed(tuple(names), tuple(units[name] for name in names), np.column_stack(arrays))
+        columns.append(np.array(sheet.complete(k, name)) * factor)
+        remarks += bare_angle(path.name, name, units[name], unit, columns[-1])
+    return Listed(
+        tuple(names), tuple(units[name] for name in names), np.column_stack(columns), tuple(remarks)
+    )

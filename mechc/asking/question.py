@@ -7,9 +7,6 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..lang.units import UnitError, parse_unit
-from ..runtime.inputs import Table, read_tables
-from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
 from ..runtime.settings import (
     EQUILIBRIUM,
@@ -36,6 +33,7 @@ from .given_values import (
     unknown_name,
 )
 from .in_si import settings_in_si
+from .input_tables import input_tables
 from .ranges import free, ranges
 
 if TYPE_CHECKING:
@@ -48,7 +46,7 @@ def study(it: Asked, problem: Problem) -> Study:
     settings: dict[str, Any] = {n: _READ[kinds[n].kind](kinds[n], w, problem) for n, w in it.given.items()}
     return it.question(
         experiment=it.experiment,
-        inputs=_tables(problem, it.inputs),
+        inputs=input_tables(problem, it.inputs),
         progress=it.progress,
         follower=it.to,
         **settings,
@@ -318,39 +316,3 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     **OF_ENSEMBLES,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
-
-
-def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Table]:
-    """Read the CSV file of each input. Raises UsageMistake, SimulationError."""
-    if not files:
-        return {}
-    units = {quantity.name: quantity.unit for quantity in problem.inputs}
-    tables: dict[str, Table] = {}
-
-    def convert(name: str, unit: str) -> float:
-        wanted = problem.time.unit if name == "time" else units[name]
-        if not unit:
-            return 1.0
-        try:
-            given, known = parse_unit(unit), parse_unit(wanted or "1")
-        except UnitError as error:
-            raise SimulationError(str(error)) from None
-        if given.dimension != known.dimension:
-            raise SimulationError(f"the column '{name}' is in {unit}, the input has the unit {wanted or '1'}")
-        return float(given.factor)
-
-    for name, path in files.items():
-        elements = elements_of(tidy(name), units)
-        if not elements:
-            raise unknown_name("input", name, units)
-        interpolations = {q.name: q.interpolation for q in problem.inputs if q.name in elements}
-        if len(elements) == 1:
-            tables |= read_tables(Path(path), interpolations, convert, column=elements[0])
-            continue
-        found = read_tables(Path(path), interpolations, convert)
-        if missing := [n for n in elements if n not in found]:
-            raise SimulationError(
-                f"the table {path} has no column '{missing[0]}', which '{name}' stands for too"
-            )
-        tables |= found
-    return tables

@@ -45,6 +45,7 @@ class Listed(Struct, frozen=True, eq=False):
     names: tuple[str, ...]
     units: tuple[str, ...]
     rows: Array
+    remarks: tuple[str, ...] = ()
 
 
 class Members(Struct, frozen=True, eq=False):
@@ -133,7 +134,7 @@ def members_of(
             help=f"at most {MOST_MEMBERS:.0e} are made in one question: take fewer values, or draw at random",
         )
     cloud = listed
-    remarks: tuple[str, ...] = ()
+    remarks = listed.remarks if listed is not None else ()
     if spreads:
         assert samples is not None
         cloud, remarks = _drawn(spreads, samples, seed, sampling, covariance)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from msgspec import Struct, field
@@ -14,12 +14,15 @@ from ..problem import Array
 
 class Measured(Struct, frozen=True, eq=False):
     """One measured motion in SI. ``times`` [n] rise; ``columns`` [n] each, not-a-number where nothing was measured;
-    ``inputs`` drive the motion that is compared with it."""
+    ``inputs`` drive the motion that is compared with it. ``units``: as they were written, by column; ``remarks`` on how it was read.
+    """
 
     source: str
     times: Array
     columns: Mapping[str, Array]
     inputs: Mapping[str, Table] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
 
     def count(self, names: tuple[str, ...]) -> int:
         """Count the numbers that were measured of some quantities."""
@@ -27,21 +30,31 @@ class Measured(Struct, frozen=True, eq=False):
 
 
 def measured(
-    source: str, times: Array, columns: Mapping[str, Array], inputs: Mapping[str, Table] | None = None
+    source: str,
+    times: Array,
+    columns: Mapping[str, Array],
+    inputs: Mapping[str, Table] | None = None,
+    *,
+    place: Callable[[int], str] = lambda row: f"row {row + 1} of the data",
+    units: Mapping[str, str] | None = None,
+    remarks: tuple[str, ...] = (),
 ) -> Measured:
-    """Check one measured motion. Raises SimulationError for times that do not rise and for columns of other lengths."""
+    """Check one measured motion; ``place`` says where a row stands, by its index. Raises SimulationError for times that do not
+    rise, for columns of other lengths and for values that are infinite."""
     times = np.asarray(times, dtype=np.float64)
     arrays = {name: np.asarray(values, dtype=np.float64) for name, values in columns.items()}
     if times.ndim != 1 or not times.size:
         raise SimulationError(f"{source} has no rows")
     if not np.isfinite(times).all():
-        raise SimulationError(f"row {int(np.argmin(np.isfinite(times))) + 2} of {source} has no time")
+        raise SimulationError(f"{place(int(np.argmin(np.isfinite(times))))} has no time")
     if (falls := np.diff(times) <= 0).any():
         row = int(np.argmax(falls)) + 1
         raise SimulationError(
-            f"times of {source} must rise, but row {row + 2} ({times[row]:g}) follows {times[row - 1]:g}"
+            f"measured times must rise, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
         )
     for name, values in arrays.items():
         if values.shape != times.shape:
             raise SimulationError(f"'{name}' of {source} has {values.size} values at {times.size} times")
-    return Measured(source, times, arrays, inputs or {})
+        if (endless := np.isinf(values)).any():
+            raise SimulationError(f"{place(int(np.argmax(endless)))} has an infinite value of '{name}'")
+    return Measured(source, times, arrays, inputs or {}, units or {}, remarks)

@@ -164,8 +164,8 @@ def test_assignments() -> None:
 
 
 def test_structural_values() -> None:
-    values = [structural_value(text) for text in ("true", "7", "2.5", "stick", '"stick"')]
-    assert values == [True, 7, 2.5, "stick", "stick"]
+    values = [structural_value(text) for text in ("true", "7", "2.5", "stick", '"stick"', "1_0")]
+    assert values == [True, 7, 2.5, "stick", "stick", "1_0"]
     assert type(values[1]) is int
 
 

@@ -292,11 +292,15 @@ def test_what_does_not_fit_is_told(
         ("time [s],theta [m]\n0,1\n1,1\n2,1\n", "is in m, the model has it in rad"),
         ("time [s],thet [rad]\n0,1\n1,1\n", "did you mean 'theta'"),
         ("theta [rad]\n1\n2\n", "no column 'time'"),
-        ("time [s],theta [rad]\n0,1\n0,2\n", "must rise"),
-        ("time [s],theta [rad]\n0,1\n1,x\n", "row 3 .* holds 'x'"),
-        ("time [s],theta [rad],push [N.m]\n0,1,0\n1,1,\n2,1,0\n", "no value of 'push'"),
+        ("time [s],theta [rad]\n0,1\n0,2\n", "must rise, but in line 3 of"),
+        ("time [s],theta [rad]\n0,1\n\n2,2\n1,2\n", "in line 5 of .* the time 1 follows 2"),
+        ("time [s],theta [rad]\n0,1\n1,inf\n", "line 3 of .* holds 'inf'"),
+        ("time [s],theta [rad]\n0,1\nnan,2\n", "line 3 of .* has no time"),
+        ("time [s],time [s],theta [rad]\n0,1,2\n", "two columns 'time'"),
+        ("time [s],theta [rad]\n0,1\n1,x\n", "line 3 .* holds 'x'"),
+        ("time [s],theta [rad],push [N.m]\n0,1,0\n1,1,\n2,1,0\n", "line 3 of .* has no value of 'push'"),
         ("time [s];theta [rad]\n0;1\n", "separated by commas"),
-        ("time [s],theta [rad]\n0,1\n1\n", "has 1 cells, not 2"),
+        ("time [s],theta [rad]\n0,1\n1\n", "line 3 of .* has 1 cells, not 2"),
         ("time [s],theta [rad]\n", "no rows"),
         ("time [s],theta [rad]\n0,1\n1,2\n", "cannot tell 2 unknowns"),
     ],
@@ -306,6 +310,26 @@ def test_wrong_data_are_told(model: mechc.Model, tmp_path: Path, text: str, word
     file.write_text(text)
     with pytest.raises((UsageMistake, SimulationError), match=words):
         model.fit(file, "l, theta")
+
+
+def test_what_has_no_unit_is_told_where_it_looks_like_another(model: mechc.Model, tmp_path: Path) -> None:
+    """Degrees without a unit are read in rad: said where they are more than a turn, or another file has a unit."""
+    rows = [f"{t},{40 * np.cos(3 * t):.6f}\n" for t in np.linspace(0, 1, 11)]
+    bare, stated, small = (tmp_path / name for name in ("bare.csv", "stated.csv", "small.csv"))
+    bare.write_text("".join(["time,theta\n", *rows]))
+    stated.write_text("".join(["time [s],theta [deg]\n", *rows]))
+    small.write_text("".join(["time,theta\n", *(f"{t},{0.5 - t / 10}\n" for t in np.linspace(0, 1, 11))]))
+    degrees = "the column 'theta' of bare.csv has no unit, so it is read in rad, and it reaches 40 rad"
+
+    def said(*files: Path) -> list[str]:
+        found = model.fit(list(files), "theta", set={"l": 1.1}, shared="theta")
+        return [remark for remark in found.remarks if "unit" in remark]
+
+    assert len(said(bare)) == 1 and degrees in said(bare)[0]
+    assert said(small) == [] and said(stated) == []
+    both = "the column 'theta' is in deg in stated.csv; small.csv gives it no unit and is read in SI"
+    assert both in said(stated, small)
+    assert said(small)[:1] == [] and "time" in said(stated, small)[0]
 
 
 BALL = """\

@@ -25,6 +25,7 @@ from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Free, settable
+from ...sheets import units_apart
 from ..findings import Cell, Curve, Findings, Panel, Table, Value
 from ..runs.simulate import plan_run, run
 from ..study import Study
@@ -214,7 +215,12 @@ def _findings(study: Fit, search: Search, found: Found, first: Solution) -> Find
         message=_message(search, found),
         values=values,
         errors_from=f"half of the {CONFIDENCE:.0%} confidence intervals of the linearised model",
-        remarks=(*judged.unseen.texts, *_at_bounds(search, found, names), *_left_out(study, motions)),
+        remarks=(
+            *judged.unseen.texts,
+            *_at_bounds(search, found, names),
+            *_left_out(study, motions),
+            *_of_data(motions.data),
+        ),
         tables=(_residual_table(motions, rms, units), *_correlation_table(names, judged)),
         panels=_panels(motions, computed, units),
         details=_details(motions, names, judged, rms, units),
@@ -247,6 +253,12 @@ def _left_out(study: Fit, motions: Motions) -> list[str]:
     there = dict.fromkeys(name for motion in study.data for name in motion.columns)
     rest = [name for name in there if name not in motions.outputs]
     return [f"not compared: {', '.join(rest)}"] if rest else []
+
+
+def _of_data(data: tuple[Measured, ...]) -> list[str]:
+    """Say what is to be known of how the data were read."""
+    remarks = [remark for motion in data for remark in motion.remarks]
+    return remarks + units_apart([(motion.source, motion.units) for motion in data])
 
 
 def _residual_table(motions: Motions, rms: Mapping[str, float], units: Mapping[str, str]) -> Table:

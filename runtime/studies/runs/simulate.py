@@ -302,9 +302,10 @@ def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
 
 def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
     s = main.statistics
-    remarks = []
+    remarks: list[str] = []
     for k, table in case.tables.items():
         first, last = float(table.times[0]), float(table.times[-1])
+        remarks += table.remarks
         if first == last or (first <= case.begin and case.stop <= last):
             continue
         span = f"{time_text(problem, first)} to {last:g}"
