@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from mechc.suggest import suggest
 
 from .allowed_values import check_parameters, check_state
-from .driving_inputs import check_set, with_derivatives
+from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
 from .limits_of_time import check_finite, check_size
 from .once import once
-from .outcome import SimulationError
+from .outcome import SimulationError, time_text
 from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting
 from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
@@ -60,7 +60,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
 
     ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the motion itself
-    begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step methods. ``every``: output spacing; else
+    begins at ``begin``; without it at 0, or at ``start`` where that is negative or a table has no rows before it. ``step`` belongs to fixed-step methods. ``every``: output spacing; else
     ``points`` output times are spread evenly. ``dense`` keeps the polynomials of all steps for ``Solution(t)``. ``max_step``: the
     longest step, else a tenth of the run: no motion is jumped over. ``max_steps`` bounds steps, ``stiff_after`` those of the stiff.
     """
@@ -69,6 +69,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     values: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Table] = field(default_factory=dict)
     start: Annotated[float | None, settable("First output time.", "time")] = None
+    begin: float | None = None
     stop: Annotated[
         float | None, settable('When to stop: "10 s", "2 min"; a bare number is seconds.', "time")
     ] = None
@@ -245,12 +246,14 @@ def _spans(problem: Problem) -> dict[tuple[object, ...], _TimeSpan]:
 
 def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
     """Check times, tolerance and steps, or take those of the run before, if it asked for the same."""
-    known, own = _spans(problem), (options.start, options.stop, options.every, options.points)
+    start = (numbers.get("start") if options.start is None else options.start) or 0.0
+    begin = begin_of(problem, options.inputs, start) if options.begin is None else options.begin
+    known, own = _spans(problem), (begin, options.start, options.stop, options.every, options.points)
     asked = (*own, options.tolerance, options.step, options.max_step, *numbers.items())
     found = known.get(asked) if options.follower is None else None
     if found is not None:
         return replace(found, grid=found.grid.copy())
-    made = _checked_span(problem, options, numbers)
+    made = _checked_span(problem, options, numbers, start, begin)
     if options.follower is None and made.grid.size <= AT_ONCE:
         known.clear()
         known[asked] = replace(made, grid=made.grid.copy())
@@ -277,13 +280,15 @@ def _blank(problem: Problem) -> _Blank:
     )
 
 
-def _checked_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
+def _checked_span(
+    problem: Problem, options: SimulationOptions, numbers: Mapping[str, float], start: float, begin: float
+) -> _TimeSpan:
     """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
 
     def number(name: str, given: float | None) -> float | None:
         return numbers.get(name) if given is None else float(given)
 
-    start, every = number("start", options.start) or 0.0, number("every", options.every)
+    every = number("every", options.every)
     stop = number("stop", options.stop)
     if stop is None:
         raise SimulationError(
@@ -292,10 +297,14 @@ def _checked_span(problem: Problem, options: SimulationOptions, numbers: Mapping
             'or stop="10 s" in Python',
         )
     check_finite({n: v for n, v in (("start", start), ("stop", stop)) if getattr(options, n) is None})
+    if stop < start and options.start is not None and options.stop is None:
+        raise SimulationError(
+            f"the experiment stops at {time_text(problem, stop)}, before the start at {time_text(problem, start)}",
+            help='give the stop time as well: --stop "20 s" to the command, stop="20 s" in Python',
+        )
     if options.follower is None:
         check_size(problem, start, stop, every, options.points)
     grid = output_times(start, stop, every, options.points, options.storage)
-    begin = min(0.0, start)
     tolerance = number("tolerance", options.tolerance)
     tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
     if not LOWEST_TOLERANCE <= tolerance < 1:

@@ -9,6 +9,9 @@ from .once import once
 from .outcome import SimulationError
 from .problem import Array, Problem
 
+SLACK = 1e-12
+"""Of the times of a table: what counts as one of its ends."""
+
 
 @once
 def derived(problem: Problem) -> dict[int, tuple[int, int]]:
@@ -50,10 +53,32 @@ def with_derivatives(
 
 def _check_reach(name: str, times: Array, begin: float, stop: float) -> None:
     """Refuse a run beyond the ends of a table, where the value is held and its rate would jump."""
-    slack = 1e-12 * max(abs(times[0]), abs(times[-1]))
-    if begin < times[0] - slack or stop > times[-1] + slack:
-        raise SimulationError(
-            f"the table of '{name}' reaches from {times[0]:g} s to {times[-1]:g} s, the run from {begin:g} s to {stop:g} s: "
-            "beyond its ends what it drives would stand still at once",
-            help="give rows for the whole run, or let the run end with the table",
-        )
+    slack = SLACK * max(abs(times[0]), abs(times[-1]))
+    ways = [("begin", "start", times[0])] if begin < times[0] - slack else []
+    ways += [("end", "stop", times[-1])] if stop > times[-1] + slack else []
+    if not ways:
+        return
+    options = " ".join(f'--{option} "{time:.10g} s"' for _, option, time in ways)
+    raise SimulationError(
+        f"the table of '{name}' reaches from {times[0]:g} s to {times[-1]:g} s, the run from {begin:g} s to {stop:g} s: "
+        "beyond its ends what it drives would stand still at once",
+        help=f"give rows for the whole run, or let the motion {' and '.join(verb for verb, _, _ in ways)} "
+        f"with the table: {options}",
+    )
+
+
+def begin_of(problem: Problem, tables: Mapping[str, Table], start: float) -> float:
+    """Return when the motion begins whose first output is at ``start``: at 0, or at a negative start.
+
+    It begins at the start, too, where a table does: within a row of it, or anywhere behind if it drives a coordinate, which has
+    no motion before. Measured times may count from when a logger was switched on.
+    """
+    driving = {problem.inputs[k].name for k in derived(problem)} if tables else set()
+    for name, table in tables.items():
+        if table.times.size < 2:
+            continue
+        first, row = table.times[0], table.times[1] - table.times[0]
+        behind = start >= first * (1 - SLACK)
+        if first > 0 and behind and (name in driving or (row < first and start - first <= row)):
+            return start
+    return min(0.0, start)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from ..inputs import Table
 from ..outcome import SimulationError
@@ -23,6 +24,16 @@ class Measured(Struct, frozen=True, eq=False):
     inputs: Mapping[str, Table] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
+
+    def since(self, begin: float) -> Measured:
+        """Return what was measured from ``begin`` on; inputs keep all their rows."""
+        there = self.times >= begin
+        if not there.any():
+            raise SimulationError(
+                f"{self.source} ends at {self.times[-1]:g}, before the motion begins at {begin:g}"
+            )
+        columns = {name: values[there] for name, values in self.columns.items()}
+        return replace(self, times=self.times[there], columns=columns)
 
     def count(self, names: tuple[str, ...]) -> int:
         """Count the numbers that were measured of some quantities."""

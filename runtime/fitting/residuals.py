@@ -60,6 +60,25 @@ class Plan(Protocol):
     def nominal(self) -> Array: ...
 
 
+def options_of(options: SimulationOptions, motion: Measured) -> SimulationOptions:
+    """Return the options of the run that is compared with one measured motion; ``start`` of a fit is when that begins."""
+    begin = float(motion.times[0])
+    if begin == motion.times[-1]:
+        raise SimulationError(f"{motion.source} has one row: nothing moves between two times")
+    return replace(
+        options,
+        inputs={**options.inputs, **motion.inputs},
+        start=begin,
+        begin=options.start,
+        stop=float(motion.times[-1]),
+        every=None,
+        points=2,
+        dense=False,
+        estimate_error=False,
+        progress=None,
+    )
+
+
 class Motions:
     """The measured motions of a model, computed for any values of the unknowns. ``plan`` makes a run ready."""
 
@@ -83,28 +102,11 @@ class Motions:
             reported.index(name) if name in reported else len(reported) + states.index(name)
             for name in outputs
         ]
-        self.options = [self._of(options, motion) for motion in data]
+        self.options = [options_of(options, motion) for motion in data]
         self._begun: list[Tangents | None] = [None] * len(
             self.data
         )  # whose sizes and method serve the next one
         self._kept: tuple[bytes, Computed] | None = None
-
-    def _of(self, options: SimulationOptions, motion: Measured) -> SimulationOptions:
-        """Return the options of the run that is compared with one measured motion."""
-        begin = float(motion.times[0])
-        if begin == motion.times[-1]:
-            raise SimulationError(f"{motion.source} has one row: nothing moves between two times")
-        return replace(
-            options,
-            inputs={**options.inputs, **motion.inputs},
-            start=begin,
-            stop=float(motion.times[-1]),
-            every=None,
-            points=2,
-            dense=False,
-            estimate_error=False,
-            progress=None,
-        )
 
     def at(self, values: Array, share: float = 1.0) -> Computed:
         """Compute all motions. ``values`` [k]: of the unknowns; ``share``: how much of each motion, from its begin."""

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.runtime.outcome import SimulationError
@@ -72,3 +74,105 @@ def test_members_in_degrees_without_a_unit_are_told(model: mechc.Model, tmp_path
     path.write_text("offset [deg]\n1\n\n1_0\n")
     with pytest.raises(SimulationError, match=r"line 4 of .* holds '1_0'"):
         model.ensemble(vary=str(path), keep="final(sum)")
+
+
+RIG = """\
+model Rig
+  parameter a = 1 N.s/m;
+  parameter c = 0.5 N.s/m;
+  input Length stroke(interpolation = "spline") = 0 mm;
+  input Force push = 0 N;
+  coordinate Length x;
+  coordinate Length y = 0.3 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*4 N/m*y^2;
+  damping c on y;
+  drive x = stroke;
+  force push on y;
+  output Force force = a*der(x);
+  experiment(stop = 4 s);
+end Rig;
+"""
+CLOCK = np.linspace(12.0, 14.0, 201)
+
+
+@pytest.fixture(scope="module")
+def rig() -> mechc.Model:
+    return mechc.loads(RIG)
+
+
+def driven(folder: Path, first: float = 12.0) -> Path:
+    """The stroke sin(3 t) of a logger that was switched on 12 s before, with the force of a damper of 2 N.s/m."""
+    t = CLOCK - 12.0
+    rows = zip(t + first, np.sin(3 * t), 6 * np.cos(3 * t), strict=True)
+    return table(folder, "time [s],stroke [m],force [N]", [tuple(map(float, row)) for row in rows])
+
+
+def test_a_fit_begins_with_data_that_drive(rig: mechc.Model, tmp_path: Path) -> None:
+    """The spline of these rows has the rate of the sine to 1e-4, at its ends, and so the fit has 2 N.s/m."""
+    early = rig.fit(driven(tmp_path, 0.0), "a")
+    late = rig.fit(driven(tmp_path), "a")
+    asked = rig.fit(driven(tmp_path), "a", start="12 s")
+    after = rig.fit(driven(tmp_path), "a", start=12.5)
+    for found in (early, late, asked, after):
+        assert found["a"] == pytest.approx(2.0, abs=1e-3)
+    assert late["a"] == pytest.approx(early["a"], rel=1e-9) and asked["a"] == late["a"]
+    assert any("begins at t = 12 s" in said for said in late.remarks) and not asked.remarks
+    assert "151 numbers" in after.message
+    with pytest.raises(SimulationError, match='begin with the table: --start "12 s"'):
+        rig.fit(driven(tmp_path), "a", start=11)
+    with pytest.raises(SimulationError, match="ends at 14, before the motion begins at 15"):
+        rig.fit(driven(tmp_path), "a", start=15)
+
+
+def test_a_run_begins_with_a_table_that_drives(rig: mechc.Model, tmp_path: Path) -> None:
+    inputs = {"stroke": driven(tmp_path)}
+    run = rig.simulate(inputs=inputs, start="12 s", stop="14 s")
+    assert run.time[0] == 12.0 and run.time[-1] == 14.0 and run["x"][-1] == pytest.approx(np.sin(6.0))
+    w, d = np.sqrt(4 - 0.0625), 0.25  # y'' + 0.5 y' + 4 y = 0 from 0.3 at 12 s
+    y = 0.3 * np.exp(-d * 2) * (np.cos(w * 2) + d / w * np.sin(w * 2))
+    assert run["y"][-1] == pytest.approx(y, rel=1e-7)
+    assert any("begins at t = 12 s" in said for said in run.remarks)
+    with pytest.raises(SimulationError, match='begin with the table: --start "12 s"'):
+        rig.simulate(inputs=inputs, stop=2)
+    with pytest.raises(SimulationError, match='begin and end with the table: --start "12 s" --stop "14 s"'):
+        rig.simulate(inputs=inputs, stop=15)
+    with pytest.raises(
+        SimulationError, match="stops at t = 4 s, before the start at t = 12 s; give the stop"
+    ):
+        rig.simulate(inputs=inputs, start=12)
+    many = rig.ensemble(
+        vary="c = 0.5 N.s/m .. 0.6 N.s/m, 2", inputs=inputs, start=12, stop=14, keep="final(y)"
+    )
+    assert float(many["final(y)"][0]) == pytest.approx(y, rel=1e-7)
+
+
+def test_a_force_that_was_measured_from_a_time_on(rig: mechc.Model, tmp_path: Path) -> None:
+    """With the start at its first row the motion begins there; with another one at 0, where the first value holds."""
+    path = table(tmp_path, "time [s],push [N]", [(float(t), float(np.cos(t))) for t in CLOCK])
+
+    def y(begin: float) -> float:
+        def rates(t: float, y: np.ndarray) -> list[float]:
+            push = np.interp(t, CLOCK, np.cos(CLOCK))
+            return [y[1], push - 4 * y[0] - 0.5 * y[1]]
+
+        end = solve_ivp(rates, (begin, 14), [0.3, 0.0], rtol=1e-9, atol=1e-11, max_step=0.01)
+        return float(end.y[0][-1])
+
+    there = rig.simulate(inputs={"push": path}, start=12, stop=14, estimate_error=False)
+    assert there["y"][-1] == pytest.approx(y(12.0), abs=1e-6)
+    assert any("begins at t = 12 s" in said for said in there.remarks)
+    from_zero = rig.simulate(inputs={"push": path}, start=13, stop=14, estimate_error=False)
+    assert from_zero["y"][-1] == pytest.approx(y(0.0), abs=1e-6)
+    assert any("beyond its ends its first and last value hold" in said for said in from_zero.remarks)
+
+
+def test_data_that_begin_late_are_told(rig: mechc.Model) -> None:
+    """y of 0.3 m at 7 s: a motion that begins at 0 fits it poorly and says so, one that begins there fits it."""
+    t = np.linspace(0, 3, 61)
+    w, d = np.sqrt(4 - 0.09), 0.3
+    data = {"time": t + 7, "y": 0.3 * np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t))}
+    late = rig.fit(data, "c")
+    assert any("begin at t = 7 s" in said and "initial values at 0" in said for said in late.remarks)
+    asked = rig.fit(data, "c", start=7)
+    assert asked["c"] == pytest.approx(0.6, rel=1e-6) and not asked.remarks

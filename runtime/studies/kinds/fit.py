@@ -16,12 +16,13 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ...case import DEFAULT_TOLERANCE, prepare
+from ...driving_inputs import begin_of
 from ...fitting.judged import CONFIDENCE, Judged, judge
 from ...fitting.measured import Measured
-from ...fitting.residuals import Computed, Motions, Unknown
+from ...fitting.residuals import Computed, Motions, Unknown, options_of
 from ...fitting.search import Found, Search
 from ...functions import load_functions
-from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError
+from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Free, settable
@@ -52,6 +53,9 @@ class Fit(Study, frozen=True, kw_only=True):
     shared: Annotated[
         tuple[str, ...], settable("Initial values that all measured motions have in common.", "names")
     ] = ()
+    start: Annotated[
+        float | None, settable("When the motion begins; what was measured before is left out.", "time")
+    ] = None
     loss: Annotated[str, settable(f"What outliers count: {', '.join(LOSSES)}.", "text")] = "linear"
     starts: Annotated[
         int, settable("How many starts of the search are tried, spread over the bounds.", "count")
@@ -70,10 +74,15 @@ class Fit(Study, frozen=True, kw_only=True):
         """Search. Raises SimulationError for data that do not fit the model, and where no motion can be computed."""
         if self.loss not in LOSSES:
             raise SimulationError(f"the loss is {', '.join(LOSSES)}, not '{self.loss}'")
-        if timed := [name for name in ("start", "stop", "every") if getattr(self, name) is not None]:
-            raise SimulationError(f"the measured times decide when a fit begins and ends, not '{timed[0]}'")
+        if timed := [name for name in ("stop", "every") if getattr(self, name) is not None]:
+            raise SimulationError(f"the measured times decide when a fit ends, not '{timed[0]}'")
         if not self.data:
             raise SimulationError("a fit needs measured motions", help="mechc fit MODEL data.csv --vary m,l")
+        if self.start is None:
+            return self._fitted(problem)
+        return replace(self, data=tuple(motion.since(self.start) for motion in self.data))._fitted(problem)
+
+    def _fitted(self, problem: Problem) -> Findings:
         outputs = _outputs(problem, self)
         unknowns = _unknowns(problem, self)
         motions = Motions(problem, plan_run, self, self.data, unknowns, outputs)
@@ -122,7 +131,7 @@ def _unknowns(problem: Problem, study: Fit) -> tuple[Unknown, ...]:
     """Give the numbers that are searched, with their bounds and first values. Raises SimulationError."""
     if not study.vary:
         raise SimulationError("nothing is free", help="name what is searched: --vary m,l")
-    case = prepare(problem, load_functions(problem), replace(study, stop=1.0))
+    case = prepare(problem, load_functions(problem), options_of(study, study.data[0]))
     inputs = case.functions.inputs
     parameters = {q.name: (q, case.p[i]) for i, q in enumerate(problem.parameters)}
     states = {q.name: (q, case.y0[i]) for i, q in enumerate(problem.states)}
@@ -220,6 +229,7 @@ def _findings(study: Fit, search: Search, found: Found, first: Solution) -> Find
             *_at_bounds(search, found, names),
             *_left_out(study, motions),
             *_of_data(motions.data),
+            *_late(motions),
         ),
         tables=(_residual_table(motions, rms, units), *_correlation_table(names, judged)),
         panels=_panels(motions, computed, units),
@@ -259,6 +269,25 @@ def _of_data(data: tuple[Measured, ...]) -> list[str]:
     """Say what is to be known of how the data were read."""
     remarks = [remark for motion in data for remark in motion.remarks]
     return remarks + units_apart([(motion.source, motion.units) for motion in data])
+
+
+def _late(motions: Motions) -> list[str]:
+    """Say when the motions begin whose data do not begin at 0."""
+    remarks: list[str] = []
+    for motion, options in zip(motions.data, motions.options, strict=True):
+        first = float(motion.times[0])
+        if options.begin is not None or first <= 1.5 * float(np.max(np.diff(motion.times))):
+            continue
+        begin = begin_of(motions.problem, options.inputs, first)
+        at = time_text(motions.problem, first)
+        if begin > 0:
+            remarks.append(f"the motion begins at {at}, where the measured inputs of {motion.source} do")
+            continue
+        remarks.append(
+            f"the data of {motion.source} begin at {at}, the motion with its initial values at {begin:g}; with start = "
+            f'{first:.10g} (--start "{first:.10g}") it begins where the data do'
+        )
+    return remarks
 
 
 def _residual_table(motions: Motions, rms: Mapping[str, float], units: Mapping[str, str]) -> Table:

@@ -303,6 +303,10 @@ def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
 def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
     s = main.statistics
     remarks: list[str] = []
+    if case.begin > 0:
+        remarks.append(
+            f"the motion begins at {time_text(problem, case.begin)}, with a table that has no earlier rows"
+        )
     for k, table in case.tables.items():
         first, last = float(table.times[0]), float(table.times[-1])
         remarks += table.remarks
