@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 
 from ..problem import Array
+from .residuals import counted
 from .search import Found, Search
 from .unseen import Unseen, unseen
 
@@ -62,18 +63,3 @@ def _covariance(slopes: Array, noise: float) -> Array:
     there = s > max(noise, SMALLEST * float(s.max(initial=0.0)))
     found: Array = (v[: s.size][there].T / s[there] ** 2) @ v[: s.size][there]
     return found
-
-
-def counted(r: Array, loss: str) -> Array:
-    """Give how much each residual counts under a loss of scipy: the derivative of rho at its square."""
-    z = r**2
-    match loss:
-        case "linear":
-            return np.ones_like(z)
-        case "soft_l1":
-            return 1.0 / np.sqrt(1.0 + z)
-        case "huber":
-            return np.where(z <= 1.0, 1.0, 1.0 / np.sqrt(np.maximum(z, 1.0)))
-        case "cauchy":
-            return 1.0 / (1.0 + z)
-    return 1.0 / (1.0 + z**2)

@@ -14,10 +14,13 @@ from msgspec.structs import replace
 
 from ..case import Case, SimulationOptions, prepare
 from ..integrate.choose_method import Method
-from ..outcome import SimulationError
+from ..outcome import TOO_MANY_STEPS, SimulationError
 from ..problem import Array, Problem
 from ..tangent.flow import Tangents
 from .measured import Measured
+
+LONGER, LEAST_STEPS = 50, 5000
+"""A trial motion may take so many times the steps of the first one, and so many at least: one that takes more is not followed."""
 
 
 class Unknown(Struct, frozen=True):
@@ -97,6 +100,8 @@ class Motions:
         self.unknowns = tuple(unknowns)
         self.outputs = tuple(outputs)
         self.evaluations = 0
+        self.given_up = 0
+        """Trial motions that were not followed to their end, as they took too many steps."""
         states, reported = [q.name for q in problem.states], [q.name for q in problem.outputs]
         self._columns = [
             reported.index(name) if name in reported else len(reported) + states.index(name)
@@ -107,6 +112,11 @@ class Motions:
             self.data
         )  # whose sizes and method serve the next one
         self._kept: tuple[bytes, Computed] | None = None
+
+    @property
+    def most_steps(self) -> int:
+        """How many steps a trial motion may take; each measured motion has a bound of its own."""
+        return max((begun.max_steps or 0 for begun in self._begun if begun is not None), default=0)
 
     def at(self, values: Array, share: float = 1.0) -> Computed:
         """Compute all motions. ``values`` [k]: of the unknowns; ``share``: how much of each motion, from its begin."""
@@ -148,9 +158,15 @@ class Motions:
             begun = Tangents(plan.case, plan.method, plan.nominal, list(given))
         else:
             case = prepare(self.problem, begun.case.functions, asked)
-            begun = Tangents(case, begun.method, begun.nominal, list(given), sizes=begun.sizes)
+            most = begun.max_steps
+            begun = Tangents(
+                case, begun.method, begun.nominal, list(given), sizes=begun.sizes, max_steps=most
+            )
         flow = begun.flow(begun.case.begin, begun.case.y0, begun.start(), times)
+        if begun.max_steps is None:
+            begun.max_steps = max(LONGER * flow.statistics.steps, LEAST_STEPS)
         self._begun[d] = begun
+        self.given_up += flow.failure is not None and flow.failure.kind == TOO_MANY_STEPS
         if flow.short:
             return flow.short, np.empty(0)
         values = np.hstack([flow.outputs, flow.states])[:, self._columns]
@@ -194,3 +210,18 @@ class Motions:
         """Give, for each residual, which output it is of: [N]."""
         _, there = self._measured(computed)
         return np.concatenate([np.broadcast_to(np.arange(len(self.outputs)), t.shape)[t] for t in there])
+
+
+def counted(r: Array, loss: str) -> Array:
+    """Give how much each residual counts under a loss of scipy: the derivative of rho at its square."""
+    z = r**2
+    match loss:
+        case "linear":
+            return np.ones_like(z)
+        case "soft_l1":
+            return 1.0 / np.sqrt(1.0 + z)
+        case "huber":
+            return np.where(z <= 1.0, 1.0, 1.0 / np.sqrt(np.maximum(z, 1.0)))
+        case "cauchy":
+            return 1.0 / (1.0 + z)
+    return 1.0 / (1.0 + z**2)

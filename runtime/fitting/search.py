@@ -8,7 +8,7 @@ from msgspec import Struct
 from ..case import Progress
 from ..outcome import SimulationError
 from ..problem import Array
-from .residuals import Motions
+from .residuals import Motions, counted
 
 WEIGHTINGS, SETTLED = 8, 1e-3
 """How often the noise of outputs is estimated at most, and the relative change below which it has settled."""
@@ -21,8 +21,15 @@ SHARES = tuple(0.03 * 1.25**k for k in range(16))
 """Of the measured motion, from its begin: fitted one after the other where the whole is fitted poorly."""
 STOPPED = 1e-12
 """Relative change of the sum of squares, and of the unknowns, at which a search ends."""
+GROWN, FAR = 3.0, 100.0
+"""Times its first size: an unknown that grows without bound is beyond the first where motions take too many steps, and beyond
+the second where they do not."""
+NO_WORSE = 1e-6
+"""Of the sum of squares: a fit that is worse by less is no worse."""
 FIRST, MOST = 60, 400
 """Evaluations of a search: a first one that takes more is in a curved valley, and is begun bit by bit."""
+ROUNDING = 1e-12
+"""Of the largest value: what scatters less than that does not change."""
 NORMAL = 1.4826
 """Standard deviation over median deviation of normal errors."""
 
@@ -66,7 +73,7 @@ class Search:
         starts = self._starts()
         for k, x in enumerate(starts):
             found = self._one(x, most=FIRST)
-            if found is None or not found.converged or self._poor(found):
+            if found is None or not found.converged or self.poor(found):
                 found = self._better(found, self._by_parts(x))
             if found is not None and (best is None or found.cost < best.cost):
                 best = found
@@ -164,7 +171,30 @@ class Search:
             return other
         return found if found.converged else self._one(found.x)
 
-    def _poor(self, found: Found) -> bool:
+    def runaways(self, found: Found) -> list[int]:
+        """Give the unknowns that grow without bound: twice as large they fit no worse, or the residuals fall while motions begin to
+        take too many steps."""
+        motions = self.motions
+        computed = motions.at(found.x)
+        r = motions.residuals(computed, found.weights)
+        slopes = motions.jacobian(computed, found.weights) * counted(r, self.loss)[:, None]
+        falls = -(slopes.T @ r) * found.x > 0
+        grown = np.abs(found.x) / self.sizes
+        ends = []
+        for k in np.flatnonzero((grown > GROWN) & (found.x > self.low) & (found.x < self.high)):
+            further = found.x.copy()
+            further[k] *= 2
+            before = motions.given_up
+            there = motions.at(further)
+            if there.values:
+                worse = np.sum(counted(r, self.loss) * (motions.residuals(there, found.weights) ** 2 - r**2))
+                if grown[k] > FAR and worse <= NO_WORSE * np.sum(counted(r, self.loss) * r**2):
+                    ends.append(int(k))
+            elif motions.given_up > before > 0 and falls[k]:
+                ends.append(int(k))
+        return ends
+
+    def poor(self, found: Found) -> bool:
         """Whether the residuals are large and follow one another: errors of the data would not."""
         motions = self.motions
         computed = motions.at(found.x)
@@ -199,5 +229,6 @@ def _scatter(motions: Motions) -> Array:
         values = whole[np.isfinite(whole)]
         if not values.size:
             raise SimulationError(f"no row of the data has a value of '{name}'")
-        found.append(float(values.std()) or float(np.abs(values).max()) or 1.0)
+        deviation, largest = float(values.std()), float(np.abs(values).max())
+        found.append(deviation if deviation > ROUNDING * largest else largest or 1.0)
     return np.array(found)

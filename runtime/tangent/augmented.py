@@ -70,7 +70,15 @@ class Augmented(Struct, frozen=True, eq=False):
         return input_values(self.functions, self.case.tables, t, self.p, len(self.problem.inputs))
 
     def run(
-        self, method: Method, tolerance: float, nominal: Array, begin: float, y: Array, z: Array, grid: Array
+        self,
+        method: Method,
+        tolerance: float,
+        nominal: Array,
+        begin: float,
+        y: Array,
+        z: Array,
+        grid: Array,
+        max_steps: int | None = None,
     ) -> Trajectory:
         """Integrate from ``begin`` over the times of ``grid`` [n]. ``y``: state and derivatives, ``nominal`` their sizes."""
         first, began = begin, y
@@ -94,7 +102,7 @@ class Augmented(Struct, frozen=True, eq=False):
         )
         run = run_kernel if method.in_kernel else run_scipy
         step = case.step if method.fixed_step else None
-        found = run(case, SolverOptions(method.name, tolerance, nominal, step))
+        found = run(case, SolverOptions(method.name, tolerance, nominal, step, max_steps=max_steps))
         if not early.size:
             return found
         states = np.concatenate([np.tile(began, (early.size, 1)), found.y])

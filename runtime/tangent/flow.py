@@ -111,7 +111,7 @@ class Tangents:
 
     ``states``: how many directions are changes of the initial state alone; they come first, and ``directions`` by name
     after them. ``sizes``: what errors of the derivatives are measured against, as found by another one for the same
-    directions of a motion like this; found along the motion without them.
+    directions of a motion like this; found along the motion without them. A motion of more than ``max_steps`` is given up.
     """
 
     def __init__(
@@ -122,6 +122,7 @@ class Tangents:
         directions: Sequence[str] = (),
         states: int = 0,
         sizes: Array | None = None,
+        max_steps: int | None = None,
     ) -> None:
         if not directions and not states:
             raise SimulationError("nothing is named in which the motion is to be differentiated")
@@ -143,6 +144,7 @@ class Tangents:
         self.augmented = augment(case, as_asked(case, self._listed, first + len(by_array["y"])))
         self.tolerance = case.tolerance
         self.sizes = sizes
+        self.max_steps = max_steps
 
     def tighter(self) -> Tangents:
         """Give the same with a tighter tolerance, a looser one where it is the tightest, or half the step."""
@@ -233,7 +235,8 @@ class Tangents:
         assert self.sizes is not None
         nominal = augmented.joined(self.nominal, np.maximum(self.sizes, spread(w, self.nominal)))
         z = augmented.discretes(self.case.z)
-        run = augmented.run(self.method, self.tolerance, nominal, begin, augmented.joined(y, w), z, times)
+        joined = augmented.joined(y, w)
+        run = augmented.run(self.method, self.tolerance, nominal, begin, joined, z, times, self.max_steps)
         if run.interrupted:
             raise KeyboardInterrupt
         states, tangents = augmented.split(run.y, y.size)
@@ -252,7 +255,13 @@ class Tangents:
         """Follow a motion across its events."""
         assert self.sizes is not None
         pieces = Pieces(
-            self.augmented, self.method, self.recording, self.tolerance, self.nominal, self._vectors
+            self.augmented,
+            self.method,
+            self.recording,
+            self.tolerance,
+            self.nominal,
+            self._vectors,
+            self.max_steps,
         )
         return pieces.follow(begin, y, w, self.sizes, times)
 

@@ -65,10 +65,12 @@ class Pieces:
         tolerance: float,
         nominal: Array,
         probe: int,
+        max_steps: int | None = None,
     ) -> None:
         self.augmented, self.method, self.recording = augmented, method, recording
         self.tolerance, self.nominal, self.probe = tolerance, nominal, probe
         self.reals = len(augmented.reals)
+        self.max_steps = max_steps
 
     def follow(self, begin: float, y: Array, w: Array, sizes: Array, times: Array) -> Rows:
         """Give everything at ``times`` [n] and at both sides of each instant; W [ny, k] belongs to y at ``begin``."""
@@ -127,7 +129,10 @@ class Pieces:
             stop=float(times[-1]),
         )
         step = case.step if self.recording.fixed_step else None
-        run = run_kernel(case, SolverOptions(self.recording.name, self.tolerance, self.nominal, step))
+        options = SolverOptions(
+            self.recording.name, self.tolerance, self.nominal, step, max_steps=self.max_steps
+        )
+        run = run_kernel(case, options)
         if run.interrupted:
             raise KeyboardInterrupt
         return run
@@ -171,7 +176,8 @@ class Pieces:
         grid = grid if grid.size and grid[-1] == until else np.append(grid, until)
         nominal = augmented.joined(self.nominal, np.maximum(sizes, spread(w, self.nominal)))
         more = augmented.discretes(z, dz)
-        run = augmented.run(self.method, self.tolerance, nominal, t, augmented.joined(y, w), more, grid)
+        joined = augmented.joined(y, w)
+        run = augmented.run(self.method, self.tolerance, nominal, t, joined, more, grid, self.max_steps)
         if run.interrupted:
             raise KeyboardInterrupt
         states, tangents = augmented.split(run.y, y.size)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -330,6 +331,42 @@ def test_what_has_no_unit_is_told_where_it_looks_like_another(model: mechc.Model
     both = "the column 'theta' is in deg in stated.csv; small.csv gives it no unit and is read in SI"
     assert both in said(stated, small)
     assert said(small)[:1] == [] and "time" in said(stated, small)[0]
+
+
+HELD = {"time": np.linspace(0, 3, 61), "theta": np.full(61, np.radians(5.0))}
+
+
+def test_a_value_that_grows_without_bound_ends_the_search(model: mechc.Model) -> None:
+    """An angle that stays at 5 degrees: the pendulum that moves least has endless damping. Each trial is bounded."""
+    begun = time.process_time()
+    found = model.fit(HELD, "c, theta", set={"c": 2})
+    assert time.process_time() - begun < 20  # minutes without a bound
+    assert found.outcome.value == "doubtful" and found["theta"] == pytest.approx(np.radians(5.0), rel=0.05)
+    assert found["c"] > 3 * 2
+    (said,) = [remark for remark in found.remarks if "without bound" in remark]
+    assert said.startswith("c grows without bound") and "steps" in said
+
+
+def test_a_value_on_which_nothing_depends_any_more(model: mechc.Model) -> None:
+    """A force v/(v^2 + 1/k)^(1/2) of one size whatever the speed: the data are those of endless k."""
+    times = np.linspace(0, 1, 41)
+    dry = mechc.loads(
+        "model Dry\n parameter k = 1 s^2/m^2;\n coordinate Length x; \n kinetic 1/2*1 kg*der(x)^2;\n"
+        " force -1 N*der(x)/sqrt(der(x)^2 + 1/k) on x;\n initial der(x) = 3 m/s;\n experiment(stop = 1 s);\nend Dry;\n"
+    )
+    found = dry.fit({"time": times, "x": 3 * times - times**2 / 2}, "k")
+    assert any(said.startswith("k grows without bound") for said in found.remarks)
+    assert found.outcome.value == "doubtful" and found["k"] > 100
+
+
+def test_values_far_from_the_first_guess_are_no_runaways(
+    model: mechc.Model, motion: dict[str, Array]
+) -> None:
+    found = model.fit({"time": TIMES, "theta": motion["theta"]}, "c, theta", set={"l": 1.1, "c": 1e-4})
+    assert found["c"] == pytest.approx(0.104, rel=1e-4)
+    assert found.outcome.value == "completed" and not found.remarks
+    held = model.fit(HELD, "l, c, theta")
+    assert any("the fit is poor" in said or "without bound" in said for said in held.remarks)
 
 
 BALL = """\

@@ -15,18 +15,18 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ...case import DEFAULT_TOLERANCE, prepare
-from ...driving_inputs import begin_of
+from ...case import prepare
 from ...fitting.judged import CONFIDENCE, Judged, judge
 from ...fitting.measured import Measured
+from ...fitting.remarks import endless_of, remarks_of
 from ...fitting.residuals import Computed, Motions, Unknown, options_of
 from ...fitting.search import Found, Search
 from ...functions import load_functions
-from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError, time_text
+from ...limits_of_time import DEFAULT_TOLERANCE
+from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Free, settable
-from ...sheets import units_apart
 from ..findings import Cell, Curve, Findings, Panel, Table, Value
 from ..runs.simulate import plan_run, run
 from ..study import Study
@@ -215,22 +215,17 @@ def _findings(study: Fit, search: Search, found: Found, first: Solution) -> Find
         for name, unknown, x, half in zip(names, motions.unknowns, found.x, judged.half, strict=True)
     )
     units = {q.name: q.unit for q in (*motions.problem.states, *motions.problem.outputs)}
+    endless = endless_of(search, found, names)
     computed = motions.at(found.x)
     rms = {name: float(s) for name, s in zip(motions.outputs, _rms(motions, computed), strict=True)}
     return Findings(
         study="fit",
         model=motions.problem.name,
-        outcome=Outcome.COMPLETED if found.converged else Outcome.DOUBTFUL,
+        outcome=Outcome.COMPLETED if found.converged and not endless else Outcome.DOUBTFUL,
         message=_message(search, found),
         values=values,
         errors_from=f"half of the {CONFIDENCE:.0%} confidence intervals of the linearised model",
-        remarks=(
-            *judged.unseen.texts,
-            *_at_bounds(search, found, names),
-            *_left_out(study, motions),
-            *_of_data(motions.data),
-            *_late(motions),
-        ),
+        remarks=(*endless, *remarks_of(search, found, judged, names)),
         tables=(_residual_table(motions, rms, units), *_correlation_table(names, judged)),
         panels=_panels(motions, computed, units),
         details=_details(motions, names, judged, rms, units),
@@ -250,44 +245,6 @@ def _message(search: Search, found: Found) -> str:
     text = f"{numbers} numbers of {len(data)} measured motion{'s' if len(data) > 1 else ''}, "
     text += f"{search.motions.evaluations} evaluations"
     return text if found.converged else f"{text}; the search did not converge: {found.message}"
-
-
-def _at_bounds(search: Search, found: Found, names: list[str]) -> list[str]:
-    """Say which unknowns ended at their bounds: their intervals go beyond them."""
-    near = 1e-6 * search.sizes
-    at = (found.x - search.low < near) | (search.high - found.x < near)
-    return [f"{name} ended at its bound" for name, yes in zip(names, at, strict=True) if yes]
-
-
-def _left_out(study: Fit, motions: Motions) -> list[str]:
-    there = dict.fromkeys(name for motion in study.data for name in motion.columns)
-    rest = [name for name in there if name not in motions.outputs]
-    return [f"not compared: {', '.join(rest)}"] if rest else []
-
-
-def _of_data(data: tuple[Measured, ...]) -> list[str]:
-    """Say what is to be known of how the data were read."""
-    remarks = [remark for motion in data for remark in motion.remarks]
-    return remarks + units_apart([(motion.source, motion.units) for motion in data])
-
-
-def _late(motions: Motions) -> list[str]:
-    """Say when the motions begin whose data do not begin at 0."""
-    remarks: list[str] = []
-    for motion, options in zip(motions.data, motions.options, strict=True):
-        first = float(motion.times[0])
-        if options.begin is not None or first <= 1.5 * float(np.max(np.diff(motion.times))):
-            continue
-        begin = begin_of(motions.problem, options.inputs, first)
-        at = time_text(motions.problem, first)
-        if begin > 0:
-            remarks.append(f"the motion begins at {at}, where the measured inputs of {motion.source} do")
-            continue
-        remarks.append(
-            f"the data of {motion.source} begin at {at}, the motion with its initial values at {begin:g}; with start = "
-            f'{first:.10g} (--start "{first:.10g}") it begins where the data do'
-        )
-    return remarks
 
 
 def _residual_table(motions: Motions, rms: Mapping[str, float], units: Mapping[str, str]) -> Table:
