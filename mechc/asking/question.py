@@ -186,7 +186,7 @@ def _free(setting: Setting, given: Any, problem: Problem) -> tuple[Free, ...]:
 def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]:
     """Read positive amounts of quantities: ``theta = 1 mrad, x = 2 mm``."""
     values = assignments(setting, given) if isinstance(given, str) else dict(given)
-    units = {q.name: q.unit for q in (*problem.states, *problem.outputs)}
+    units = {q.name: q.unit for q in (*problem.states, *problem.outputs, *problem.inputs)}
     found = settings_in_si(values, units)
     for name, amount in found.items():
         if not amount > 0:

@@ -13,6 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case, SimulationOptions, prepare
+from ..inputs import Table
 from ..integrate.choose_method import Method
 from ..outcome import TOO_MANY_STEPS, SimulationError
 from ..problem import Array, Problem
@@ -124,6 +125,18 @@ class Motions:
         if self._kept is None or self._kept[0] != key:
             self._kept = key, self._computed(values, share)
         return self._kept[1]
+
+    def under(self, values: Array, inputs: Sequence[Mapping[str, Table]]) -> Computed:
+        """Compute all motions under other tables of the inputs, one mapping for each."""
+        kept = self.options
+        self.options = [
+            replace(options, inputs={**options.inputs, **tables})
+            for options, tables in zip(kept, inputs, strict=True)
+        ]
+        try:
+            return self._computed(values, 1.0)
+        finally:
+            self.options = kept
 
     def _computed(self, values: Array, share: float) -> Computed:
         self.evaluations += 1

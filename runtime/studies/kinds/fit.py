@@ -16,6 +16,19 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ...case import prepare
+from ...fitting.driven import (
+    DRAWS,
+    FEW_DRAWS,
+    Smoothers,
+    carried,
+    differentiated,
+    roughness,
+    said_of,
+    scatter,
+    smoothed,
+    smoothers_of,
+    widened,
+)
 from ...fitting.judged import CONFIDENCE, Judged, judge
 from ...fitting.measured import Measured
 from ...fitting.remarks import endless_of, remarks_of
@@ -48,8 +61,15 @@ class Fit(Study, frozen=True, kw_only=True):
     ] = ()
     noise: Annotated[
         Mapping[str, float],
-        settable('Standard deviations of outputs: "theta = 1 mrad"; estimated without it.', "amounts"),
+        settable(
+            'Standard deviations of outputs, estimated without it, and of measured inputs: "theta = 1 mrad".',
+            "amounts",
+        ),
     ] = field(default_factory=dict)
+    smooth: Annotated[
+        tuple[str, ...],
+        settable("Measured inputs to smooth, by a spline that is found by cross-validation.", "names"),
+    ] = ()
     shared: Annotated[
         tuple[str, ...], settable("Initial values that all measured motions have in common.", "names")
     ] = ()
@@ -78,11 +98,15 @@ class Fit(Study, frozen=True, kw_only=True):
             raise SimulationError(f"the measured times decide when a fit ends, not '{timed[0]}'")
         if not self.data:
             raise SimulationError("a fit needs measured motions", help="mechc fit MODEL data.csv --vary m,l")
-        if self.start is None:
-            return self._fitted(problem)
-        return replace(self, data=tuple(motion.since(self.start) for motion in self.data))._fitted(problem)
+        raw = self.data
+        if self.start is not None:
+            raw = tuple(motion.since(self.start) for motion in raw)
+        smoothers = smoothers_of(raw, self.smooth)
+        left = scatter(smoothers)
+        return replace(self, data=smoothed(raw, smoothers))._fitted(problem, smoothers, left)
 
-    def _fitted(self, problem: Problem) -> Findings:
+    def _fitted(self, problem: Problem, smoothers: Smoothers, left: Mapping[str, float]) -> Findings:
+        """Search with the data as they are smoothed; ``left``: what smoothing left, by input."""
         outputs = _outputs(problem, self)
         unknowns = _unknowns(problem, self)
         motions = Motions(problem, plan_run, self, self.data, unknowns, outputs)
@@ -98,7 +122,7 @@ class Fit(Study, frozen=True, kw_only=True):
         if first.failure is not None and first.failure.kind == TOO_MANY_STEPS:
             return _not_begun(problem, first)
         found = search.run()
-        answer = _findings(self, search, found, first)
+        answer = _findings(self, search, found, first, smoothers, left)
         if self.progress is not None:
             self.progress(1.0)
         return answer
@@ -121,9 +145,10 @@ def _outputs(problem: Problem, study: Fit) -> tuple[str, ...]:
             raise SimulationError(f"'{name}' is given to the model, so nothing is compared with it")
     if not chosen:
         raise SimulationError("the data have no column of the model beside the inputs")
+    driving = {name for motion in study.data for name in motion.inputs}
     for name in study.noise:
-        if name not in chosen:
-            raise SimulationError(f"the noise of '{name}' is given, which is not compared")
+        if name not in chosen and name not in driving:
+            raise SimulationError(f"the noise of '{name}' is given, which is not compared and drives nothing")
     return chosen
 
 
@@ -206,10 +231,17 @@ def _not_begun(problem: Problem, first: Solution) -> Findings:
     )
 
 
-def _findings(study: Fit, search: Search, found: Found, first: Solution) -> Findings:
+def _findings(
+    study: Fit,
+    search: Search,
+    found: Found,
+    first: Solution,
+    smoothers: Smoothers,
+    left: Mapping[str, float],
+) -> Findings:
     motions = search.motions
     names = [_name(motions, k) for k in range(len(motions.unknowns))]
-    judged = judge(search, found, names)
+    judged, driven = _with_inputs(study, search, found, smoothers, left, names)
     values = tuple(
         Value(name, unknown.unit, float(x), float(half) if np.isfinite(half) else None)
         for name, unknown, x, half in zip(names, motions.unknowns, found.x, judged.half, strict=True)
@@ -225,13 +257,36 @@ def _findings(study: Fit, search: Search, found: Found, first: Solution) -> Find
         message=_message(search, found),
         values=values,
         errors_from=f"half of the {CONFIDENCE:.0%} confidence intervals of the linearised model",
-        remarks=(*endless, *remarks_of(search, found, judged, names)),
+        remarks=(*endless, *driven, *remarks_of(search, found, judged, names)),
         tables=(_residual_table(motions, rms, units), *_correlation_table(names, judged)),
         panels=_panels(motions, computed, units),
         details=_details(motions, names, judged, rms, units),
         runs=(first,),
         arrays={"x": found.x, "stderr": judged.errors, "correlation": judged.correlation},
     )
+
+
+def _with_inputs(
+    study: Fit,
+    search: Search,
+    found: Found,
+    smoothers: Smoothers,
+    left: Mapping[str, float],
+    names: list[str],
+) -> tuple[Judged, list[str]]:
+    """Judge, with the noise of measured inputs: as given, or as smoothing left it; else say where it matters."""
+    motions, judged = search.motions, judge(search, found, names)
+    units = {q.name: q.unit for q in motions.problem.inputs}
+    noise = {**left, **{name: size for name, size in study.noise.items() if name in units}}
+    if noise:
+        spread = carried(motions, found, noise, smoothers, DRAWS)
+        judged = judged if spread is None else widened(judged, spread)
+        return judged, said_of(judged, spread, names, units, study.smooth, held=True)
+    rough = roughness(motions.data, differentiated(motions.problem, motions.data))
+    if not rough:
+        return judged, []
+    spread = carried(motions, found, rough, smoothers, FEW_DRAWS)
+    return judged, said_of(judged, spread, names, units, (), held=False)
 
 
 def _rms(motions: Motions, computed: Computed) -> Array:
