@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from .options import PICTURES, RESULTS, Command, ending, set_option
+from .options import PICTURES, RESULTS, Command, ending, input_option, set_option
 
 if TYPE_CHECKING:
     from ..compiler.targets.fmu.inspect import Report
@@ -97,6 +97,7 @@ def _table(report: Report) -> None:
     "--kind", type=click.Choice(["me", "cs"]), help="Which kind to run; Co-Simulation where there is one."
 )
 @partial(set_option, bare="is in the unit of the file")
+@input_option
 @click.option("--stop", type=float, metavar="NUMBER", help="End of the run (default: that of the file).")
 @click.option(
     "--every", type=float, metavar="NUMBER", help="Spacing of the output, and the communication step."
@@ -123,6 +124,7 @@ def run(
     file: str,
     kind: str | None,
     settings: dict[str, str],
+    inputs: dict[str, str],
     stop: float | None,
     every: float | None,
     output: str | None,
@@ -139,7 +141,9 @@ def run(
     from ..presentation.plots import has_display, save, show
 
     limits = Limits(seconds, round(memory * 1e9))
-    solution = run_fmu(Path(file), kind=kind, stop=stop, every=every, values=settings, limits=limits)
+    solution = run_fmu(
+        Path(file), kind=kind, stop=stop, every=every, values=settings, inputs=inputs, limits=limits
+    )
     solution = solution.shown_in(display)
     _print(solution)
     if output:

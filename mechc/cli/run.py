@@ -45,7 +45,11 @@ if TYPE_CHECKING:
 @set_option
 @input_option
 @click.option("--stop", metavar="TIME", help='When to stop: "10 s", "2 min"; a bare number is seconds.')
-@click.option("--start", metavar="TIME", help="First output time; the motion begins at 0, or there if a table of an input does.")
+@click.option(
+    "--start",
+    metavar="TIME",
+    help="First output time; the motion begins at 0, or there if a table of an input does.",
+)
 @click.option("--every", metavar="TIME", help="Spacing of the output, instead of 500 points.")
 @click.option("--step", metavar="TIME", help="Step of a fixed-step method.")
 @click.option(

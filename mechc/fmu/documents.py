@@ -35,6 +35,8 @@ ROUNDING = 0.1
 """An output that differs by this part of its size, where the states still agree, is nothing but errors."""
 NEAR = 1e-3
 """Part of the run next to an event that the reference results leave out."""
+EVEN = 1e-6
+"""Of the time between two events: by how much others may be apart."""
 LARGEST_SYSTEM = 200
 """Nodes of the equations beyond which they are not printed: SymPy takes seconds to tidy so many."""
 
@@ -89,10 +91,11 @@ def native_run(
 
 def documents(model: CompiledModel, experiment: str | None, solution: Solution) -> dict[str, bytes]:
     """Return the files by path in the FMU, and ``ICON``, whose place depends on the version."""
+    rows = reference(model, experiment, solution)
     return {
         "documentation/index.html": page(model, solution).encode(),
         "documentation/diagram.png": _png(plots.figure(solution)),
-        "documentation/reference.csv": reference(model, experiment, solution).encode(),
+        **({"documentation/reference.csv": rows.encode()} if rows else {}),
         ICON: _png(icon(solution)),
     }
 
@@ -164,7 +167,7 @@ def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) ->
 
 
 def reference(model: CompiledModel, experiment: str | None, solution: Solution) -> str:
-    """Return the reference results: states and outputs at even times, as long as they can be trusted."""
+    """Return the reference results: states and outputs at even times, as long as they can be trusted; "" where none can be."""
     from ..compiler.targets.fmu.reference import write_reference
 
     begin, stop = float(solution.time[0]), float(solution.time[-1])
@@ -173,10 +176,16 @@ def reference(model: CompiledModel, experiment: str | None, solution: Solution) 
     found = solution(time)
     columns = {q.name: found[q.name] for q in entries}
     keep = _away_from_events(time, solution)
+    if 2 * np.count_nonzero(keep) < len(time) and (between := _between_events(time, solution)) is not None:
+        time, keep = between, np.ones(len(between), dtype=np.bool_)
+        found = solution(time)
+        columns = {q.name: found[q.name] for q in entries}
     if stop > begin:
         loose = native_run(model, experiment, stop, tolerance=LOOSE)[1]
         keep &= time <= _horizon(solution, loose, time, columns)
         columns = {name: columns[name] for name in _trusted(solution, loose, time[keep], columns, keep)}
+    if not keep.any():
+        return ""
     return write_reference(time[keep], {name: values[keep] for name, values in columns.items()})
 
 
@@ -204,6 +213,18 @@ def _away_from_events(time: Array, solution: Solution) -> Any:
     for event in solution.events:
         keep &= np.abs(time - event.time) > NEAR * (time[-1] - time[0])
     return keep
+
+
+def _between_events(time: Array, solution: Solution) -> Array | None:
+    """Return times in the middle between events, one for each of ``time``: of a controller that is sampled in even steps each
+    time is near to an event. None where events are not even."""
+    instants = np.unique([event.time for event in solution.events])
+    gaps = np.diff(instants)
+    if len(instants) < len(time) or np.ptp(gaps) > EVEN * gaps[0]:
+        return None
+    places = np.clip(np.searchsorted(instants, time, side="right"), 1, len(gaps)) - 1
+    middles: Array = np.unique(instants[places] + gaps[places] / 2)
+    return middles
 
 
 def _horizon(solution: Solution, loose: Solution, time: Array, columns: Mapping[str, Array]) -> float:

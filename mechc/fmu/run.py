@@ -13,10 +13,12 @@ from fmpy.simulation import simulate_fmu
 from msgspec import Struct
 
 from ..asking.given_values import UsageMistake, read_value_of, unknown_name
+from ..asking.input_tables import factor_of
 from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
 from ..lang.units import UnitError, parse_unit
+from ..runtime.inputs import Table, read_tables
 from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem, Quantity
@@ -39,6 +41,7 @@ class Order(Struct, frozen=True):
     stop: float | None = None
     every: float | None = None
     values: Mapping[str, str] = {}
+    inputs: Mapping[str, str] = {}
 
 
 class Simulated(Struct, frozen=True):
@@ -57,16 +60,19 @@ def run_fmu(
     stop: float | None = None,
     every: float | None = None,
     values: Mapping[str, str] | None = None,
+    inputs: Mapping[str, str] | None = None,
     limits: Limits | None = None,
 ) -> Solution:
     """Simulate an FMU in a process of its own; numbers are in the units of its model description.
 
-    ``kind``: me or cs; Co-Simulation where the file has both. ``every``: spacing of the output and, for
+    ``inputs``: CSV files by the names of inputs, whose first column is the time; values hold over a
+    communication step, and behind the last row. ``kind``: me or cs; Co-Simulation where the file has both. ``every``: spacing of the output and, for
     Co-Simulation, the communication step. Raises UsageMistake for a kind, name or file that does not fit, and
     SimulationError where the process of the file crashes or goes beyond its limits.
     """
     limits = limits or Limits(seconds=LONGEST_RUN)
-    order = Order(path.absolute(), kind, stop, every, values or {})
+    files = {name: str(Path(file).absolute()) for name, file in (inputs or {}).items()}
+    order = Order(path.absolute(), kind, stop, every, values or {}, files)
     with guarded(simulator, limits) as ask:
         reply = ask(order)
     if isinstance(reply, Lost):
@@ -105,6 +111,7 @@ def simulated(order: Order) -> Simulated:
         if name not in known:
             raise unknown_name("variable that can be set", name, known)
         starts[name] = _start(known[name], text)
+    signals = input_signals(description, order.inputs)
     columns = {v.name for v in _shown(description)}
     begun = time.perf_counter()
     try:
@@ -114,6 +121,7 @@ def simulated(order: Order) -> Simulated:
             stop_time=order.stop,
             output_interval=order.every,
             start_values=starts,
+            input=signals,
             output=sorted(columns),
             validate=False,
         )
@@ -122,6 +130,45 @@ def simulated(order: Order) -> Simulated:
     except Exception as error:  # the same, for a binary that refuses
         raise UsageMistake(f"{path} cannot be run: {error}", "'mechc fmu check' says more") from None
     return Simulated(problem, result, chosen, time.perf_counter() - begun)
+
+
+def input_signals(description: Any, files: Mapping[str, str]) -> Any:
+    """Return the tables of inputs as fmpy takes them, in the units of the file; None without any. Raises UsageMistake, SimulationError."""
+    if not files:
+        return None
+    known = {v.name: v for v in description.modelVariables if v.causality == "input"}
+    tables: dict[str, Table] = {}
+    for name, file in files.items():
+        if name not in known:
+            raise unknown_name("input", name, known)
+        if known[name].type not in ("Real", "Float32", "Float64") or known[name].dimensions:
+            raise UsageMistake(f"'{name}' is no single real number, so no table drives it")
+
+        def convert(column: str, unit: str, own: str = known[name].unit or "1") -> float:
+            try:
+                there = float(parse_unit(own).factor) if unit and column != "time" else 1.0
+                return factor_of("", column, "s" if column == "time" else own, unit) / there
+            except UnitError:
+                raise SimulationError(
+                    f"the file has '{column}' in {own}, which is no unit that is known"
+                ) from None
+            except UsageMistake as mistake:
+                raise SimulationError(mistake.message, help=mistake.help) from None
+
+        tables |= read_tables(Path(file), {name: "linear"}, convert, column=name)
+    times = next(iter(tables.values())).times
+    if any(not np.array_equal(table.times, times) for table in tables.values()):
+        times = np.unique(np.concatenate([table.times for table in tables.values()]))
+        if jumping := [n for n, table in tables.items() if (np.diff(table.times) == 0).any()]:
+            raise UsageMistake(
+                f"the table of '{jumping[0]}' has jumps, and others have other times",
+                "give all the same times",
+            )
+    rows = np.zeros(times.size, dtype=[("time", np.float64), *((name, np.float64) for name in tables)])
+    rows["time"] = times
+    for name, table in tables.items():
+        rows[name] = table.values if table.times.size == times.size else table(times)
+    return rows
 
 
 def _start(variable: Any, text: str) -> str | float:

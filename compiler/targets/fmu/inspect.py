@@ -210,10 +210,39 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
         detail = (
             f"largest difference {found.size:.1e} of '{found.name}' at time {found.time:g}, {reference.file}"
         )
+        if not near and kind == "me" and (step := _euler_step(path, reference)) is not None:
+            near = True
+            detail = f"{reference.file} has the motion of Euler's method in steps of {step:g}, which is followed; {detail}"
         lines.append(Line(f"{KINDS[kind]} reference", near, detail, "" if near else "reference results"))
     elif reference is not None:
         lines.append(Line(f"{KINDS[kind]} reference", True, f"nothing in common with {reference.file}"))
     return lines
+
+
+def _euler_step(path: Path, reference: Reference) -> float | None:
+    """Return the step with which Euler's method gives the reference; None where it does not. Reference FMUs are made so."""
+    experiment = fmpy.read_model_description(str(path), validate=False).defaultExperiment
+    steps = np.diff(reference.time)
+    own = [float(experiment.stepSize)] if experiment and experiment.stepSize else []
+    for step in dict.fromkeys((*own, float(np.min(steps[steps > 0], initial=np.inf)))):
+        if not np.isfinite(step):
+            continue
+        result = simulate_fmu(
+            str(path),
+            fmi_type=KINDS["me"],
+            start_time=float(reference.time[0]),
+            stop_time=float(reference.time[-1]),
+            solver="Euler",
+            step_size=step,
+            output_interval=step,
+            output=_known(path, reference),
+        )
+        columns = dict(flattened(result))
+        time = columns.pop("time")
+        found = deviation(reference, time, columns, _units(path))
+        if found is not None and found.size <= BOUND:
+            return step
+    return None
 
 
 def _as_reference(path: Path, kind: str, reference: Reference) -> Any:

@@ -65,17 +65,31 @@ def read_reference(path: Path) -> Reference | None:
 def parse_reference(file: str, text: str) -> Reference:
     """Read a table. Raises ValueError."""
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
-    try:
-        values = np.array([[float(cell) for cell in row] for row in rows[1:]])
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from error
-    if values.ndim != 2 or not rows or values.shape[1] != len(rows[0]):
+    if len(rows) < 2:
+        raise ValueError(f"{file}: there are no rows")
+    if any(len(row) != len(rows[0]) for row in rows[1:]):
         raise ValueError(f"{file}: the rows are not as long as the head")
-    columns = {name.strip(): values[:, i] for i, name in enumerate(rows[0])}
+    columns: dict[str, Array] = {}
+    for i, name in enumerate(rows[0]):
+        try:
+            values = np.array([[_number(one) for one in row[i].split()] for row in rows[1:]])
+        except ValueError as error:
+            raise ValueError(f"{file}: {error}") from error
+        if values.shape[1] == 1:
+            columns[name.strip()] = values[:, 0]
+        else:  # all elements of an array in one cell
+            columns |= {f"{name.strip()}[{k + 1}]": values[:, k] for k in range(values.shape[1])}
     time = columns.pop("time", None)
     if time is None or np.any(np.diff(time) < 0):
         raise ValueError(f"{file}: there is no column 'time' that rises")
     return Reference(file, time, columns)
+
+
+def _number(text: str) -> float:
+    """Return the number of a cell; Booleans are 1 and 0. Raises ValueError."""
+    return (
+        {"true": 1.0, "false": 0.0}[text.casefold()] if text.casefold() in ("true", "false") else float(text)
+    )
 
 
 def sizes(columns: Mapping[str, Array], units: Mapping[str, str], duration: float = 0.0) -> dict[str, float]:
