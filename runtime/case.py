@@ -6,6 +6,7 @@ experiment may depend on parameters that the experiment sets; they are evaluated
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,14 +18,15 @@ from numpy.typing import NDArray
 from mechc.suggest import suggest
 
 from .allowed_values import check_parameters, check_state
-from .driving_inputs import check_set, with_derivatives
+from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
-from .limits_of_time import time_span
+from .limits_of_time import TimeSpan, check_finite, check_size, check_stated_stop
 from .once import once
 from .outcome import SimulationError
+from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting
-from .rows import IN_MEMORY, Follower, Storage
+from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
 from .settings import settable
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
 
+DEFAULT_TOLERANCE = 1e-8
+LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
 METHODS = (
     "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
@@ -170,7 +174,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     experiment = find_experiment(problem, options.experiment)
     p, chosen, numbers, words, started = _settle(problem, functions, experiment, wanted)
     check_parameters(problem, p)
-    span = time_span(problem, options, numbers)
+    span = _time_span(problem, options, numbers)
     begin = span.begin
     tables: dict[int, Table] = {}
     if problem.inputs or options.inputs:
@@ -220,6 +224,63 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         asked=options,
         every=span.every,
     )
+
+
+@once
+def _spans(problem: Problem) -> dict[tuple[object, ...], TimeSpan]:
+    """The times of the last run."""
+    return {}
+
+
+def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> TimeSpan:
+    """Check times, tolerance and steps, or take those of the run before, if it asked for the same."""
+    start = (numbers.get("start") if options.start is None else options.start) or 0.0
+    begin = begin_of(problem, options.inputs, start) if options.begin is None else options.begin
+    known, own = _spans(problem), (begin, options.start, options.stop, options.every, options.points)
+    asked = (*own, options.tolerance, options.step, options.max_step, *numbers.items())
+    found = known.get(asked) if options.follower is None else None
+    if found is not None:
+        return replace(found, grid=found.grid.copy())
+    made = _checked_span(problem, options, numbers, start, begin)
+    if options.follower is None and made.grid.size <= AT_ONCE:
+        known.clear()
+        known[asked] = replace(made, grid=made.grid.copy())
+    return made
+
+
+def _checked_span(
+    problem: Problem, options: SimulationOptions, numbers: Mapping[str, float], start: float, begin: float
+) -> TimeSpan:
+    """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
+
+    def number(name: str, given: float | None) -> float | None:
+        return numbers.get(name) if given is None else float(given)
+
+    every = number("every", options.every)
+    stop = number("stop", options.stop)
+    if stop is None:
+        raise SimulationError(
+            f"'{problem.name}' does not say when to stop",
+            help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
+            'or stop="10 s" in Python',
+        )
+    check_finite({n: v for n, v in (("start", start), ("stop", stop)) if getattr(options, n) is None})
+    if options.start is not None and options.stop is None:
+        check_stated_stop(problem, start, stop)
+    if options.follower is None:
+        check_size(problem, start, stop, every, options.points)
+    grid = output_times(start, stop, every, options.points, options.storage)
+    tolerance = number("tolerance", options.tolerance)
+    tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    if not LOWEST_TOLERANCE <= tolerance < 1:
+        raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
+    step = number("step", options.step)
+    if step is not None and not (math.isfinite(step) and step > 0):
+        raise SimulationError(f"the step is positive, it is {step:g}")
+    max_step = options.max_step if options.max_step is not None else (stop - begin) / 10
+    if not max_step > 0 and stop > begin:
+        raise SimulationError(f"the largest step is positive, it is {max_step:g}")
+    return TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
 
 
 class _Blank(Struct, frozen=True):
