@@ -1,0 +1,197 @@
+"""What equations hold beside the motion itself: a row for each feature, in the order in which they are built.
+
+A feature adds functions to a draft of the equations, and the fields of ``Equations`` that describe them. To add one, write its
+functions in a file of their own and its row here; one that is built on request has its name in ``PARTS`` of needs.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from msgspec import Struct, field
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from ..mechanics.system import InitialValue, MechanicalSystem
+from .hybrid.crowd import Crowd
+from .hybrid.switching import add_events
+from .jacobian import jacobian_of_rates
+from .local_derivatives import bias, local_derivatives, second_order
+from .model import Function, Slot
+from .momenta import momentum_functions
+from .offered import offered
+from .reported.assembly import assembly
+from .reported.entries import Layout
+from .reported.experiments import experiment_plans
+from .reported.matter import matter_of
+from .reported.outputs import OutputList
+from .reported.phase import phase_functions
+from .reported.scene import scene_of
+from .reported.sought import systems_of
+from .rows.crowd import Member, check_askers
+from .sensitivities import passing_on
+from .solve.solved import Solved
+
+
+class Draft(Struct, eq=False):
+    """Equations while features are added. ``functions`` come first in the code, those ``behind`` after them; ``described``: fields of
+    ``Equations`` by name; ``slots``: places of symbols beyond those of the layout."""
+
+    system: MechanicalSystem
+    solved: Solved
+    layout: Layout
+    listed: OutputList
+    starts: tuple[InitialValue, ...]
+    members: tuple[Member, ...]
+    crowd: Crowd | None
+    reporter: Reporter
+    parts: frozenset[str]
+    functions: list[Function]
+    behind: list[Function] = field(default_factory=list)
+    slots: dict[Node, Slot] = field(default_factory=dict)
+    described: dict[str, Any] = field(default_factory=dict)
+
+    def function(self, name: str) -> Function:
+        return next(f for f in self.functions if f.name == name)
+
+
+class Feature(Struct, frozen=True):
+    """``always``: every model is asked whether it has it; else only where the part of that name is."""
+
+    name: str
+    build: Callable[[Draft], None]
+    always: bool = False
+
+
+def _assembly(draft: Draft) -> None:
+    entries, functions = assembly(draft.system, draft.solved, draft.layout, draft.reporter)
+    draft.functions += functions
+    draft.described["assembly"] = entries
+
+
+def _momenta(draft: Draft) -> None:
+    draft.functions += momentum_functions(draft.system, draft.solved)
+
+
+def _events(draft: Draft) -> None:
+    found = add_events(
+        draft.system,
+        draft.solved,
+        draft.layout,
+        tuple(draft.functions),
+        draft.listed.entries,
+        draft.reporter,
+        draft.parts,
+        draft.crowd,
+    )
+    if found is None:
+        return
+    draft.layout, draft.functions = found.layout, list(found.functions)
+    draft.described["hybrid"] = found.plan
+    if found.jumps:
+        draft.described["conserved"] = ()
+
+
+def _experiments(draft: Draft) -> None:
+    plans, functions = experiment_plans(draft.system, draft.layout, draft.reporter)
+    draft.reporter.stop_on_errors()
+    draft.behind += functions
+    draft.described["experiments"] = plans
+
+
+def _jacobian(draft: Draft) -> None:
+    derivatives, pattern = jacobian_of_rates(draft.system, draft.layout, draft.functions)
+    draft.functions.append(derivatives)
+    draft.described["jacobian_pattern"] = pattern
+
+
+def _scene(draft: Draft) -> None:
+    scene, functions = scene_of(draft.system, draft.solved, draft.layout, draft.reporter)
+    draft.behind += functions
+    draft.described["scene"] = scene
+
+
+def _add_matrix(draft: Draft, function: Function, pattern: tuple[tuple[int, int], ...]) -> None:
+    draft.functions.append(function)
+    draft.described["patterns"] = {**draft.described.get("patterns", {}), function.name: pattern}
+
+
+def _local_derivatives(draft: Draft) -> None:
+    _add_matrix(draft, *local_derivatives(draft.system, draft.solved, draft.layout, draft.functions))
+
+
+def _second_order(draft: Draft) -> None:
+    _add_matrix(draft, *second_order(draft.system, draft.solved, draft.layout))
+    draft.functions.append(bias(draft.system, draft.solved))
+
+
+def _phase(draft: Draft) -> None:
+    found = phase_functions(draft.system, draft.solved, draft.layout, draft.function("rhs").outputs)
+    draft.functions += found.functions
+    draft.described["phase"] = found.entries
+
+
+def _matter(draft: Draft) -> None:
+    found = matter_of(draft.system, draft.solved, draft.layout)
+    draft.functions += found.functions
+    draft.described["matter"] = found.entries
+
+
+def _sought(draft: Draft) -> None:
+    if draft.crowd is not None:
+        return
+    found = systems_of(draft.system, draft.solved, draft.listed.entries)
+    draft.behind += found.functions
+    draft.slots |= found.slots
+    draft.described |= {"given": found.given, "sought": found.plans}
+
+
+def _crowd(draft: Draft) -> None:
+    if draft.crowd is None:
+        return
+    draft.behind += draft.crowd.functions
+    draft.slots |= draft.crowd.slots
+    draft.described["given"] = draft.crowd.given
+    check_askers(draft.system, draft.members, (*draft.functions, *draft.behind), draft.reporter)
+
+
+def _functions(draft: Draft) -> None:
+    layout = draft.layout
+    given = offered(draft.system, draft.solved, layout, draft.functions, draft.listed.entries)
+    count = len(layout.discretes)
+    draft.slots |= {n: Slot("z", count + k) for k, n in enumerate(given.seeds)}
+    hybrid = draft.described.get("hybrid")
+    branches = () if hybrid is None else hybrid.branches
+    every = (*draft.functions, *draft.behind, *given.functions)
+    every = tuple(passing_on(every, branches, len(layout.states) + count, given.seeds))
+    draft.functions, draft.behind = list(_with_zeros("discretes", every, draft.system, len(given.seeds))), []
+    draft.described |= {"offers": given.offers, "discretes": (*layout.discretes, *given.entries)}
+
+
+def _with_zeros(
+    name: str, functions: Sequence[Function], system: MechanicalSystem, count: int
+) -> tuple[Function, ...]:
+    """Return functions with so many zeros behind the results of one, which need not be there yet."""
+    zeros = (system.graph.zero,) * count
+    found = next((f for f in functions if f.name == name), Function(name, "initial discrete variables", ()))
+    others = tuple(f for f in functions if f.name != name)
+    return (*others, Function(name, found.doc, (*found.outputs, *zeros))) if zeros else tuple(functions)
+
+
+FEATURES = (
+    Feature("assembly", _assembly, always=True),
+    Feature("momenta", _momenta),
+    Feature("events", _events, always=True),
+    Feature("experiments", _experiments, always=True),
+    Feature("jacobian", _jacobian),
+    Feature("scene", _scene),
+    Feature("local_derivatives", _local_derivatives),
+    Feature("second_order", _second_order),
+    Feature("phase", _phase),
+    Feature("matter", _matter),
+    Feature("sought", _sought, always=True),
+    Feature("crowd", _crowd, always=True),
+    Feature("functions", _functions),
+)
