@@ -272,8 +272,8 @@ class _Reader:
             return lambda x: known(x[1])
         if known is Type:  # equal types are one object
             return lambda x: make(*[value(part) for part in x[1:]])  # type: ignore[arg-type]
-        if issubclass(known, Typed):
+        if issubclass(known, (Typed, equations_model.ModelInterface)):  # by keywords alone
             names = known.__struct_fields__
-            make_typed: Callable[..., object] = known
-            return lambda x: make_typed(**{n: value(part) for n, part in zip(names, x[1:], strict=True)})
+            made: Callable[..., object] = known
+            return lambda x: made(**{n: value(part) for n, part in zip(names, x[1:], strict=True)})
         return lambda x: known(*[value(part) for part in x[1:]])

@@ -69,7 +69,7 @@ def _reads(equations: Equations) -> Reads:
     def read(target: Slot, nodes: Iterable[Node]) -> None:
         reads.setdefault(target, set()).update(_places(equations, nodes))
 
-    for i, rate in enumerate(functions["rhs"]):
+    for i, rate in enumerate(functions.get("rhs", ())):
         read(Slot("y", i), [rate])
     if hybrid is None:
         return reads
@@ -111,7 +111,7 @@ def _returning(reads: Reads) -> set[Slot]:
     """Return the states that act on themselves, directly or through others, and everything that these depend on."""
     between = {place: read for place, read in reads.items() if place.array == "z"}
     states = {
-        place: {other for other in _needed(between, read) if other.array == "y"}
+        place: {other for other in _needed(between, read) if other.array == "y" and other in reads}
         for place, read in reads.items()
         if place.array == "y"
     }

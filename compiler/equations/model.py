@@ -11,6 +11,7 @@ All functions of the emitted program share one signature (t, y, u, z, p) -> out;
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from msgspec import Struct
 
@@ -321,28 +322,17 @@ class CurvePlan(Struct, frozen=True):
     exchangeable: bool
 
 
-class Equations(Struct, frozen=True):
-    """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
+class ModelInterface(Struct, frozen=True, kw_only=True):
+    """What a model is told and tells, whatever form its functions have: names, sizes, starts, patterns, plans. Each later stage takes
+    it over as it is (``interface_of``)."""
 
     name: str
     doc: str
-    graph: Graph
-    layout: Mapping[Node, Slot]
     nq: int
     nv: int
     nx: int
-    time: Entry
-    states: tuple[Entry, ...]
-    parameters: tuple[Entry, ...]
-    parameter_rules: tuple[ParameterRule, ...]
-    inputs: tuple[Entry, ...]
-    discretes: tuple[Entry, ...]
-    outputs: tuple[Entry, ...]
     known: tuple[bool, ...]
-    functions: tuple[Function, ...]
-    experiments: tuple[ExperimentPlan, ...]
-    needs: frozenset[str]
-    choices: tuple[Choice, ...]
+    experiments: tuple[ExperimentPlan, ...] = ()
     rotations: tuple[int, ...] = ()
     """Indices in y of the first of the four entries of each unit quaternion."""
     conserved: tuple[int, ...] = ()
@@ -376,10 +366,32 @@ class Equations(Struct, frozen=True):
     """Masses (each with its place) and inertias that the function ``matter`` gives (reported/matter.py)."""
     offers: tuple[Offer, ...] = ()
     """What ``model.functions`` gives (offered.py)."""
-    given: tuple[Entry, ...] = ()
-    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
     sought: tuple[Sought, ...] = ()
     """Systems of equations for outputs (reported/sought.py)."""
+
+
+def interface_of(value: ModelInterface) -> dict[str, Any]:
+    """Return the fields of the interface of a stage's value, for the next one."""
+    return {name: getattr(value, name) for name in ModelInterface.__struct_fields__}
+
+
+class Equations(ModelInterface, frozen=True, kw_only=True):
+    """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
+
+    graph: Graph
+    layout: Mapping[Node, Slot]
+    time: Entry
+    states: tuple[Entry, ...]
+    parameters: tuple[Entry, ...]
+    parameter_rules: tuple[ParameterRule, ...]
+    inputs: tuple[Entry, ...]
+    discretes: tuple[Entry, ...]
+    outputs: tuple[Entry, ...]
+    functions: tuple[Function, ...]
+    needs: frozenset[str]
+    choices: tuple[Choice, ...]
+    given: tuple[Entry, ...] = ()
+    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
 
     @property
     def matter_size(self) -> int:

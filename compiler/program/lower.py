@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from msgspec.structs import replace
 
 from ..equations.followers import followers
-from ..equations.model import Equations, Function, Slot
+from ..equations.model import Equations, Function, Slot, interface_of
 from ..graph import Graph, Node
 from ..graph.operations import (
     ABS,
@@ -80,11 +80,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         ]
     )
     return Program(
-        name=equations.name,
-        doc=equations.doc,
-        nq=equations.nq,
-        nv=equations.nv,
-        nx=equations.nx,
+        **interface_of(equations),
         arrays={
             "t": (equations.time,),
             "y": equations.states,
@@ -98,27 +94,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         tables=tuple(graph.tables),
         parameters=parameters,
         functions=tuple(functions),
-        known=equations.known,
-        start_spans=equations.start_spans,
-        experiments=equations.experiments,
-        rotations=equations.rotations,
-        conserved=equations.conserved,
-        energy_balance=equations.energy_balance,
-        assertions=equations.assertions,
-        jacobian_pattern=equations.jacobian_pattern,
-        patterns=equations.patterns,
-        dependent=equations.dependent,
-        constraints=equations.constraints,
-        assembly=equations.assembly,
-        hybrid=equations.hybrid,
-        separable=equations.separable,
-        scene=equations.scene,
-        phase=equations.phase,
-        curve=equations.curve,
-        matter=equations.matter,
         matter_size=equations.matter_size,
-        offers=equations.offers,
-        sought=equations.sought,
         groups=_groups(equations, functions),
         followers=followers(equations),
         narrow=_derived_by(functions, NARROW),

@@ -14,19 +14,9 @@ from typing import Final, overload
 
 from msgspec import Struct
 
-from mechc.lang.source import Span
-
 from ..equations.model import (
-    AssemblyEntry,
-    AssertionText,
-    ConstraintEntry,
-    CurvePlan,
     Entry,
-    ExperimentPlan,
-    HybridPlan,
-    Offer,
-    ScenePlan,
-    Sought,
+    ModelInterface,
 )
 from ..graph import Table
 from ..graph.operations import LOOKUP, OPERATIONS
@@ -237,43 +227,19 @@ class SeriesPlan(Struct, frozen=True):
     refusal: str = ""
 
 
-class Program(Struct, frozen=True):
+class Program(ModelInterface, frozen=True, kw_only=True):
     """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
 
     ``parameters`` writes p in place: dependent parameters, then ``n_hoisted`` constants of the run behind them.
-    ``functions`` keep the order of the equations; what follows them is as in ``Equations``.
+    ``functions`` keep the order of the equations.
     """
 
-    name: str
-    doc: str
-    nq: int
-    nv: int
-    nx: int
     arrays: Mapping[str, tuple[Entry, ...]]
     n_hoisted: int
     tables: tuple[Table, ...]
     parameters: ProgramFunction
     functions: tuple[ProgramFunction, ...]
-    known: tuple[bool, ...]
-    experiments: tuple[ExperimentPlan, ...] = ()
-    rotations: tuple[int, ...] = ()
-    conserved: tuple[int, ...] = ()
-    energy_balance: tuple[int, ...] = ()
-    assertions: tuple[AssertionText, ...] = ()
-    jacobian_pattern: tuple[tuple[int, int], ...] = ()
-    patterns: Mapping[str, tuple[tuple[int, int], ...]] = {}
-    hybrid: HybridPlan | None = None
-    dependent: tuple[int, ...] = ()
-    constraints: tuple[ConstraintEntry, ...] = ()
-    start_spans: tuple[Span | None, ...] = ()
-    assembly: tuple[AssemblyEntry, ...] = ()
-    separable: bool = False
-    scene: ScenePlan | None = None
-    phase: tuple[Entry, ...] = ()
-    curve: CurvePlan | None = None
-    matter: tuple[Entry, ...] = ()
     matter_size: int = 0
-    offers: tuple[Offer, ...] = ()
     groups: tuple[int, ...] = ()
     """Of each state (connected.py); empty where all of them feel each other."""
     followers: tuple[int, ...] = ()
@@ -282,7 +248,6 @@ class Program(Struct, frozen=True):
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
     bent: bool = False
     """The derivatives hold kinks or jumps that no event locates (lower.py)."""
-    sought: tuple[Sought, ...] = ()
     series: SeriesPlan | None = None
     """None where no method asks for series."""
 
