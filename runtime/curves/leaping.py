@@ -73,7 +73,8 @@ def corners(discrete: Discrete) -> NDArray[np.bool_]:
 
 def _beside(held: NDArray[np.bool_]) -> NDArray[np.bool_]:
     other = held[1:] != held[:-1]
-    return np.concatenate([other, [False]]) | np.concatenate([[False], other])
+    beside: NDArray[np.bool_] = np.concatenate([other, [False]]) | np.concatenate([[False], other])
+    return beside
 
 
 class _Slopes:
@@ -138,14 +139,14 @@ class _Slopes:
 
     def first(self, w: Array) -> Array:
         values = self._call("integrand_gradients", w)
-        total = np.zeros_like(self.slope)
+        total: Array = np.zeros_like(self.slope)
         for (k, c), g in zip(self.discrete.curve.gradient, values, strict=True):
             total += self.lam[k] * g if c == 1 else 0.0
         return total
 
     def second(self, w: Array) -> Array:
         values = self._call("curvature", w)
-        total = np.zeros_like(self.slope)
+        total: Array = np.zeros_like(self.slope)
         for (a, b), g in zip(self.discrete.curve.curvature, values, strict=True):
             total += g if (a, b) == (1, 1) else 0.0
         return total
