@@ -24,7 +24,7 @@ def poles(a: Array) -> tuple[Complex, list[float | None]]:
     """
     if not a.size:
         return np.zeros(0, dtype=complex), []
-    balanced, _ = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    balanced, _ = _balanced(a)
     values, left, right = scipy.linalg.eig(balanced, left=True, right=True)
     norm = float(np.linalg.norm(balanced))
     order = np.lexsort((-values.imag, -values.real.round(12)))
@@ -41,7 +41,7 @@ def zeros(a: Array, b: Array, c: Array, d: Array) -> Complex | None:
         return None
     if not a.size:
         return np.zeros(0, dtype=complex)
-    scaled, (scales, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    scaled, scales = _balanced(a)
     system = scaled, b / scales[:, None], c * scales, d
     a, b, c, d = _reduced(*system)
     a, c, b, d = (m.T for m in _reduced(a.T, c.T, b.T, d.T))
@@ -51,6 +51,17 @@ def zeros(a: Array, b: Array, c: Array, d: Array) -> Complex | None:
         return np.asarray(np.linalg.eigvals(a), dtype=complex)
     found: Complex = np.asarray(np.linalg.eigvals(a - b @ np.linalg.solve(d, c)), dtype=complex)
     return found[np.lexsort((found.imag, found.real))]
+
+
+def _balanced(a: Array) -> tuple[Array, Array]:
+    """Return the matrix scaled by powers of two so that its rows and columns are alike in size, and the scales.
+
+    SciPy also casts the scales to whole numbers, for a permutation that is not asked for here. Entries of rounding let scales
+    grow beyond these (a disc that rolls along an axis), of which NumPy warns.
+    """
+    with np.errstate(invalid="ignore"):
+        balanced, (scales, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    return balanced, scales
 
 
 def _reduced(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:

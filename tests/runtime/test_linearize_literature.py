@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 import sympy as sp
 from msgspec import Struct
 from sympy.physics.mechanics import (
@@ -21,6 +22,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
+from mechc.runtime.local.zeros import poles as poles_of
 from mechc.runtime.studies.kinds.linearize import Linearization
 
 G = 9.81
@@ -211,3 +213,22 @@ def test_a_rolling_wheel_against_the_linearizer_of_kanes_method(rate: float) -> 
         np.sort_complex(expected[np.abs(expected) > 0.1]),
         atol=1e-12 * np.abs(expected).max(),
     )
+
+
+def test_entries_of_rounding_bring_no_warning() -> None:
+    """A disc that rolls along x: the place across, the yaw, its rate and that of the lean, with rounding in one entry.
+
+    Balanced, the scales of such a matrix go beyond whole numbers, to which SciPy casts them. Poles: 0, 0, +- i sqrt(0.4*0.24).
+    """
+    a = np.array([[5e-17, 0.14, 0, 0], [0, 0, 1, 0], [0, 0, 0, -0.4], [0, 0, 0.24, 0]])
+    _, (scales, _) = quietly_balanced(a)
+    assert scales.max() > 2.0**63
+    found, _ = poles_of(a)
+    np.testing.assert_allclose(
+        found[np.argsort(found.imag)], [-(0.096**0.5) * 1j, 0, 0, 0.096**0.5 * 1j], atol=1e-15
+    )
+
+
+def quietly_balanced(a: Any) -> Any:
+    with np.errstate(invalid="ignore"):
+        return scipy.linalg.matrix_balance(a, permute=False, separate=True)
