@@ -22,8 +22,8 @@ Reads = dict[Slot, set[Slot]]
 def followers(equations: Equations) -> tuple[int, ...]:
     """Return the indices in y of states that no coordinate and no velocity depends on, directly or through others.
 
-    Where there are no coordinates, the motion is that of the states that act on themselves or on each other, and of what they
-    depend on; where none does, nothing follows.
+    States that act on themselves or on each other and depend on no coordinate move by themselves: they follow nothing. Where there
+    are no coordinates, the motion is theirs alone; where no state acts on itself, nothing follows.
     """
     states = [Slot("y", i) for i, entry in enumerate(equations.states) if entry.kind == "state"]
     if (
@@ -35,7 +35,7 @@ def followers(equations: Equations) -> tuple[int, ...]:
     moving = equations.nq + equations.nv
     reads, decided = _reads(equations), _decided(equations)
     decided |= {Slot("y", i) for i in range(moving)}
-    needed = _needed(reads, decided) if moving else _returning(reads)
+    needed = _needed(reads, decided) | _apart(reads, moving) if moving else _returning(reads)
     if not needed.intersection(states) and not moving:
         return ()
     return tuple(slot.index for slot in states if slot not in needed)
@@ -104,6 +104,17 @@ def _needed(reads: Reads, places: set[Slot]) -> set[Slot]:
         new = reads.get(waiting.pop(), set()) - found
         found |= new
         waiting += new
+    return found
+
+
+def _apart(reads: Reads, moving: int) -> set[Slot]:
+    """Return the states that move by themselves, with everything that they depend on: none of it is a coordinate or velocity."""
+    motion = {Slot("y", i) for i in range(moving)}
+    found: set[Slot] = set()
+    for state in _returning(reads) - motion:
+        depends = _needed(reads, {state})
+        if motion.isdisjoint(depends):
+            found |= depends
     return found
 
 

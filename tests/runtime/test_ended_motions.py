@@ -77,10 +77,13 @@ def asked(name: str, statement: str, folder: Path) -> Any:
     return getattr(mechc.loads(f"{head}  {statement}\nend {tail}"), name)(**given)
 
 
+LEFT = ("accuracy", "remarks", "message", "may_be_incomplete", "signs", "signs_expected", "singular_points")
+
+
 def leaves(value: object) -> list[Any]:
-    """Return all words and numbers of an answer, in order, but for errors, remarks, and what is rounding."""
+    """Return all words and numbers of an answer, in order, but for errors, remarks, what is rounding, and how complete it is."""
     if isinstance(value, dict):
-        return [x for key, one in value.items() if key not in ("accuracy", "remarks") for x in leaves(one)]
+        return [x for key, one in value.items() if key not in LEFT for x in leaves(one)]
     if isinstance(value, list | tuple):
         return [x for one in value for x in leaves(one)]
     return [pytest.approx(value, rel=1e-7, abs=1e-9)] if isinstance(value, float) else [value]

@@ -45,7 +45,7 @@ def test_questions_that_are_acted_on(statement: str, x: float, y: float) -> None
         ("let e = kinetic_energy(); force 0.1 Hz on e;", "E0539", "not affine in the velocities"),
         ("force 1 N on der(x)^2*1 s/m;", "E0539", "not affine in the velocities"),
         ("friction 0.1 Hz on kinetic_energy();", "E0539", "not affine in the velocities"),
-        ("force p: 1 N*der(x)*1 s/m on x; force 0.1 on power(p);", "E0539", "not affine"),
+        ("force p: -1 N*der(x)*1 s/m on x; force 0.1 on power(p);", "E0539", "not affine"),
         ("potential 0.1 N.s*der(y); force 0.1 on potential_energy();", "E0539", "neither a place nor a rate"),
         ("constraint c: y = 0.1 m; force 0.1 m on multiplier(c);", "E0539", "about forces"),
         ("force 1 N on der(x, 2)*1 s;", "E0539", "contains accelerations"),
