@@ -9,13 +9,17 @@ from mechc.lang.units import NAMED_TYPES
 
 from .. import types
 from ..expressions.coordinates import definition_of
-from ..model import Apply, Array, Element, Expression, Literal, Name, Query, Select
+from ..model import Apply, Array, Element, Expression, Literal, Name, Previous, Query, Select
 from ..names.instance import VariableMember
 from ..names.scope import Flattening
 
 _ASKED = ("moment", "reaction", "multiplier")
-_ALIKE = ("add", "subtract", "negate", "abs", "min", "max", "clamp", "deadzone", "mod")
-"""What gives a quantity of the kind of its arguments."""
+_ALIKE = (
+    *("add", "subtract", "negate", "abs", "min", "max", "clamp", "deadzone", "mod"),
+    *("components", "direction", "norm", "transpose", "diag"),
+)
+"""What gives a quantity of the kind of its arguments; frames are of no kind."""
+_PRODUCTS = ("multiply", "dot", "cross", "outer")
 
 
 def is_torque(flattening: Flattening, expression: Expression) -> bool:
@@ -49,16 +53,19 @@ class _Search(Struct):
                 if member is not None and member.bound is None:
                     return _declared(member, "N.m")
                 return any(map(self.torque, definition_of(self.flattening, name)))
-            case Element(base=base):
+            case Element(base=base) | Previous(operand=base):
                 return self.torque(base)
             case Array(elements=elements):
                 return any(map(self.torque, elements))
             case Select(then=then, otherwise=otherwise):
                 return self.torque(then) or self.torque(otherwise)
             case Apply(function="cross", arguments=(first, second)):
-                return {first.type.dimension, second.type.dimension} == {types.LENGTH, types.FORCE}
-            case Apply(function="multiply", arguments=(first, second)):
+                lever = {first.type.dimension, second.type.dimension} == {types.LENGTH, types.FORCE}
+                return lever or self._product(first, second) or self._product(second, first)
+            case Apply(function=function, arguments=(first, second)) if function in _PRODUCTS:
                 return self._product(first, second) or self._product(second, first)
+            case Apply(function="sqrt", arguments=(squares,)):
+                return self._squared(squares)
             case Apply(function="divide", arguments=(first, _)):
                 return self.torque(first)
             case Apply(function=function, arguments=arguments) if function in _ALIKE:
@@ -73,6 +80,18 @@ class _Search(Struct):
         if not second.type.angle:
             return self.torque(first) and not _stiffness(self.flattening, first)
         return _stiffness(self.flattening, first)
+
+    def _squared(self, expression: Expression) -> bool:
+        """Tell whether a formula holds the square of a torque: its root is the length of a vector."""
+        match expression:
+            case Apply(function="power", arguments=(base, _)):
+                return self.torque(base)
+            case Apply(function="multiply" | "dot", arguments=(first, second)):
+                return self.torque(first) and self.torque(second)
+            case Apply(function=function, arguments=arguments) if function in _ALIKE:
+                return any(map(self._squared, arguments))
+            case _:
+                return False
 
 
 def _stiffness(flattening: Flattening, expression: Expression) -> bool:

@@ -457,6 +457,14 @@ TORQUES = "parameter Torque M = 2 N.m; parameter K = 3 N.m/rad; parameter F = 2 
         ("{M, 2*M}[2]", "N.m"),
         ("cross({l, 0 m}, {0 N, F})", "N.m"),
         ("M/2", "N.m"),
+        ("norm({M, 2*M})", "N.m"),
+        ("sqrt(M^2 + (2*M)*M)", "N.m"),
+        ("dot({M, 2*M}, {0.6, 0.8})", "N.m"),
+        ("components(world, {M, 2*M})[1]", "N.m"),
+        ("(transpose({{0, 1}, {1, 0}})*{M, 2*M})[1]", "N.m"),
+        ("sqrt(W^2 + 1 J^2)", ""),
+        ("norm({W, 2*W})", ""),
+        ("components(world, {W, 2*W})[1]", ""),
         ("1/2*K*q^2", ""),
         ("K*q*q", ""),
         ("M*q", ""),
@@ -467,6 +475,27 @@ TORQUES = "parameter Torque M = 2 N.m; parameter K = 3 N.m/rad; parameter F = 2 
 )
 def test_formulas_of_torques_are_shown_as_torques(value: str, unit: str) -> None:
     assert definition(flat(CART + TORQUES + f"output y = {value};"), "y").attributes.display == unit
+
+
+HINGED = """import mech.spatial.*;
+gravity {0, 0, -9.81} m/s^2;
+Body arm(m = 2 kg, J = {{0.2, 0, 0}, {0, 0.2, 0}, {0, 0, 0.01}} kg.m^2, com = {0.5, 0, 0} m);
+Revolute j(world -> arm.a, axis = {0, 1, 0});
+"""
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "components(arm.a, moment(j))",
+        "direction(arm.a, 3*components(arm.a, moment(j)))",
+        "moment(j) + components(arm.a, moment(j))/2",
+        "cross({1, 0, 0} m, reaction(j)) - moment(j)",
+        "{{0, 1, 0}, {1, 0, 0}, {0, 0, 1}}*moment(j)",
+    ],
+)
+def test_the_moment_of_a_joint_is_a_torque_in_all_components(value: str) -> None:
+    assert definition(flat(HINGED + f"output y[3] = {value};"), "y").attributes.display == "N.m"
 
 
 @pytest.mark.parametrize(
