@@ -94,12 +94,16 @@ class Assertion(Struct, frozen=True):
 
 
 class Branch(Struct, frozen=True):
-    """A branch of a ``when``: its condition as text; ``message`` of ``terminate``, None where it goes on."""
+    """A branch of a ``when``: its condition as text; ``message`` of ``terminate``, None where it goes on.
+
+    ``sampled``: only ticks of clocks fulfil the condition.
+    """
 
     text: str
     checks: tuple[Assertion, ...]
     message: str | None
     origin: Origin | None = None
+    sampled: bool = False
 
 
 class SwitchedRow(Struct, frozen=True):

@@ -145,7 +145,8 @@ class SwitchText(Struct, frozen=True):
 class BranchPlan(Struct, frozen=True):
     """One branch of event number ``event``: its function, condition as text, and the texts of its assertions.
 
-    ``message`` is that of ``terminate``, None where the branch does not end the run.
+    ``message`` is that of ``terminate``, None where the branch does not end the run. ``sampled``: only ticks of clocks fulfil
+    the condition.
     """
 
     event: int
@@ -154,6 +155,7 @@ class BranchPlan(Struct, frozen=True):
     checks: tuple[AssertionText, ...]
     message: str | None
     span: Span | None = None
+    sampled: bool = False
 
 
 class RowPlan(Struct, frozen=True):

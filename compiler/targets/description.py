@@ -117,6 +117,7 @@ def _hybrid(plan: HybridPlan | None) -> Hybrid | None:
                 tuple(Assertion(c.message, origin(c.span)) for c in b.checks),
                 b.message,
                 origin(b.span),
+                b.sampled,
             )
             for b in plan.branches
         ),

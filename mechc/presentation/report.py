@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..runtime.outcome import Outcome
+from .event_list import event_list
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
@@ -33,7 +33,6 @@ MOST_OUTPUTS = 12
 MOST_ASKED = 60
 """Outputs of a model that has nothing else to show."""
 MOST_DERIVATIVES = 24
-MOST_EVENTS = 8
 DOUBT_WIDTH = 100
 MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
@@ -51,7 +50,7 @@ def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = 
         blocks.append(_energy(solution, style))
         blocks.append(_invariants(solution, style))
     blocks.append(_true_errors(solution, style))
-    blocks.append(_events(solution, style))
+    blocks.append(event_list(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
@@ -342,30 +341,6 @@ def _true_errors(solution: ShownSolution, style: Style) -> list[str]:
         unit, factor = solution.shown_unit(error.name, error.unit)
         table.append([error.name, f"{error.largest * factor:.1e}", unit, f"{error.relative:.1e}"])
     return _aligned(table, style)
-
-
-def _events(solution: ShownSolution, style: Style) -> list[str]:
-    events = solution.events
-    if not events:
-        return []
-    unit = with_unit(solution.problem.time.unit)
-    shown = events[:MOST_EVENTS]
-    names = max(width(event.name) for event in shown)
-    rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
-    rows += [f"  {e.time:>14.9g}{unit}  {pad(e.name, names)}  {style.dim(e.kind)}" for e in shown]
-    if len(events) > MOST_EVENTS:
-        met = Counter(f"{event.name} {event.kind}" for event in events)
-        kinds, said = (
-            met.most_common(MOST_EVENTS),
-            "in all" if len(met) <= MOST_EVENTS else "of all most often",
-        )
-        counts = ", ".join(f"{number} {kind}" for kind, number in kinds)
-        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more; {said}: {counts}"))
-        last = events[-1]
-        rows.append(
-            f"  {last.time:>14.9g}{unit}  {pad(last.name, names)}  {style.dim(last.kind + ', the last')}"
-        )
-    return rows
 
 
 def _aligned(table: Sequence[Sequence[str]], style: Style) -> list[str]:

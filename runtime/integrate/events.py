@@ -32,6 +32,15 @@ class Event(Struct, frozen=True):
     after: Mapping[str, float] = field(default_factory=dict)
 
 
+class Ticks(Struct, frozen=True):
+    """How often a branch acted that only clocks fulfil, and when for the first and the last time."""
+
+    name: str
+    count: int
+    first: float
+    last: float
+
+
 class Note(Struct, frozen=True):
     """What the kernel noted at an ``instant``, in the order in which it happened: ``index`` of a branch or a row."""
 
@@ -57,6 +66,7 @@ class Events(Sequence[Event]):
     def __init__(self, problem: Problem, noted: NDArray[np.void], sides: Sides) -> None:
         self.noted = noted
         self._sides = sides
+        self._problem = problem
         self._hybrid = problem.hybrid
         quantities = (*problem.states, *problem.discretes)
         self._names = [q.name for q in quantities]
@@ -88,6 +98,21 @@ class Events(Sequence[Event]):
         """When each happened, in their order."""
         found: Array = self.noted["t"]
         return found
+
+    def condensed(self) -> tuple[tuple[Ticks, ...], Events]:
+        """Give one entry for each branch that only clocks fulfil and that acted more than once, and all other events."""
+        if self._hybrid is None:
+            return (), self
+        found: list[Ticks] = []
+        others = np.ones(len(self.noted), dtype=bool)
+        whens = self.noted["kind"] == native.EVENT_KINDS.index("when")
+        for k, branch in enumerate(self._hybrid.branches):
+            mine = whens & (self.noted["index"] == k)
+            times = self.times[mine]
+            if branch.sampled and times.size > 1:
+                found.append(Ticks(branch.text, times.size, float(times[0]), float(times[-1])))
+                others &= ~mine
+        return tuple(found), Events(self._problem, self.noted[others], self._sides)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and tuple(self) == tuple(other)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ...graph import Node
+from ...graph.rewrite import substitute
 from ...mechanics.modes import CheckAction, EndAction
 from ...mechanics.system import MechanicalSystem
 from ..model import AssertionText, BranchPlan, RowPlan
@@ -37,9 +38,17 @@ def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
             ),
             next((a.message for a in branch.actions if isinstance(a, EndAction)), None),
             branch.origin.span,
+            _sampled(system, branch.condition),
         )
         for k, branch in enumerate(system.branches)
     )
+
+
+def _sampled(system: MechanicalSystem, condition: Node) -> bool:
+    """Tell whether a condition never holds between the ticks of its clocks."""
+    graph, clocks = system.graph, system.lowering.clocks.values()
+    between = substitute(graph, [condition], {clock.pulse: graph.zero for clock in clocks})[0]
+    return between != condition and between == graph.zero
 
 
 def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, int]) -> tuple[RowPlan, ...]:

@@ -79,12 +79,54 @@ def test_an_energy_below_rounding_is_told_as_none() -> None:
 
 
 def test_of_many_events_the_report_counts_the_kinds() -> None:
-    text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; "
-    solution = mechc.loads(text + "when sample(0.1 s) then n := n + 1; end when;").simulate(stop=1)
+    text = "coordinate x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; "
+    solution = mechc.loads(text + "when sin(x*20*pi/1 m) > 0 then n := n + 1; end when;").simulate(stop=1.05)
     assert isinstance(solution, mechc.Solution)
     *_, counted, last = report(solution).splitlines()
-    assert counted == "  ... and 3 more; in all: 11 sample(0.1 s) when"
-    assert last.split() == ["1", "s", "sample(0.1", "s)", "when,", "the", "last"]
+    assert counted == "  ... and 3 more; in all: 11 sin(x*20*pi/1 m) > 0 when"
+    assert last.split()[:2] == ["1", "s"] and last.endswith("when, the last")
+
+
+CLOCKS = """model Controller
+  parameter Time period = 1 ms;
+  discrete Integer n = 0;
+  when sample(period) then n := n + 1; end when;
+end Controller;
+model Two
+  Controller a;
+  Controller b(period = 3 ms);
+  coordinate x = 0.1 m;
+  initial der(x) = 1 m/s;
+  discrete Integer n = 0;
+  let tick = sample(5 ms);
+  kinetic 1/2*1 kg*der(x)^2;
+  when tick then n := n + 1; end when;
+  when tick and x > 0.5995 m then n := n + 1; end when;
+  when x > 0.3 m then n := n + 1; end when;
+  when x > 0.9 m or sample(1 s, 0.6 s) then n := n + 1; end when;
+  when sample(2 s, 0.9 s) then n := n + 1; end when;
+end Two;
+"""
+
+
+def test_a_clock_is_one_line_and_other_events_stay() -> None:
+    """x = 0.1 + t: ticks at k T for k from 0 to 1/T, of the third at 0.5, 0.505, .., 1 s where the condition holds."""
+    solution = mechc.loads(CLOCKS).simulate(stop=1)
+    assert isinstance(solution, mechc.Solution)
+    rows = report(solution).splitlines()
+    ticks = ((1001, "0 s to 1"), (334, "0 s to 0.999"), (201, "0 s to 1"), (101, "0.5 s to 1"))
+    texts = ("sample(period)", "sample(period)", "tick", "tick and x > 0.5995 m")
+    at = rows.index(f"  {1001 + 334 + 201 + 101 + 1 + 2 + 1} events")
+    clocks = [f"  {text:<21}  {n} times, from {t} s" for text, (n, t) in zip(texts, ticks, strict=True)]
+    assert rows[at + 1 : at + 5] == clocks
+    others = [re.split(r"  +", row.strip()) for row in rows[at + 5 :]]
+    assert others == [
+        ["0.2 s", "x > 0.3 m", "when"],
+        ["0.6 s", "x > 0.9 m or sample(1 s, 0.6 s)", "when"],
+        ["0.8 s", "x > 0.9 m or sample(1 s, 0.6 s)", "when"],
+        ["0.9 s", "sample(2 s, 0.9 s)", "when"],
+    ]
+    assert len(solution.summary()["events"]) == 1641, "data hold all"
 
 
 def test_swept_values_have_their_units() -> None:
