@@ -92,7 +92,7 @@ if TYPE_CHECKING:
 @click.option(
     "--outputs",
     metavar="A,B",
-    help="Which quantities to write, draw and list derivatives of; all without it.",
+    help="Quantities to write, to draw, to differentiate and to show in the report in any case; all without it.",
 )
 @click.option(
     "--plot",
@@ -340,13 +340,14 @@ def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> l
 
 
 def _print_report(sweep: Runs[Solution], names: Sequence[str], *, first: bool) -> None:
-    from ..presentation.report import report, sweep_report
+    from ..presentation.report import report
     from ..presentation.style import style_for
+    from ..presentation.sweep_report import sweep_report
     from .failures import write_to_nobody
 
     style = style_for(sys.stdout)
     solution = sweep.solutions[0]
-    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, style, names)
+    text = sweep_report(sweep, style, names) if sweep.points[0] else report(solution, style, names)
     try:
         click.echo(("" if first else "\n") + text, color=True)
     except BrokenPipeError:  # results and pictures are still to be written

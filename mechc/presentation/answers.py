@@ -29,7 +29,8 @@ def text(answer: Answer, style: Style = PLAIN) -> str:
 
             return report(answer, style)
         case Runs():
-            from .report import report, sweep_report
+            from .report import report
+            from .sweep_report import sweep_report
 
             return sweep_report(answer, style) if answer.points[0] else report(answer.solutions[0], style)
         case Ensemble():

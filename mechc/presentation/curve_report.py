@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from numpy import inf, isfinite
 
 from ..display import Display, factor
-from .numbers import count, duration, number, plural, with_unit
+from .numbers import count, duration, number, plural, unit_in_brackets, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
@@ -149,8 +149,10 @@ def _rounded(value: float, size: float) -> float:
 
 def _sweep(found: Curves, display: Display, style: Style) -> str:
     first = found.solutions[0][0]
-    outputs = [q for q in first.problem.outputs if q.name in first.outputs][:5]
-    table = [[*found.points[0], "outcome", "stationary", "error", "kind", *(q.name for q in outputs)]]
+    outputs = [q for q in first.problem.outputs if q.name in first.outputs]
+    units = [_shown(q.unit, q.display, display) for q in outputs]
+    names = [q.name + unit_in_brackets(unit) for q, (unit, _) in zip(outputs, units, strict=True)]
+    table = [[*found.points[0], "outcome", "stationary", "error", "kind", *names]]
     for point, solutions in zip(found.points, found.solutions, strict=True):
         for s in solutions:
             row = [
@@ -160,8 +162,7 @@ def _sweep(found: Curves, display: Display, style: Style) -> str:
                 f"{s.error:.1e}",
             ]
             row += [s.kind]
-            for q in outputs:
-                row.append(number(s.outputs[q.name] * _shown(q.unit, q.display, display)[1]))
+            row += [number(s.outputs[q.name] * by) for q, (_, by) in zip(outputs, units, strict=True)]
             table.append(row)
     widths = [max(width(row[i]) for row in table) for i in range(len(table[0]))]
     rows = ["  " + "  ".join(pad(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table]

@@ -8,42 +8,40 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec.structs import replace
 
 from ..runtime.outcome import Outcome
 from .event_list import event_list
+from .left_out import first_and_asked, is_own, left_out
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
-    from ..runtime.studies.kinds.sweep import Runs
     from ..shown import ShownSolution
 
 MOST_STATES = 12
-"""States in the table; of more, those with the largest estimated error are shown."""
+"""States in the table, beside those asked for; of more, those with the largest estimated error are shown."""
 FAR_APART = 1e3
 """From this ratio of the sizes of states of one unit on, the sizes are shown that errors are measured against."""
 NOTHING = sys.float_info.epsilon
 """A last value below this part of its nominal size, and below its own error, is told as 0; results keep it."""
 ROUNDING = 1e-14
 """Of the energies of a run, over some hundred steps."""
-MOST_OUTPUTS = 12
-MOST_ASKED = 60
-"""Outputs of a model that has nothing else to show."""
-MOST_DERIVATIVES = 24
+MOST_OUTPUTS, MOST_DERIVATIVES = 12, 24
+"""Of parts: the outputs of the model itself and what is asked for are never left out."""
 DOUBT_WIDTH = 100
-MOST_COLUMNS = 6
-"""Last values in the table of a sweep; the results hold all."""
 
 
 def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = ()) -> str:
-    """Return the whole report as text, without an end of line; ``of``: quantities whose derivatives are listed, all without."""
+    """Return the whole report as text, without an end of line.
+
+    ``of``: quantities that the tables must hold, and whose derivatives are listed, all without.
+    """
     if solution.outcome is Outcome.FAILED and not solution.statistics.steps:
         return _headline(solution, style)  # it did not begin, and what is said of that is all there is to say
     blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
-    blocks.append(_values(solution, style))
+    blocks.append(_values(solution, style, of))
     blocks.append(_sensitivities(solution, style, of))
     blocks.append(_condition(solution, style))
     if not _without_motion(solution):
@@ -54,54 +52,6 @@ def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = 
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
-def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN) -> str:
-    """Return one row for each run of a sweep: swept values, outcome, steps, last values, largest error."""
-    first = sweep.solutions[0]
-    shown = [
-        q
-        for q in (*first.problem.states, *first.problem.outputs)
-        if q.kind in ("coordinate", "state", "output")
-    ]
-    shown = shown[:MOST_COLUMNS]
-    units = [first.shown_unit(q.name)[0] for q in shown]
-    problem = first.problem
-    si = {q.name: q.unit for q in (*problem.parameters, *problem.states, *problem.inputs)}
-    head = [_column(name, si.get(name, "")) for name in sweep.points[0]]
-    head += ["outcome", "steps", *(_column(q.name, unit) for q, unit in zip(shown, units, strict=True))]
-    table = [[*head, "error"]]
-    for point, solution in zip(sweep.points, sweep.solutions, strict=True):
-        row = [number(value) if isinstance(value, float) else str(value) for value in point.values()]
-        row += [solution.outcome.value, count(solution.statistics.steps)]
-        row += [number(float(solution.shown(quantity.name)[-1])) for quantity in shown]
-        estimate = solution.accuracy.error
-        table.append([*row, f"{estimate.largest:.1e}" if estimate else "-"])
-    widths = [max(width(row[i]) for row in table) for i in range(len(table[0]))]
-    rows = [
-        "  " + "  ".join(" " * (w - width(cell)) + cell for cell, w in zip(row, widths, strict=True))
-        for row in table
-    ]
-    title = f"{style.bold(_title(first))}: {len(sweep.solutions)} runs, last values"
-    notes = [f"  note: {text}" for text in _branches_of_runs(sweep)]
-    return "\n".join([title, "", style.dim(rows[0]), *rows[1:], *([""] if notes else []), *notes])
-
-
-def _branches_of_runs(sweep: Runs[ShownSolution]) -> list[str]:
-    """What the first run says of solutions of equations for outputs, and the first one in which such an output jumps."""
-    noted: dict[str, str] = {}
-    for point, solution in zip(sweep.points, sweep.solutions, strict=True):
-        found = solution.branches
-        at = ", ".join(f"{n} = {number(v) if isinstance(v, float) else v}" for n, v in point.items())
-        for kind, count_of in (("several", len(found.several)), ("jumps", len(found.jumps))):
-            if count_of and kind not in noted:
-                told = replace(found, **{other: () for other in ("several", "jumps") if other != kind})
-                noted[kind] = f"{next(iter(told.remarks(solution.problem)))} (first with {at})"
-    return list(noted.values())
-
-
-def _column(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if with_unit(unit) else name
-
-
 def _headline(solution: ShownSolution, style: Style) -> str:
     problem = solution.problem
     word = solution.outcome.value
@@ -109,7 +59,7 @@ def _headline(solution: ShownSolution, style: Style) -> str:
         word, style.red
     )
     end = f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{with_unit(problem.time.unit)}"
-    text = f"{style.bold(_title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
+    text = f"{style.bold(title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
     reason = solution.message.rpartition(" at ")[0]  # the time is there already
     return f"{text}: {reason}" if word == "terminated" and reason else text
 
@@ -129,7 +79,8 @@ def _doubts(solution: ShownSolution, style: Style) -> list[str]:
     ]
 
 
-def _title(solution: ShownSolution) -> str:
+def title(solution: ShownSolution) -> str:
+    """Return the name of the model and of the experiment, if that has one."""
     return solution.problem.name + (f", {solution.experiment}" if solution.experiment else "")
 
 
@@ -160,7 +111,7 @@ def _states(solution: ShownSolution) -> list[Quantity]:
     return [quantity for quantity in solution.problem.states if quantity.kind != "account"]
 
 
-def _values(solution: ShownSolution, style: Style) -> list[str]:
+def _values(solution: ShownSolution, style: Style, of: Collection[str]) -> list[str]:
     """The last value of each state with its estimated errors, then of each output and discrete variable."""
     if not len(solution.time):
         return []
@@ -168,11 +119,11 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
     estimate = solution.accuracy.error if states else None
     listed = (*solution.problem.outputs, *solution.problem.discretes)
     outputs = [q for q in listed if q.kind in ("coordinate", "rate", "output", "discrete")]
+    outputs += [q for n, q in solution.quantities.items() if n in of and q not in (*states, *outputs)]
     total = len(states)
-    if len(states) > MOST_STATES:
-        if estimate:
-            states.sort(key=lambda q: -estimate.by_state[q.name])
-        states = states[:MOST_STATES]
+    if estimate and total > MOST_STATES:
+        states.sort(key=lambda q: -estimate.by_state[q.name])
+    states = first_and_asked(states, MOST_STATES, lambda q: q.name in of)
     head = ["", f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}", ""]
     head += ["estimated error", "largest"] if estimate else []
     apart = estimate is not None and _sizes_apart(states, estimate.nominal)
@@ -193,16 +144,14 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
                 row.append(f"{estimate.nominal[quantity.name] * factor:.2g}")
         table.append(row)
     empty = [""] * (len(head) - 3)
-    most = MOST_OUTPUTS if states else MOST_ASKED
-    last = [[*_last(solution, quantity), *empty] for quantity in outputs[:most]]
-    rows = _aligned(table + last, style)
+    shown = first_and_asked(outputs, MOST_OUTPUTS, lambda q: is_own(q.name) or q.name in of)
+    rows = _aligned([*table, *([*_last(solution, quantity), *empty] for quantity in shown)], style)
     after = 1 + len(states)
-    if len(outputs) > most:
-        rows.append(style.dim(f"  ... and {len(outputs) - most} more outputs"))
-    left_out = total - len(states)
-    if left_out:
-        more = f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")
-        rows.insert(after, style.dim(more))
+    if len(shown) < len(outputs):
+        rows.append(left_out(len(outputs) - len(shown), "quantities of parts", style))
+    if len(states) < total:
+        what = "states with smaller errors" if estimate else "states"
+        rows.insert(after, left_out(total - len(states), what, style))
     if estimate:
         rows.append(
             style.dim(
@@ -253,21 +202,24 @@ def _sensitivities(solution: ShownSolution, style: Style, of: Collection[str]) -
     found = solution.motion.sensitivities
     if found is None:
         return []
-    shown = ("coordinate", "rate", "state", "output")
-    names = [n for n, q in solution.quantities.items() if q.kind in shown and n in found.columns]
+    kinds = {n: q.kind for n, q in solution.quantities.items() if n in found.columns}
+    names = [n for n, kind in kinds.items() if kind in ("coordinate", "rate", "state", "output")]
     listed = found.listed([n for n in names if n in of] if of else names)
     if not listed:
         return []
     end = f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}"
     table = [["derivatives", end, "", *(["estimated error", "largest"] if found.errors is not None else [])]]
-    for one in listed[:MOST_DERIVATIVES]:
+    shown = first_and_asked(
+        listed, MOST_DERIVATIVES, lambda d: d.of in of or (is_own(d.of) and kinds[d.of] == "output")
+    )
+    for one in shown:
         row = [one.name, number(float(one.values[-1])), with_unit(one.unit).lstrip()]
         if one.errors is not None:
             row += [f"{one.errors[-1]:.1e}", f"{np.nanmax(one.errors):.1e}"]
         table.append(row)
     rows = _aligned(table, style)
-    if len(listed) > MOST_DERIVATIVES:
-        rows.append(style.dim(f"  ... and {len(listed) - MOST_DERIVATIVES} more derivatives"))
+    if len(shown) < len(listed):
+        rows.append(left_out(len(listed) - len(shown), "derivatives", style))
     if found.remark:
         rows.append(style.dim(f"  no error estimate of the derivatives: {found.remark}"))
     return rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import pytest
@@ -10,8 +11,9 @@ from hand_made import failing_solution, pendulum_solution
 import mechc
 from mechc.display import choose
 from mechc.presentation.numbers import count, duration, number
-from mechc.presentation.report import report, sweep_report
+from mechc.presentation.report import report
 from mechc.presentation.run_failure import render_failure
+from mechc.presentation.sweep_report import sweep_report
 
 
 def test_a_completed_run() -> None:
@@ -42,12 +44,72 @@ def test_outputs_and_discrete_variables_stand_below_the_states() -> None:
     assert len({row.index("when") for row in events}) == 1, "kinds stand below each other"
 
 
-def test_of_many_outputs_the_report_says_how_many_it_leaves_out() -> None:
-    text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; output y[14] = {i*x for i in 1:14};"
+PART = "model Part output y[14] = {i*time for i in 1:14}; end Part; "
+
+
+def test_only_outputs_of_parts_are_left_out_of_the_report_which_says_how_many() -> None:
+    text = PART + "model Whole Part a; Part b; output z[20] = {i^2*time for i in 1:20}; "
+    solution = mechc.loads(text + "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; end Whole;").simulate(
+        stop=1
+    )
+    assert isinstance(solution, mechc.Solution)
+    rows = [row.split() for row in report(solution).splitlines()]
+    assert [row[:2] for row in rows if row and row[0].startswith("z")] == [
+        [f"z[{i}]", str(i * i)] for i in range(1, 21)
+    ]
+    assert not any(row and row[0].startswith(("a.y", "b.y")) for row in rows)
+    note = "... and {} more quantities of parts; 'mechc run --outputs NAME,...' shows those it names"
+    assert note.format(28).split() in rows
+    asked = [row.split() for row in report(solution, of=("b.y[3]", "a.y[14]")).splitlines()]
+    assert [row[:2] for row in asked if row and row[0].startswith(("a.y", "b.y"))] == [
+        ["a.y[14]", "14"],
+        ["b.y[3]", "3"],
+    ]
+    assert note.format(26).split() in asked
+
+
+def test_states_that_are_asked_for_are_in_the_report() -> None:
+    """Twenty oscillators of one frequency: their errors are alike; those of the last ones are the smallest."""
+    text = "coordinate x[20] = {1 m/i^2 for i in 1:20}; kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:20); "
+    text += "potential sum(1/2*1 N/m*x[i]^2 for i in 1:20); input Force f = 0 N; force f on x[1];"
     solution = mechc.loads(text).simulate(stop=1)
     assert isinstance(solution, mechc.Solution)
-    rows = report(solution).splitlines()
-    assert sum(row.startswith("  y[") for row in rows) == 12 and "  ... and 2 more outputs" in rows
+    names = [f"x[{i}]" for i in range(1, 21)]
+    rows = report(solution, of=(*names, "f", "energy.total")).splitlines()
+    shown = {row.split()[0]: row.split()[1] for row in rows if row and len(row.split()) > 1}
+    for i in range(1, 21):
+        assert float(shown[f"x[{i}]"]) == pytest.approx(math.cos(1) / i**2, rel=1e-6)
+    assert shown["f"] == "0" and "energy.total" in shown
+    said = "... and 20 more states with smaller errors; 'mechc run --outputs NAME,...' shows those it names"
+    assert "  " + said in rows
+    assert "... and 28 more states with smaller errors;" in report(solution)
+
+
+def test_derivatives_of_own_outputs_are_in_the_report() -> None:
+    text = "parameter k = 2; coordinate x[13] = {i*k*1 m for i in 1:13}; kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:13); "
+    solution = mechc.loads(text + "output y = k^2;").simulate(stop=1, sensitivity="k")
+    assert isinstance(solution, mechc.Solution)
+    rows = [row.split() for row in report(solution).splitlines()]
+    assert next(row for row in rows if row and row[0] == "d(y)/d(k)")[1] == "4"
+    note = "... and 3 more derivatives; 'mechc run --outputs NAME,...' shows those it names"
+    assert note.split() in rows
+    asked = report(solution, of=[f"x[{i}]" for i in range(1, 14)] + [f"der(x[{i}])" for i in range(1, 14)])
+    assert asked.count("/d(k)") == 26
+
+
+def test_the_table_of_a_sweep_has_all_outputs_of_the_model() -> None:
+    text = PART + "model Whole Part a; parameter k = 1; output z[8] = {i*k for i in 1:8}; "
+    text += (
+        "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; experiment both(k in {1, 2}, stop = 1 s); end Whole;"
+    )
+    sweep = mechc.loads(text).sweep(experiment="both")
+    rows = [row.split() for row in sweep_report(sweep).splitlines()]
+    assert rows[2] == ["k", "outcome", "steps", *(f"z[{i}]" for i in range(1, 9)), "error"]
+    assert rows[4][3:11] == [str(2 * i) for i in range(1, 9)]
+    said = "  ... and 15 more quantities; 'mechc run --outputs NAME,...' shows those it names"
+    assert sweep_report(sweep).splitlines()[5] == said
+    rows = [row.split() for row in sweep_report(sweep, of=("a.y[2]", "x")).splitlines()]
+    assert rows[2] == ["k", "outcome", "steps", "a.y[2]", "[s]", "x", "[m]", "error"] and len(rows) == 5
 
 
 def test_outputs_alone_are_all_that_is_said_of_what_does_not_move() -> None:
