@@ -24,7 +24,7 @@ MOST_COLUMNS = 6
 def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN, of: Collection[str] = ()) -> str:
     """Return one row for each run: swept values, outcome, steps, last values, largest error.
 
-    ``of``: the quantities whose last values are shown; without it coordinates, states and outputs.
+    ``of``: quantities that the table must hold.
     """
     first = sweep.solutions[0]
     shown, more = _shown(first, of)
@@ -54,11 +54,11 @@ def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN, of: Collectio
 
 def _shown(first: ShownSolution, of: Collection[str]) -> tuple[list[Quantity], int]:
     """Return the quantities of the table, and how many others there are."""
-    if of:
-        return [first.quantities[name] for name in of], 0
     problem = first.problem
     listed = [q for q in (*problem.states, *problem.outputs) if q.kind in ("coordinate", "state", "output")]
-    shown = first_and_asked(listed, MOST_COLUMNS, lambda q: q.kind == "output" and is_own(q.name))
+    listed += [q for n, q in first.quantities.items() if n in of and q not in listed]
+    asked = {q.name for q in listed if q.name in of or (q.kind == "output" and is_own(q.name))}
+    shown = first_and_asked(listed, MOST_COLUMNS, lambda q: q.name in asked)
     return shown, len(listed) - len(shown)
 
 

@@ -272,12 +272,10 @@ class Solution(Results):
         return columns
 
     def final(self) -> dict[str, float]:
-        """Give coordinates, rates, states and outputs at the last time."""
-        shown = ("input", "discrete")
+        """Give coordinates, rates, states, outputs and discrete variables at the last time."""
         table = self.motion.columns
-        at = slice(len(table) - 1, len(table))
-        last = (*table.y[at][0].tolist(), *table.outputs_at(at)[0].tolist())
-        wanted = (name for name, q in self.quantities.items() if q.kind not in shown)
+        last = table.rows(slice(len(table) - 1, len(table)))[0].tolist()
+        wanted = (name for name, q in self.quantities.items() if q.kind != "input")
         return {name: last[self._column[name]] for name in wanted}
 
     def summary(self, names: Sequence[str] | None = None) -> dict[str, Any]:

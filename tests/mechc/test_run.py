@@ -188,6 +188,22 @@ def test_outputs_chosen_by_the_names_of_components(
         assert list(read_results("grid.csv")) == expected
 
 
+def test_the_json_report_has_the_last_values_of_discrete_variables(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """x = t: of ten ticks and the one at 0; what it was at the last of them, 1 s; whether it has passed 0.5 m."""
+    Path("oscillator.mech").write_text(
+        "coordinate x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; input Force push = 0 N; force push on x;"
+        "discrete Integer n = 0; discrete Length seen = 0 m; discrete Boolean passed = false; discrete Force idle = 3 N;"
+        "when sample(0.1 s) then n := n + 1; seen := x; end when; when x > 0.5 m then passed := true; end when;"
+        "experiment(stop = 1.05 s);"
+    )
+    values = final(capsys)
+    assert list(values)[:2] == ["x", "der(x)"] and "push" not in values
+    assert [values[name] for name in ("n", "passed", "idle")] == [11, 1, 3]
+    assert values["seen"] == pytest.approx(1, rel=1e-12)
+
+
 def test_units_of_energies_leave_torques_alone(own_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (own_folder / "turn.mech").write_text(
         "parameter M = 2 N.m; coordinate a = 0 rad; kinetic 1/2*1 kg.m^2*der(a)^2; torque M on world*rot(a);"
