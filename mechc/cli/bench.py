@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from .options import PICTURES, Command, ending, model_argument, model_option, no_model, set_option
+from .options import PICTURES, Compiling, ending, model_argument, model_option, no_model, set_option
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
@@ -20,7 +20,7 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
 
 
 @click.command(
-    cls=Command, name="bench", short_help="Measure error against run time, for methods and tolerances."
+    cls=Compiling, name="bench", short_help="Measure error against run time, for methods and tolerances."
 )
 @model_argument
 @model_option

@@ -8,7 +8,7 @@ import click
 
 from .failures import show_warnings
 from .options import (
-    Command,
+    Compiling,
     keep_all_option,
     kept,
     model_argument,
@@ -52,7 +52,7 @@ def _check_ending(target: str, output: str | None) -> None:
 
 
 @click.command(
-    cls=Command, name="compile", short_help="Write a model as code, an FMU, a page, or for CasADi or JAX."
+    cls=Compiling, name="compile", short_help="Write a model as code, an FMU, a page, or for CasADi or JAX."
 )
 @model_argument
 @model_option

@@ -6,10 +6,10 @@ import sys
 
 import click
 
-from .options import Command, model_argument, model_option, set_option
+from .options import Compiling, model_argument, model_option, set_option
 
 
-@click.command(cls=Command, name="init", short_help="Print the consistent initial state of a model.")
+@click.command(cls=Compiling, name="init", short_help="Print the consistent initial state of a model.")
 @model_argument
 @model_option
 @click.option("--experiment", metavar="NAME", help="Which experiment of the model.")

@@ -44,6 +44,18 @@ class Command(click.Command):
         return super().parse_args(ctx, args)
 
 
+class Compiling(Command):
+    """A command that compiles C, and tells people at a terminal so where they have to wait for it."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        from ..presentation.building import building
+
+        asked = ctx.params
+        silent = asked.get("quiet") or asked.get("as_json") or asked.get("json_file") == "-"
+        with building(quiet=bool(silent)):
+            return super().invoke(ctx)
+
+
 def method_names(_: click.Context, __: click.Parameter, begun: str) -> list[str]:
     """Name the methods that begin so, for shells."""
     from ..runtime.methods import KERNEL_METHODS

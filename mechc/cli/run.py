@@ -13,7 +13,7 @@ from .files_of_runs import beside, check_streamed, plot, show_motion, streamed_t
 from .options import (
     MOVING,
     RESULTS,
-    Command,
+    Compiling,
     asked_plots,
     ending,
     input_option,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from ..solution import Solution
 
 
-@click.command(cls=Command, name="run", short_help="Run a model and report how accurate the result is.")
+@click.command(cls=Compiling, name="run", short_help="Run a model and report how accurate the result is.")
 @model_argument
 @model_option
 @click.option(

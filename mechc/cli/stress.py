@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .failures import COMPLETED, DOUBTFUL, FAILED
-from .options import Command, model_argument, model_option, no_model, set_option
+from .options import Compiling, model_argument, model_option, no_model, set_option
 
 if TYPE_CHECKING:
     from ..measurement.stress_table import Row, Stress
@@ -18,7 +18,7 @@ GROUPS = ("as stated", "twin", "parameter", "start", "sizes", "length", "toleran
 
 
 @click.command(
-    cls=Command,
+    cls=Compiling,
     name="stress",
     short_help="Run a model under extremes; tell whether any answer is silently wrong.",
 )

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import click
 
-from .options import Command, ending, model_argument, model_option, set_option
+from .options import Compiling, ending, model_argument, model_option, set_option
 
 
-@click.command(cls=Command, name="FILE", short_help="Answer the studies that a file states.")
+@click.command(cls=Compiling, name="FILE", short_help="Answer the studies that a file states.")
 @model_argument
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @model_option

@@ -12,7 +12,7 @@ import click
 
 from .options import (
     PICTURES,
-    Command,
+    Compiling,
     ending,
     files_here,
     input_option,
@@ -87,7 +87,7 @@ class Studies(click.Group):
             formatter.write_dl([(kind.name, kind.asks) for kind in STUDIES.values()])
 
 
-class Question(Command):
+class Question(Compiling):
     """The command of a kind; it says why an option of a run is none of its own."""
 
     kind: Kind

@@ -8,10 +8,10 @@ from pathlib import Path
 import click
 
 from .failures import show_warnings
-from .options import Command, model_argument, model_option, no_model, set_option
+from .options import Compiling, model_argument, model_option, no_model, set_option
 
 
-@click.command(cls=Command, name="view", short_help="Show a model move, on a page in the browser.")
+@click.command(cls=Compiling, name="view", short_help="Show a model move, on a page in the browser.")
 @model_argument
 @model_option
 @set_option

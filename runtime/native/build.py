@@ -11,7 +11,8 @@ import functools
 import os
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TypeVar
 
@@ -138,6 +139,20 @@ def _ask(command: tuple[str, ...]) -> Compiler | None:
     return Compiler(command, answer.stdout.strip()) if answer.returncode == 0 else None
 
 
+_around: Callable[[str], AbstractContextManager[object]] = nullcontext
+
+
+@contextmanager
+def around_builds(told: Callable[[str], AbstractContextManager[object]]) -> Iterator[None]:
+    """Let ``told(name)`` be entered while something is compiled, and left after it: so that people know why they wait."""
+    global _around
+    before, _around = _around, told
+    try:
+        yield
+    finally:
+        _around = before
+
+
 def build_shared(
     sources: Mapping[str, str],
     flags: Sequence[str],
@@ -164,7 +179,7 @@ def build_shared(
     library = find_entry(stem, suffix)
     if library is None:
         sources = sources if chosen is None else chosen()
-        with build_folder(kept_after=BuildError) as folder:
+        with _around(name), build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
             _compile(compiler, sources, flags, folder, ("-o", file, *link))
