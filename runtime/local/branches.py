@@ -206,7 +206,7 @@ class Tracer:
                 continue
             if not 0.0 <= x[-1] <= 1.0:
                 end = float(np.clip(x[-1], 0.0, 1.0))
-                edge = self._at_share(last.x + (x - last.x) * (end - last.x[-1]) / (x[-1] - last.x[-1]), end)
+                edge = self.at_share(last.x + (x - last.x) * (end - last.x[-1]) / (x[-1] - last.x[-1]), end)
                 if edge is not None:
                     points.append(self.point(edge, tangent))
                 break
@@ -219,7 +219,8 @@ class Tracer:
                 step = min(1.5 * step, LONGEST)
         return points, False
 
-    def _at_share(self, x: Array, share: float) -> Array | None:
+    def at_share(self, x: Array, share: float) -> Array | None:
+        """Return the point near x with this value of the parameter, None where Newton's method finds none."""
         normal = np.zeros(len(x))
         normal[-1] = 1.0
         x = x.copy()

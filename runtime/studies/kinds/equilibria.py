@@ -20,7 +20,7 @@ from ...problem import Array, Problem
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..study import OF_A_MOTION, Study
-from .bifurcation import diagram, moved_parameter
+from .bifurcation import WORDS, Values, branches_in_numbers, diagram, moved_parameter
 
 GUESSES = 64
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
@@ -37,7 +37,6 @@ INCOMPLETE = ", may be incomplete"
 RESTING = (
     "equilibria that rest on closed contacts are not looked for, but on those that are closed at the start"
 )
-WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
 
 
 class FoundEquilibria(Findings, frozen=True, eq=False, kw_only=True):
@@ -351,12 +350,17 @@ def _followed(
         }
         for special in specials
     ]
-    names = list(_values(site, site.y))
-    units = {q.name: q.unit for q in site.problem.states}
-    head = (("", ""), (over.name, over.unit), *((name, units[name]) for name in names))
-    rows = tuple(
-        (p["kind"], p["parameter"][over.name], *(p["values"][name] for name in names)) for p in points
-    )
+    states = site.problem.states
+    told = Values(site, tracer, [k for k in site.problem.own if states[k].kind != "rate"])
+    head = (("", ""), (over.name, over.unit), *told.head)
+    rows = tuple((s.kind, value(float(s.x[-1])), *told.of(s.x)) for s in specials)
+    tables = [Table("", head, rows)] if rows else []
+    if branches:
+        tables.append(branches_in_numbers(over, tracer, branches, specials, told))
+        if over.count is None:
+            remarks.append(
+                f'"{over.name} = LOW .. HIGH, 50" gives 50 values; the JSON object holds all points of the branches'
+            )
     listed = "; ".join(f"{p['kind']} at {over.name} = {p['parameter'][over.name]:.9g}" for p in points)
     return FoundEquilibria(
         study="equilibria",
@@ -366,9 +370,9 @@ def _followed(
         + ("" if complete else INCOMPLETE)
         + (f"; {listed}" if listed else ""),
         values=(),
-        errors_from="special points are roots on the branches, to rounding of what tells them",
+        errors_from="points solve the equations to rounding; special points are roots, to rounding of what tells them",
         remarks=tuple(dict.fromkeys(remarks)),
-        tables=(Table("", head, rows),) if rows else (),
+        tables=tuple(tables),
         panels=diagram(site, box, over, tracer, branches, specials),
         details={
             "equilibria": records,

@@ -336,6 +336,9 @@ def _followed(
         values=(Value("orbits", "", float(len(rows)), 0.0),),
         errors_from="each orbit closes within 1e-8 of its size",
         remarks=tuple(remarks),
+        tables=(Table("", (
+            (wanted.name, wanted.unit), ("period", problem.time.unit), ("largest multiplier", "")
+        ), tuple((float(x[k]), float(places[k].orbit.period), float(largest[k])) for k in rows)),),
         panels=(
             Panel("largest multiplier", wanted.name, wanted.unit, "size", "", (
                 Curve("largest multiplier", x, largest), Curve("1", x, np.ones(len(x)), "dashed"))),

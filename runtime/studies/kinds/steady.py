@@ -7,7 +7,8 @@ cyclic coordinates held is stable.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -102,12 +103,8 @@ def _listed(search: Search, found: list[Motion]) -> Findings:
     rate = f"1/{problem.time.unit}" if problem.time.unit else ""
     rows: list[tuple[Cell, ...]] = []
     for one in found:
-        worst = max(one.errors.values(), default=0.0)
         shown = [_short(v) for v in one.eigenvalues if v.imag >= 0][:3]
-        rows.append((
-            *(0.0 if abs(one.y[k]) <= worst else float(one.y[k]) for k in search.columns()),
-            worst if np.isfinite(worst) else None, WORDS[one.stable], ", ".join(shown),
-        ))  # fmt: skip
+        rows.append((*_cells(one, search.columns()), ", ".join(shown)))
     head = (
         *((search.names[k], units[k]) for k in search.columns()), ("error", ""), ("", ""), ("eigenvalues", rate),
     )  # fmt: skip
@@ -135,6 +132,13 @@ def _listed(search: Search, found: list[Motion]) -> Findings:
             "accuracy": {"errors": [r["errors"] for r in records], "errors_from": "residual and rounding times the condition"},
         },
     )  # fmt: skip
+
+
+def _cells(one: Motion, columns: list[int]) -> tuple[Cell, ...]:
+    """Return the values of a motion, the largest of their errors, and whether it is stable."""
+    worst = max(one.errors.values(), default=0.0)
+    values = (0.0 if abs(one.y[k]) <= worst else float(one.y[k]) for k in columns)
+    return (*values, worst if np.isfinite(worst) else None, WORDS[one.stable])
 
 
 def _count(count: int) -> str:
@@ -176,7 +180,7 @@ def _potential(search: Search, found: list[Motion]) -> tuple[Panel, ...]:
 
 
 def _followed(search: Search, over: Range, found: list[tuple[float, list[Motion]]]) -> Findings:
-    problem = search.site.problem
+    problem, units = search.site.problem, search.units
     records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
     panels = []
     for k in search.columns():
@@ -192,15 +196,32 @@ def _followed(search: Search, over: Range, found: list[tuple[float, list[Motion]
                 x, y = np.array(points).T
                 curves.append(Curve(WORDS[stable], x, y, "points", colour))
         panels.append(Panel(name, over.name, over.unit, name, search.units[k], tuple(curves)))
+    columns = [k for k in search.columns() if search.names[k] != over.name]
+    head = ((over.name, over.unit), *((search.names[k], units[k]) for k in columns), ("error", ""), ("", ""))
+    rows = tuple((value, *_cells(one, columns)) for value, motions in found for one in motions)
     counts = sorted({len(motions) for _, motions in found})
     between = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     return Findings(
         study="steady",
         model=problem.name,
         outcome=Outcome.COMPLETED,
-        message=f"{between} steady motions at each of {len(found)} values of {over.name}",
+        message=f"{between} steady motion{'' if between == '1' else 's'} at each of {len(found)} values of {over.name}",
         values=(),
         errors_from="residual and rounding times the condition of the equations",
+        remarks=tuple(_changes(over, found)),
+        tables=(Table("", head, rows),) if rows else (),
         panels=tuple(panels),
         details={"steady": records, "cyclic": search.axes},
     )
+
+
+def _changes(over: Range, found: list[tuple[float, list[Motion]]]) -> Iterator[str]:
+    """Yield in words between which values the number of motions, or how many of them are stable, changes."""
+    for (low, before), (high, after) in itertools.pairwise(found):
+        counts = [(len(side), sum(one.stable is True for one in side)) for side in (before, after)]
+        if counts[0] != counts[1]:
+            (was, stood), (now, stand) = counts
+            yield (
+                f"between {over.name} = {low:.6g} and {high:.6g} the steady motions change from {was} ({stood} stable) "
+                f"to {now} ({stand} stable)"
+            )
