@@ -82,7 +82,7 @@ if TYPE_CHECKING:
 @click.option(
     "--condition",
     is_flag=True,
-    help="Tell how small changes of the start grow, and until when figures are to be believed.",
+    help="Tell how small changes of the start grow, and until when the figures can be trusted.",
 )
 @click.option(
     "--constants",
@@ -92,7 +92,7 @@ if TYPE_CHECKING:
 @click.option(
     "--outputs",
     metavar="A,B",
-    help="Quantities to write, to draw, to differentiate and to show in the report in any case; all without it.",
+    help="Which quantities to write and draw, and whose derivatives to list; all without it. The report always shows them.",
 )
 @click.option(
     "--plot",

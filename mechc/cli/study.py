@@ -144,7 +144,10 @@ def command_of(kind: Kind) -> click.Command:
         help="Write the answer as JSON (.json), or its arrays (.npz, .mat).",
     )(made)
     made = click.option(
-        "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw it (png, pdf, svg)."
+        "--plot",
+        metavar="FILE",
+        callback=ending(PICTURES, "pictures"),
+        help="Draw the answer (png, pdf, svg).",
     )(made)
     for setting in reversed(settings_of(kind.question())):
         made = _option(setting)(made)

@@ -62,7 +62,7 @@ def surveyed(search: Search) -> Survey:
     count = len(box.moved)
     reason = _reason(site, count)
     if reason:
-        return Survey(None, None, (), f"what the signs must add up to is not known: {reason}")
+        return Survey(None, None, (), f"no count confirms that the list is complete: {reason}")
     field = _field(search)
     turning = box.periodic | search.turns()
     bounded = ~turning
@@ -71,7 +71,9 @@ def surveyed(search: Search) -> Survey:
     if count in CELLS and not search.turns().any():
         singular = _cells(search, field, low, high)
     elif bounded.any() and _unbounded(search, field):
-        return Survey(None, None, (), "what the signs must add up to is not known: forces grow without bound")
+        return Survey(
+            None, None, (), "no count confirms that the list is complete: forces grow without bound"
+        )
     degree = _degree(field, low, high, turning)
     middle, half = (low + high) / 2, (high - low) / 2
     open_sides = bounded & ~box.stated
@@ -92,16 +94,19 @@ def surveyed(search: Search) -> Survey:
     signs = _signs(search, field)
     if degree is None or signs is None:
         why = (
-            "the forces on the bounds do not tell it"
+            "the forces on the bounds do not decide it"
             if degree is None
-            else "the stiffness of one is singular"
+            else "the stiffness at one of them is singular"
         )
-        return Survey(None, None, _places(singular), f"what the signs must add up to is not known: {why}")
+        return Survey(None, None, _places(singular), f"no count confirms that the list is complete: {why}")
     # of F = -dV the signs are those of det(-K)
     expected = (-1) ** count * (degree - sum(index for _, index in singular))
     if signs == expected:
         return Survey(
-            signs, expected, _places(singular), f"the signs of det K add up to {signs}, as those of all must"
+            signs,
+            expected,
+            _places(singular),
+            f"the signs of det K add up to {signs}, as they must where none is missing",
         )
     return Survey(
         signs,

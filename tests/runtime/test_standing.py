@@ -44,7 +44,7 @@ def test_no_equilibrium_lies_inside_a_wall() -> None:
     assert places(found) == []
     assert "0 equilibria away from contacts" in said(found)
     assert "left out: 1 beyond contacts" in said(found)
-    assert "rest on closed contacts are not looked for" in said(found)
+    assert "rest on contacts are found only where these contacts are closed at the start" in said(found)
 
 
 def test_an_equilibrium_before_a_wall_is_kept() -> None:

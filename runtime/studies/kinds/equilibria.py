@@ -34,9 +34,7 @@ LOOSE = 0.03
 MOST_BRANCHES = 60
 COMPLETE = {None: "", True: ", the list is complete", False: ", whether these are all is not proven"}
 INCOMPLETE = ", may be incomplete"
-RESTING = (
-    "equilibria that rest on closed contacts are not looked for, but on those that are closed at the start"
-)
+RESTING = "equilibria that rest on contacts are found only where these contacts are closed at the start"
 
 
 class FoundEquilibria(Findings, frozen=True, eq=False, kw_only=True):
@@ -54,14 +52,18 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
     of_own_states = True
 
     over: Annotated[
-        tuple[Range, ...], settable("A parameter and its range, over which they are followed.", "ranges")
+        tuple[Range, ...],
+        settable(
+            'Follow them over a parameter; "w = 0 .. 10, 50" tells them at 50 values, 11 without a number.',
+            "ranges",
+        ),
     ] = ()
     prove: Annotated[
         bool, settable("Prove by interval arithmetic that there are no others within the bounds.", "flag")
     ] = False
-    guesses: Annotated[
-        int, settable("From how many guesses they are looked for; 64 without it.", "count")
-    ] = GUESSES
+    guesses: Annotated[int, settable("How many guesses the search begins from; 64 without it.", "count")] = (
+        GUESSES
+    )
 
     def solve(self, problem: Problem) -> FoundEquilibria:
         """Find them. Raises SimulationError for models that never rest."""

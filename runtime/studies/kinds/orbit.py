@@ -64,7 +64,8 @@ class Orbit(Study, frozen=True, kw_only=True):
         settable("The energy, where orbits come in families; that of the start without it.", "energy"),
     ] = None
     over: Annotated[
-        tuple[Range, ...], settable('A parameter to follow it over: "g = 1 .. 2, 50".', "ranges")
+        tuple[Range, ...],
+        settable('Follow the orbit over a parameter: "g = 1 .. 2, 50" gives 50 values.', "ranges"),
     ] = ()
 
     def solve(self, problem: Problem) -> Findings:

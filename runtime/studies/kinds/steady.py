@@ -38,13 +38,17 @@ class Steady(Study, frozen=True, kw_only=True):
     vary: Annotated[
         tuple[str, ...],
         settable(
-            'What is sought while all else stays as it starts: "theta", "der(phi)"; without it, the coordinates that '
-            "rest, with the momenta of the start.",
+            'What to solve for, while all else keeps its value at the start: "theta", "der(phi)"; without it the '
+            "coordinates that rest, with the momenta of the start.",
             "names",
         ),
     ] = ()
     over: Annotated[
-        tuple[Range, ...], settable("A quantity and its range, over which they are sought.", "ranges")
+        tuple[Range, ...],
+        settable(
+            'Find them at values of a quantity: "der(phi) = 1 .. 10, 91"; 41 values without a number.',
+            "ranges",
+        ),
     ] = ()
 
     def solve(self, problem: Problem) -> Findings:
