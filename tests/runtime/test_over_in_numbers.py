@@ -93,6 +93,17 @@ def test_branches_of_equilibria() -> None:
 
 
 @pytest.mark.slow
+def test_a_fork_in_the_middle_of_the_range_is_no_line_of_equilibria() -> None:
+    """The search begins there, too; a particle that nothing pushes on is still refused."""
+    found = study(HOOP, "equilibria", over="w = 0 .. 2, 5")
+    assert [(kind, w) for kind, w, _ in found.tables[0].rows] == [("fork", pytest.approx(1, abs=1e-10))]
+    free = "model F dimensionless; parameter f = 1; coordinate x = 0; coordinate y(min = -1, max = 1) = 0; "
+    free += "kinetic 1/2*(der(x)^2 + der(y)^2); potential f*(x - y)^2; end F;"
+    with pytest.raises(mechc.SimulationError, match="not isolated"):
+        study(free, "equilibria", over="f = 1 .. 2")
+
+
+@pytest.mark.slow
 def test_a_branch_with_folds_passes_a_value_several_times() -> None:
     """x^3 - x = f: three equilibria at f = 0, one at -1 and 1, folds at 3 x^2 = 1."""
     cubic = "model C dimensionless; parameter f = 0; coordinate x(min = -2, max = 2) = 0.5; kinetic 1/2*der(x)^2; "

@@ -25,6 +25,8 @@ from .bifurcation import WORDS, Values, branches_in_numbers, diagram, moved_para
 GUESSES = 64
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
 """Shares of the range of a parameter at which all equilibria are looked for."""
+BESIDE = 0.011
+"""How far from a seed they are looked for where they are not isolated at the seed itself, as at a fork."""
 MOST_GUESSES = 32
 """At each of these."""
 TOGETHER = 1e-5
@@ -263,11 +265,13 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     branches: list[Branch] = []
     pending: list[Array] = []
     doubt = ""
-    for share in SEEDS:
-        search = Search(replace(at(share), y=tracer.start), box)
-        here = search.site
-        search.run(min(MOST_GUESSES, 4 + 8 * len(box.moved)))
-        survey = surveyed(search)
+    for seed in SEEDS:
+        for share in (seed, seed + (BESIDE if seed < 0.9 else -BESIDE)):
+            search = Search(replace(at(share), y=tracer.start), box)
+            search.run(min(MOST_GUESSES, 4 + 8 * len(box.moved)))
+            if not any(one.free.size for one in search.sorted()):
+                break
+        here, survey = search.site, surveyed(search)
         if not survey.confirmed and not doubt:
             doubt = f"at {over.name} = {over.low + share * (over.high - over.low):.6g}: {survey.why}"
         for one in search.sorted():
