@@ -24,11 +24,10 @@ def joint_reactions(
     graph, kinematics = system.graph, system.kinematics
     closing = {joint.name for joint in system.topology.closures}
     result = {}
-    seeds = seeds_of(system, multipliers) if system.virtual else []
+    along = [rate for moved in system.virtual.values() for rate in (*moved.force_rates, *moved.moment_rates)]
+    found = iter(vjp(graph, seeds_of(system, multipliers), along) if along else ())
     for name, moved in system.virtual.items():
-        rates = (*moved.force_rates, *moved.moment_rates)
-        shares = energy_efforts(system, moved)
-        efforts = [graph.add(e, share) for e, share in zip(vjp(graph, seeds, rates), shares, strict=True)]
+        efforts = [graph.add(next(found), share) for share in energy_efforts(system, moved)]
         if name in closing:
             efforts = [graph.neg(e) for e in efforts]
         size = kinematics.size
