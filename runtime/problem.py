@@ -338,6 +338,9 @@ class Description(Struct, frozen=True):
     """Bodies: kind mass (the function ``matter`` gives the mass and its place) and inertia (the tensor in the axes of the
     world), ``matter_size`` numbers in all. Empty unless asked for."""
     matter_size: int = 0
+    balance: tuple[Quantity, ...] = ()
+    """What the function ``balance`` checks: kinds force, moment (names are bodies), place, direction (joints); of each the
+    squares of what it is off by and of its size."""
     offers: tuple[Offer, ...] = ()
     """Functions for others (``local/model_functions.py``). Empty unless asked for; then ``discretes`` ends with a number for
     each velocity, of kind seed: the accelerations that some read."""

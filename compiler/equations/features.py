@@ -23,6 +23,7 @@ from .model import Function, Slot
 from .momenta import momentum_functions
 from .offered import offered
 from .reported.assembly import assembly
+from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
 from .reported.matter import matter_of
@@ -69,6 +70,14 @@ def _assembly(draft: Draft) -> None:
     entries, functions = assembly(draft.system, draft.solved, draft.layout, draft.reporter)
     draft.functions += functions
     draft.described["assembly"] = entries
+
+
+def _balance(draft: Draft) -> None:
+    if draft.members:
+        return
+    found = balance_of(draft.system, draft.solved)
+    draft.functions += found.functions
+    draft.described["balance"] = found.entries
 
 
 def _momenta(draft: Draft) -> None:
@@ -182,6 +191,7 @@ def _with_zeros(
 
 FEATURES = (
     Feature("assembly", _assembly, always=True),
+    Feature("balance", _balance, always=True),
     Feature("momenta", _momenta),
     Feature("events", _events, always=True),
     Feature("experiments", _experiments, always=True),

@@ -252,6 +252,8 @@ class Offer(Struct, frozen=True):
     kind: str = "own"
 
 
+BALANCE = "balance"
+"""The function of the laws of bodies and of what joints hold (reported/balance.py)."""
 SOUGHT = "sought"
 """The function of the systems of equations for outputs."""
 
@@ -366,6 +368,8 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     """None where the model moves."""
     matter: tuple[Entry, ...] = ()
     """Masses (each with its place) and inertias that the function ``matter`` gives (reported/matter.py)."""
+    balance: tuple[Entry, ...] = ()
+    """What its function checks, two numbers each."""
     offers: tuple[Offer, ...] = ()
     """What ``model.functions`` gives (offered.py)."""
     sought: tuple[Sought, ...] = ()

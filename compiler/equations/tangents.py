@@ -138,6 +138,7 @@ class _Tangents:
             functions=tuple(functions),
             experiments=(),
             sought=(),
+            balance=(),
             needs=(base.needs - EVENTS) | self.time(functions[0]),
             conserved=(),
             energy_balance=(),

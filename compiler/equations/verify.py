@@ -148,6 +148,7 @@ class _Check:
             **{name: len(pattern) for name, pattern in e.patterns.items()},
             **dict.fromkeys(("phase", "phase_rate"), len(e.phase)),
             "matter": e.matter_size,
+            "balance": 2 * len(e.balance),
             "phase_gradient": len(e.phase) * (e.nq + e.nv),
             "tangent": ny + n_out,
             "adjoint": ny + nu + 1 + np_,

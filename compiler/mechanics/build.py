@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from mechc.lang.diagnostics import Label, Reporter
 
@@ -32,7 +32,7 @@ from .kinematics.frames import Frame, displaced, pose_between
 from .kinematics.planar import Planar
 from .kinematics.pose import Pose, inverse
 from .kinematics.rates import TotalDerivative
-from .kinematics.reactions import VirtualDisplacement, displace, reactions_asked
+from .kinematics.reactions import VirtualDisplacement, displace, reactions_formed, whole_reaction
 from .kinematics.spatial import Spatial
 from .kinematics.topology import Topology, TreeEdge, classify
 from .matter import Matter
@@ -68,15 +68,16 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         reporter,
         model,
     )
-    asked = reactions_asked(model)
+    formed = reactions_formed(model)
     matter = Matter(lowering, model, symbols, reporter)
-    virtual = _place_frames(lowering, topology, asked)
+    virtual = _place_frames(lowering, topology, formed)
     _lower_frames(lowering, model)
     curve = None if model.variation is None else curve_of(lowering, model, model.variation, symbols, matter)
     xdot = _state_equations(lowering, model, symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
-    closures = closure_rows(lowering, model, topology, asked, virtual, symbols, reporter)
+    closures = closure_rows(lowering, model, topology, formed, virtual, symbols, reporter)
+    _ask_whole(lowering, model, virtual)
     masses, inertias = matter.masses, matter.inertias
     if isinstance(kinematics, Spatial):
         kinematics.field = next((m.field for m in masses if m.field is not None), None)
@@ -200,7 +201,7 @@ def _unplaced(definition: Definition, reporter: Reporter) -> Frame:
 
 
 def _place_frames(
-    lowering: Lowering, topology: Topology, asked: frozenset[str]
+    lowering: Lowering, topology: Topology, formed: frozenset[str]
 ) -> dict[str, VirtualDisplacement]:
     """Give every free frame of the tree its frame, from the root outwards; return the virtual displacements."""
     virtual: dict[str, VirtualDisplacement] = {}
@@ -208,13 +209,21 @@ def _place_frames(
     for edge in topology.tree:
         frame, rest = _end_of_joint(lowering, edge)
         name = edge.joint.name
-        if name in asked:
+        if name in formed:
             virtual[name] = displace(
                 graph, lowering.rate, frame, lowering.kinematics.size, name, opposite=edge.backwards
             )
             frame = virtual[name].frame
         lowering.assign(edge.root, displaced(graph, frame, rest))
     return virtual
+
+
+def _ask_whole(lowering: Lowering, model: FlatModel, virtual: Collection[str]) -> None:
+    """Ask for force and moment of each joint whose reaction is formed, for the laws of the bodies."""
+    for joint in model.joints:
+        if joint.name in virtual:
+            for query in whole_reaction(joint, lowering.kinematics.size):
+                lowering.value(query)
 
 
 def _end_of_joint(lowering: Lowering, edge: TreeEdge) -> tuple[Frame, Pose]:

@@ -39,19 +39,19 @@ def closure_rows(
     lowering: Lowering,
     model: FlatModel,
     topology: Topology,
-    asked: frozenset[str],
+    formed: frozenset[str],
     virtual: dict[str, VirtualDisplacement],
     symbols: Symbols,
     reporter: Reporter,
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead.
 
-    Joints in ``asked`` get a virtual displacement of their ``to`` frame, added to ``virtual``; of all else, only their
+    Joints in ``formed`` get a virtual displacement of their ``to`` frame, added to ``virtual``; of all else, only their
     own coordinates see it.
     """
     rows: list[ConstraintRows] = []
     for joint in topology.closures:
-        if joint.name in asked:
+        if joint.name in formed:
             frame = lowering.named(joint.target)
             assert isinstance(frame, Frame)
             moved = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, joint.name)

@@ -6,17 +6,18 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
-from ..equations.model import SOUGHT, HybridPlan
+from ..equations.model import BALANCE, SOUGHT, HybridPlan
 from ..program import Program
 
 
 def standing_alone(program: Program) -> Program:
-    """Return a program without what only runs here and now ask for: the equations of outputs, which they follow."""
-    if not program.sought:
+    """Return a program without what only runs here and now ask for: the equations of outputs, which they follow, and the
+    laws of the bodies, which they check."""
+    if not (program.sought or program.balance):
         return program
-    arrays = {name: entries for name, entries in program.arrays.items() if name != "g"}
-    functions = tuple(f for f in program.functions if f.name != SOUGHT)
-    return replace(program, arrays=arrays, functions=functions, sought=())
+    arrays = {name: entries for name, entries in program.arrays.items() if name != "g" or not program.sought}
+    functions = tuple(f for f in program.functions if f.name not in (SOUGHT, BALANCE))
+    return replace(program, arrays=arrays, functions=functions, sought=(), balance=())
 
 
 def check_stands_alone(hybrid: HybridPlan | None) -> None:

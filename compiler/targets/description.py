@@ -71,6 +71,7 @@ def described(program: Program) -> Description:
         phase=tuple(_quantity(entry) for entry in program.phase),
         matter=tuple(_quantity(entry) for entry in program.matter),
         matter_size=program.matter_size,
+        balance=tuple(_quantity(entry) for entry in program.balance),
         offers=tuple(
             Offer(o.name, o.function, o.doc, o.shape, o.rows, o.columns, o.given, o.kind)
             for o in program.offers
@@ -91,7 +92,7 @@ def described(program: Program) -> Description:
 def describe(program: Program) -> dict[str, object]:
     """Return the description as plain data for JSON, without what only those who work on further parts read."""
     fields: dict[str, object] = to_builtins(described(program))
-    for name in ("patterns", "offers", "sought"):
+    for name in ("patterns", "offers", "sought", "balance"):
         del fields[name]
     if not program.followers:
         del fields["followers"]

@@ -22,15 +22,33 @@ CAUSES = {
         "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
         "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
     ),
+    **dict.fromkeys(
+        (("force", None), ("moment", None)),
+        "the equations of motion or a reaction are wrong, which is a fault of mechc: please report it with the model. "
+        "Reactions may be wrong in a motion that is right. Or the mechanism stays near a position in which its "
+        "constraints depend on each other",
+    ),
+    **dict.fromkeys(
+        (("place", None), ("direction", None)),
+        "the method does not keep the constraints of the loop that this joint closes, or an equation of the joint is missing, "
+        "which is a fault of mechc: please report it with the model",
+    ),
     ("constraints", None): (
         "the mechanism is near a position in which its constraints depend on each other, or it was not projected"
     ),
 }
 """By kind of the check, and whether a tighter run is off as much; "" for any kind."""
 
+ALLOWS = {
+    **dict.fromkeys(("force", "moment"), "rounding allows"),
+    **dict.fromkeys(("place", "direction"), "a closed loop allows"),
+}
+"""What says how much a check may be off by that holds whatever the errors of the motion."""
+
 
 class Contradiction(Struct, frozen=True):
-    """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints.
+    """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints; force and
+    moment of a body, and place and direction of a joint, which hold at each instant.
 
     ``found``: its largest size in SI, beyond what is ``allowed`` by the estimates from the time ``since`` on.
     ``persists``: a run at a tighter tolerance is off as much; None where that is not known.
@@ -53,6 +71,12 @@ class Contradiction(Struct, frozen=True):
                 return f"'{self.name}', against its closed solution,"
             case "constraints":
                 return f"the constraints of {self.name}"
+            case "force":
+                return f"Newton's law of '{self.name}'"
+            case "moment":
+                return f"Euler's law of '{self.name}'"
+            case "place" | "direction":
+                return f"the {self.kind} of the end of joint '{self.name}'"
             case _:
                 return f"the {self.name}"
 
@@ -69,7 +93,5 @@ class Contradiction(Struct, frozen=True):
         unit = f" {unit}" if unit and unit != "1" else ""
         begin = "" if self.since is None else f" from t = {self.since:.6g}{time_unit} on"
         found, allowed = self.found * factor, self.allowed * factor
-        return (
-            f"{self.subject} {verb} off by {found:.2g}{unit}{begin}, "
-            f"and the estimated errors allow {allowed:.2g}{unit}"
-        )
+        allows = ALLOWS.get(self.kind, "the estimated errors allow")
+        return f"{self.subject} {verb} off by {found:.2g}{unit}{begin}, and {allows} {allowed:.2g}{unit}"

@@ -17,6 +17,7 @@ from ...graph.differentiate import jvp
 from ...graph.elimination.eliminate import solve
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
+from ...mechanics.kinematics.reactions import reactions_asked
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from .residual import constraint_rates
 
@@ -104,8 +105,9 @@ def without_empty(
             _report_unchangeable(row, system, reporter, numbers)
         kept.append(row)
     left = {row.constraint.name for row in kept}
+    asked = reactions_asked(system.model) if empty else ()
     for name, dropped in empty.items():
-        if name in system.virtual or (dropped[0].constraint.joint and name not in left):
+        if name in asked or (dropped[0].constraint.joint and name not in left):
             report_superfluous(dropped, reporter)
     return tuple(kept)
 

@@ -16,7 +16,8 @@ from typing import Any
 
 from msgspec import Struct
 
-from ...flat.model import FlatModel, Query
+from ...flat import types
+from ...flat.model import FlatModel, Joint, Query
 from ...graph import DivisionByZero, Graph, Node
 from ...graph.rewrite import substitute
 from ...graph.vector import Vector
@@ -36,6 +37,11 @@ class VirtualDisplacement(Struct, frozen=True):
     values: tuple[Node, ...]
     force_rates: Vector
     moment_rates: Vector
+
+
+def reactions_formed(model: FlatModel) -> frozenset[str]:
+    """Return the names of all joints if the model uses the reaction of any: together they are balanced on each body."""
+    return frozenset(joint.name for joint in model.joints) if reactions_asked(model) else frozenset()
 
 
 def reactions_asked(model: FlatModel) -> frozenset[str]:
@@ -122,3 +128,13 @@ def displace(
     turns = tuple(Rotate(axis, angle) for axis, angle in zip(axes, steps[size:], strict=True))
     moved = displaced(graph, frame, (Translate(steps[:size]), *turns))
     return VirtualDisplacement(moved, (*values, *rates), rates[:size], rates[size:])
+
+
+def whole_reaction(joint: Joint, size: int) -> tuple[Query, Query]:
+    """Return the questions about the force and the moment of a joint."""
+    force, moment = types.real(types.FORCE, (size,)), types.real(types.ENERGY, () if size == 2 else (3,))
+    span = joint.origin.span
+    return (
+        Query(span=span, type=force, function="reaction", target=joint.name),
+        Query(span=span, type=moment, function="moment", target=joint.name),
+    )

@@ -258,6 +258,14 @@ class Lowering:
         yield
         self._values = saved
 
+    @contextmanager
+    def anew(self) -> Iterator[None]:
+        """Lower all definitions anew inside, and forget them."""
+        with self.aside():
+            for name in self._definitions:
+                self._values.pop(name, None)
+            yield
+
     def named(self, name: str, span: Span | None = None) -> Value:
         """Return the value of a variable or definition."""
         if name in self._values:

@@ -29,6 +29,7 @@ from ...results.contradictions import checks
 from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
+from ...results.force_balance import broken_laws
 from ...results.solution import Motion, Solution
 from ...results.verdict import Judged, Verdict
 from ...rows import FEW_NUMBERS
@@ -276,6 +277,7 @@ def _verdict(done: _Done) -> Verdict:
     error = estimated.error
     if outcome in ENDED:
         doubtful, error = doubts(plan, main, estimated, drifts, as_stated=done.as_stated)
+        doubtful += broken_laws(case, table)
     if doubtful:
         outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
     energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
