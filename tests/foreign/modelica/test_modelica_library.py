@@ -1,0 +1,57 @@
+"""Examples of Modelica's mechanical libraries, in the words of the language, against what others computed of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from modelica_examples import AGREED, WAITING, disagreement, reference, rows
+from modelica_planar import boxes, orbits, planar_reference
+from modelica_table import COMPUTED, EXAMPLES, Example
+
+BY_NAME = {example.name: example for example in EXAMPLES}
+
+
+def cases(source: str) -> list[Any]:
+    """The examples with a reference of this source; one with the same text as another one is slow."""
+    return [
+        pytest.param(example, id=example.name, marks=[pytest.mark.slow] if example.file else [])
+        for example in EXAMPLES
+        if (example.source == COMPUTED) == (source == "computed")
+    ]
+
+
+@pytest.mark.parametrize("example", cases("published"))
+def test_published_references(example: Example) -> None:
+    """They were computed with a tolerance of 1e-6 a step; most agree to 1e-5."""
+    found = disagreement(example, reference(example))
+    assert max(found.values()) < AGREED, found
+
+
+@pytest.mark.parametrize("example", cases("computed"))
+def test_planar_mechanics(example: Example) -> None:
+    """SciPy's own error is largest in the double pendulum: 7e-8."""
+    found = disagreement(example, planar_reference(example.name), tolerance=1e-10)
+    assert max(found.values()) < 1e-6, found
+
+
+@pytest.mark.parametrize(("name", "computed"), [("DoublePendulumInitTip", boxes), ("PointGravity", orbits)])
+def test_sensitive_motions(name: str, computed: Callable[[Sequence[float]], dict[str, Any]]) -> None:
+    """Up to 5 s, where the published references are off by a few thousandths: SciPy agrees with us."""
+    times = np.linspace(0, 5, 51)[1:]
+    found = disagreement(
+        BY_NAME[f"MultiBody.Elementary.{name}"], {"time": times, **computed(list(times))}, tolerance=1e-11
+    )
+    assert max(found.values()) < 2e-6, found
+
+
+def test_rows_of_the_page() -> None:
+    """Every example once: what is written, and what waits for something, with its words."""
+    names = [name for name, _, _ in rows()]
+    assert len(names) == len(set(names)) == len(EXAMPLES) + len(WAITING)
+    assert all(words for name, _, words in rows() if name in WAITING)
+    assert all(example.path.exists() for example in EXAMPLES)
+    texts = {path.name for path in EXAMPLES[0].path.parent.glob("*.*.mech")}
+    assert texts == {example.path.name for example in EXAMPLES}

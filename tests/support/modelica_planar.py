@@ -1,0 +1,278 @@
+"""The examples of PlanarMechanics by other equations: mass matrices from places of mass points, SciPy's DOP853; nothing of mechc.
+
+Each system says where its masses are (``places``: all coordinates and angles, times the roots of their masses and inertias), its
+potential, and the other forces on its coordinates. Derivatives of these are taken by complex steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+G = 9.81
+Vector = np.ndarray[Any, Any]
+
+
+def still(t: float, q: Vector, v: Vector, z: Vector) -> tuple[Any, Any]:
+    """No forces but those of the potential, no further states."""
+    return np.zeros_like(q), np.zeros_like(z)
+
+
+def motion(
+    places: Callable[[Any], Sequence[Any]],
+    potential: Callable[[Any], Any],
+    start: Sequence[float],
+    rates: Sequence[float],
+    times: Sequence[float],
+    others: Callable[[float, Vector, Vector, Vector], tuple[Any, Any]] = still,
+    further: int = 0,
+) -> Vector:
+    """Return the coordinates and their rates at ``times``: a row for each; ``others`` gives forces, and rates of further states."""
+    n = len(start)
+    step = 1e-40
+
+    def jacobian(q: Vector) -> Vector:
+        return np.array([np.imag(places(q + 1j * step * e)) / step for e in np.eye(n)]).T
+
+    def slope(q: Vector) -> Vector:
+        return np.array([np.imag(potential(q + 1j * step * e)) / step for e in np.eye(n)])
+
+    def right(t: float, y: Vector) -> Vector:
+        q, v, z = y[:n], y[n : 2 * n], y[2 * n :]
+        J = jacobian(q)
+        small = 1e-5
+        bent = (jacobian(q + small * v) - jacobian(q - small * v)) @ v / (2 * small)
+        force, rate = others(t, q, v, z)
+        return np.concatenate([v, np.linalg.solve(J.T @ J, force - slope(q) - J.T @ bent), rate])
+
+    y = np.concatenate([start, rates, np.zeros(further)])
+    found = solve_ivp(right, (0, times[-1]), y, "DOP853", times, rtol=1e-10, atol=1e-10, max_step=0.05)
+    return np.array(found.y[: 2 * n])
+
+
+def body(x: Any, y: Any, angle: Any, m: float, J: float) -> list[Any]:
+    """A rigid body in the plane."""
+    return [np.sqrt(m) * x, np.sqrt(m) * y, np.sqrt(J) * angle]
+
+
+def pendulum(times: Sequence[float], excited: bool = False) -> dict[str, Any]:
+    """A body of 1 kg and 0.1 kg.m^2 on an arm of 1 m; excited, a force across the arm from 1.8 s on."""
+
+    def push(t: float, q: Vector, v: Vector, z: Vector) -> tuple[Any, Any]:
+        return np.array([-5 * np.sin(2 * np.pi * (t - 1.8)) if excited and t > 1.8 else 0.0]), z
+
+    y = motion(
+        lambda q: body(np.cos(q[0]), np.sin(q[0]), q[0], 1, 0.1),
+        lambda q: G * np.sin(q[0]),
+        [0],
+        [0],
+        times,
+        push,
+    )
+    return {"pin": y[0]}
+
+
+def double(times: Sequence[float], m: float, J: float) -> dict[str, Any]:
+    """Two bodies on arms of 1 m and 0.4 m."""
+
+    def places(q: Any) -> list[Any]:
+        a, b = q[0], q[0] + q[1]
+        upper = body(np.cos(a), np.sin(a), a, 1, 0.1)
+        return upper + body(np.cos(a) + 0.4 * np.cos(b), np.sin(a) + 0.4 * np.sin(b), b, m, J)
+
+    y = motion(
+        places,
+        lambda q: G * np.sin(q[0]) + m * G * (np.sin(q[0]) + 0.4 * np.sin(q[0] + q[1])),
+        [0, 0],
+        [0, 0],
+        times,
+    )
+    a, b, wa, wb = y[0], y[0] + y[1], y[2], y[2] + y[3]
+    vx, vy = -np.sin(a) * wa - 0.4 * np.sin(b) * wb, np.cos(a) * wa + 0.4 * np.cos(b) * wb
+    return {
+        "r1.angle": y[0],
+        "r2.angle": y[1],
+        "place[1]": np.cos(a) + 0.4 * np.cos(b),
+        "place[2]": np.sin(a) + 0.4 * np.sin(b),
+        "v[1]": np.cos(b) * vx + np.sin(b) * vy,
+        "v[2]": np.cos(b) * vy - np.sin(b) * vx,
+    }
+
+
+def crab(times: Sequence[float], damping: float, place: float) -> dict[str, Any]:
+    """A crab of 1 kg on a rail, a load of 0.5 kg 1 m below it."""
+    y = motion(
+        lambda q: [q[0], *body(q[0] + np.sin(q[1]), -np.cos(q[1]), q[1], 0.5, 0.1)],
+        lambda q: -0.5 * G * np.cos(q[1]),
+        [place, np.deg2rad(150)],
+        [0, 0],
+        times,
+        lambda t, q, v, z: (np.array([-damping * v[0], 0]), z),
+    )
+    distance = np.hypot(y[0] + np.sin(y[1]), np.cos(y[1]))
+    return {"rail": y[0], "pin": y[1], "distance": distance}
+
+
+def controlled(times: Sequence[float]) -> dict[str, Any]:
+    """A crab of 250 kg, a load of 70 kg 2.5 m above it, a PID controller with a filtered derivative."""
+
+    def others(t: float, q: Vector, v: Vector, z: Vector) -> tuple[Any, Any]:
+        force = -320 * 9.81 * 5 * (q[1] + z[0] + 10 * (q[1] - z[1]))
+        return np.array([force, 0]), np.array([q[1] / 1e9, (q[1] - z[1]) / 0.02])
+
+    y = motion(
+        lambda q: [
+            np.sqrt(250) * q[0],
+            np.sqrt(70) * (q[0] - 2.5 * np.sin(q[1])),
+            np.sqrt(70) * 2.5 * np.cos(q[1]),
+        ],
+        lambda q: 70 * G * 2.5 * np.cos(q[1]),
+        [0, np.deg2rad(-20)],
+        [0, 0],
+        times,
+        others,
+        2,
+    )
+    return {"rail": y[0], "pin": y[1]}
+
+
+def loop(times: Sequence[float]) -> dict[str, Any]:
+    """Two massless bars of 0.5 m between a hinge and a slide at s: they meet at (s/2, -sqrt(1/4 - s^2/4))."""
+
+    def places(q: Any) -> list[Any]:
+        s, turned = q[0], np.arcsin(q[0]) + q[1]
+        return body(
+            s / 2 + 0.6 * np.sin(turned),
+            -np.sqrt(0.25 - s * s / 4) - 0.6 * np.cos(turned),
+            turned,
+            1,
+            0.1,
+        )
+
+    y = motion(
+        places,
+        lambda q: 10 * (q[0] - 0.4) ** 2 + G * places(q)[1],
+        [0.4, np.deg2rad(-40)],
+        [0, 0],
+        times,
+        lambda t, q, v, z: (np.array([-4 * v[0], 0]), z),
+    )
+    return {"slide": y[0], "pin": y[1]}
+
+
+def engine(times: Sequence[float]) -> dict[str, Any]:
+    """A crank of 0.3 m with 0.1 kg.m^2, a rod of 0.8 m without mass, a piston of 3 kg."""
+
+    def places(q: Any) -> list[Any]:
+        piston = 0.3 * np.cos(q[0]) + np.sqrt(0.64 - 0.09 * np.sin(q[0]) ** 2)
+        return [np.sqrt(0.1) * q[0], np.sqrt(3) * piston]
+
+    return {"crank": motion(places, lambda q: 0 * q[0], [0], [-2.5], times)[0]}
+
+
+def sprung(times: Sequence[float]) -> dict[str, Any]:
+    """0.5 kg at springs of 5 N/m and dampers of 1 N.s/m along both axes; the springs end at (-1, 0)."""
+    y = motion(
+        lambda q: np.sqrt(0.5) * q,
+        lambda q: 2.5 * ((q[0] + 1) ** 2 + q[1] ** 2) + 0.5 * G * q[1],
+        [1, 1],
+        [0, 0],
+        times,
+        lambda t, q, v, z: (-v, z),
+    )
+    return {"x": y[0], "y": y[1]}
+
+
+def hanging(times: Sequence[float]) -> dict[str, Any]:
+    """0.5 y'' + y' + 10 (y + 0.5) + 0.5 g = 0 from 0.2 at rest, in closed form."""
+    t = np.asarray(times)
+    rest, w = -0.5 - 0.5 * G / 10, np.sqrt(20 - 1)
+    return {"y": rest + (0.2 - rest) * np.exp(-t) * (np.cos(w * t) + np.sin(w * t) / w)}
+
+
+def drag(times: Sequence[float]) -> dict[str, Any]:
+    """41 w' = c w^2 with w = -5 at first and c = 2 (1/2 0.5 1.2 1.18) 2^2, in closed form."""
+    c = 2 * 0.5 * 0.5 * 1.2 * 1.18 * 4 / 41
+    return {"pin": -np.log1p(5 * c * np.asarray(times)) / c}
+
+
+def wheel(times: Sequence[float]) -> dict[str, Any]:
+    """A wheel of 0.3 m that rolls, on it a pendulum whose angle counts from the wheel."""
+
+    def places(q: Any) -> list[Any]:
+        turned, a = -q[0] / 0.3, -q[0] / 0.3 + q[1]
+        return body(q[0], 0.3, turned, 1, 0.1) + body(q[0] + np.cos(a), 0.3 + np.sin(a), a, 2, 0.2)
+
+    y = motion(places, lambda q: 2 * G * np.sin(q[1] - q[0] / 0.3), [0, np.deg2rad(80)], [0, 0], times)
+    return {"x": y[0], "pin": y[1]}
+
+
+def boxes(times: Sequence[float]) -> dict[str, Any]:
+    """Two boxes of steel, 0.5 m by 6 cm by 6 cm, in a row; the tip starts at (0.7, 0.3) at rest."""
+    m = 7700 * 0.5 * 0.06**2
+    J = m * (0.5**2 + 0.06**2) / 12
+    bend = 2 * np.arccos(np.hypot(0.7, 0.3))
+    y = motion(
+        lambda q: (
+            body(0.25 * np.cos(q[0]), 0.25 * np.sin(q[0]), q[0], m, J)
+            + body(
+                0.5 * np.cos(q[0]) + 0.25 * np.cos(q[0] + q[1]),
+                0.5 * np.sin(q[0]) + 0.25 * np.sin(q[0] + q[1]),
+                q[0] + q[1],
+                m,
+                J,
+            )
+        ),
+        lambda q: m * 9.80665 * (0.75 * np.sin(q[0]) + 0.25 * np.sin(q[0] + q[1])),
+        [np.arctan2(0.3, 0.7) - bend / 2, bend],
+        [0, 0],
+        times,
+        lambda t, q, v, z: (np.array([-0.1 * v[0], 0]), z),
+    )
+    return {"revolute1.phi": y[0], "revolute2.phi": y[1], "revolute1.w": y[2], "revolute2.w": y[3]}
+
+
+def orbits(times: Sequence[float]) -> dict[str, Any]:
+    """Two masses in the field of a centre, mu = 1 m^3/s^2."""
+    found = {}
+    for name, start in (("body1", [0, 0.6, 1, 0]), ("body2", [0.6, 0.6, 0.6, 0])):
+        y = solve_ivp(
+            lambda t, y: np.concatenate([y[2:], -y[:2] / np.hypot(*y[:2]) ** 3]),
+            (0, times[-1]),
+            start,
+            "DOP853",
+            times,
+            rtol=1e-12,
+            atol=1e-12,
+        ).y
+        found |= {f"{name}.frame_a.r_0[1]": y[0], f"{name}.frame_a.r_0[2]": y[1]}
+    return found
+
+
+SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = {
+    "Pendulum": (3, pendulum),
+    "PendulumExcited": (3, lambda times: pendulum(times, excited=True)),
+    "DoublePendulum": (10, lambda times: double(times, 0.2, 0.01)),
+    "MeasureDemo": (10, lambda times: double(times, 0.4, 0.02)),
+    "CraneCrab": (10, lambda times: crab(times, 10, 0)),
+    "PowerDistanceDemo": (6, lambda times: crab(times, 1, 1)),
+    "ControlledCraneCrab": (3, controlled),
+    "FreeBody": (3, lambda times: {"y": -G / 2 * np.asarray(times) ** 2}),
+    "KinematicLoop": (6, loop),
+    "PistonEngine": (10, engine),
+    "SpringDamperDemo": (5, sprung),
+    "SpringDemo": (5, hanging),
+    "TestAirDrag": (10, drag),
+    "WheelBasedCraneCrab": (4.5, wheel),
+}
+"""How long each of them runs, and what gives its reference."""
+
+
+def planar_reference(name: str) -> dict[str, Any]:
+    """Return ten rows of an example of PlanarMechanics: ``time`` and what it is compared in."""
+    stop, system = SYSTEMS[name.removeprefix("PlanarMechanics.").removesuffix("_DynamicStateSelection")]
+    times = np.linspace(0, stop, 11)[1:]
+    return {"time": times, **system(list(times))}
