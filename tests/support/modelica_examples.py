@@ -1,7 +1,7 @@
 """Examples of Modelica's mechanical libraries beside what others computed of them.
 
-Rows of the Modelica Standard Library are short extracts of the reference results that its makers publish; PlanarMechanics publishes
-none, and is compared with ``modelica_planar``. ``WAITING`` names the examples that are not written, and what they wait for.
+Rows of the Modelica Standard Library are short extracts of the reference results that its makers publish; the others are
+compared with ``modelica_computed``. ``WAITING`` names the examples that are not written, and what they wait for.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from modelica_planar import planar_reference
+from modelica_computed import computed_reference
 from modelica_table import COMPUTED, EXAMPLES, FOLDER, Example
 
 import mechc
@@ -63,7 +63,7 @@ def rows(measure: bool = False) -> list[tuple[str, str, str]]:
     for example in EXAMPLES:
         agreement = ""
         if measure:
-            theirs = planar_reference(example.name) if example.source == COMPUTED else reference(example)
+            theirs = computed_reference(example.name) if example.source == COMPUTED else reference(example)
             agreement = f"{max(disagreement(example, theirs).values()):.0e}"
         said.append((example.name, agreement, example.note))
     return said + [(name, "", f"waits for {what}") for name, what in WAITING.items()]

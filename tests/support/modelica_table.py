@@ -23,6 +23,7 @@ class Example(NamedTuple):
     file: str = ""
     until: float | None = None
     note: str = ""
+    computed: bool = False
 
     @property
     def path(self) -> Path:
@@ -32,7 +33,7 @@ class Example(NamedTuple):
     @property
     def source(self) -> str:
         """Who computed the reference."""
-        return COMPUTED if self.name.startswith("PlanarMechanics.") else PUBLISHED
+        return COMPUTED if self.computed else PUBLISHED
 
 
 def turn(there: str, here: str) -> dict[str, str]:
@@ -310,6 +311,8 @@ LOOPS = (
     Example("Engine1a", turn("inertia", "bearing")),
     Example("Engine1b", turn("inertia", "bearing")),
     Example("Engine1b_analytic", turn("inertia", "bearing"), "MultiBody.Loops.Engine1b"),
+    Example("EngineV6", turn("load", "bearing")),
+    Example("EngineV6_analytic", turn("load", "bearing")),
 )
 
 EFFECTS = (
@@ -368,6 +371,8 @@ CONSTRAINTS = (
 
 PAIR = {"r1.angle": "r1.angle", "r2.angle": "r2.angle"}
 CRAB = {"rail": "rail.position", "pin": "pin.angle"}
+JUMP = "taken as it is: the inverse law falls from 1e4 N to 100 N at 1 m/s, below which it is made smooth"
+AROUND = {"slide": "slide.position", "pin": "pivot.angle", "roll": "roll"}
 PLANAR = (
     Example("Pendulum", {"pin": "pin.angle"}),
     Example("PendulumExcited", {"pin": "pin.angle"}),
@@ -385,16 +390,32 @@ PLANAR = (
     ),
     Example("PistonEngine", {"crank": "crank.angle"}),
     Example("PistonEngine_DynamicStateSelection", {"crank": "crank.angle"}, "PlanarMechanics.PistonEngine"),
+    Example("CraneCrabTo3D", {**CRAB, "carrier": "carrier"}),
+    Example("CounterSpin", {"x": "x", "phi": "phi"}),
+    Example("TestDryFrictionWheel", AROUND),
+    Example("TestSlipBasedWheel", AROUND),
+    Example("TestIdealWheel", {"pin": "pivot.angle", "roll": "roll"}),
+    Example(
+        "SingleTrackWithEngine",
+        {"x": "free.x", "y": "free.y", "angle": "free.angle", "castor": "castor.angle"},
+    ),
+    Example("SpurGear", {"b": "b", "motor": "motor"}),
+    Example("PlanetaryGear", {"carrier": "carrier.angle", "ring": "ring"}),
     Example("SpringDamperDemo", {"x": "free.x", "y": "free.y"}),
     Example("SpringDemo", {"y": "slide.position"}),
     Example("TestAirDrag", {"pin": "pin.angle"}),
     Example("WheelBasedCraneCrab", {"x": "wheel.position", "pin": "pin.angle"}),
 )
 
+BRAKES = tuple(
+    Example(name, {f"x{i}": f"x[{i}]" for i in (1, 2, 3, 4)}, computed=True, note=JUMP)
+    for name in ("Rotational.CompareBrakingTorque", "Translational.CompareBrakingForce")
+)
 
-def within(folder: str, examples: tuple[Example, ...]) -> tuple[Example, ...]:
+
+def within(folder: str, examples: tuple[Example, ...], computed: bool = False) -> tuple[Example, ...]:
     """Put the folder of the library before the names."""
-    return tuple(example._replace(name=f"{folder}.{example.name}") for example in examples)
+    return tuple(example._replace(name=f"{folder}.{example.name}", computed=computed) for example in examples)
 
 
 EXAMPLES = (
@@ -405,5 +426,6 @@ EXAMPLES = (
     *within("MultiBody.Loops", LOOPS),
     *within("MultiBody.Rotational3DEffects", EFFECTS),
     *within("MultiBody.Constraints", CONSTRAINTS),
-    *within("PlanarMechanics", PLANAR),
+    *within("PlanarMechanics", PLANAR, computed=True),
+    *BRAKES,
 )

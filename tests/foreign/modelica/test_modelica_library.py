@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from modelica_computed import boxes, computed_reference, orbits
 from modelica_examples import AGREED, WAITING, disagreement, reference, rows
-from modelica_planar import boxes, orbits, planar_reference
 from modelica_table import COMPUTED, EXAMPLES, Example
 
 BY_NAME = {example.name: example for example in EXAMPLES}
@@ -31,18 +31,18 @@ def test_published_references(example: Example) -> None:
 
 
 @pytest.mark.parametrize("example", cases("computed"))
-def test_planar_mechanics(example: Example) -> None:
+def test_computed_references(example: Example) -> None:
     """SciPy's own error is largest in the double pendulum: 7e-8."""
-    found = disagreement(example, planar_reference(example.name), tolerance=1e-10)
+    found = disagreement(example, computed_reference(example.name), tolerance=1e-10)
     assert max(found.values()) < 1e-6, found
 
 
-@pytest.mark.parametrize(("name", "computed"), [("DoublePendulumInitTip", boxes), ("PointGravity", orbits)])
-def test_sensitive_motions(name: str, computed: Callable[[Sequence[float]], dict[str, Any]]) -> None:
+@pytest.mark.parametrize(("name", "system"), [("DoublePendulumInitTip", boxes), ("PointGravity", orbits)])
+def test_sensitive_motions(name: str, system: Callable[[Sequence[float]], dict[str, Any]]) -> None:
     """Up to 5 s, where the published references are off by a few thousandths: SciPy agrees with us."""
     times = np.linspace(0, 5, 51)[1:]
     found = disagreement(
-        BY_NAME[f"MultiBody.Elementary.{name}"], {"time": times, **computed(list(times))}, tolerance=1e-11
+        BY_NAME[f"MultiBody.Elementary.{name}"], {"time": times, **system(list(times))}, tolerance=1e-11
     )
     assert max(found.values()) < 2e-6, found
 

@@ -1,4 +1,4 @@
-"""The examples of PlanarMechanics by other equations: mass matrices from places of mass points, SciPy's DOP853; nothing of mechc.
+"""Examples of Modelica's libraries by other equations, where no references are published: mass matrices from places of mass points, SciPy's DOP853; nothing of mechc.
 
 Each system says where its masses are (``places``: all coordinates and angles, times the roots of their masses and inertias), its
 potential, and the other forces on its coordinates. Derivatives of these are taken by complex steps.
@@ -29,8 +29,12 @@ def motion(
     times: Sequence[float],
     others: Callable[[float, Vector, Vector, Vector], tuple[Any, Any]] = still,
     further: int = 0,
+    held: Callable[[Any], Any] | None = None,
 ) -> Vector:
-    """Return the coordinates and their rates at ``times``: a row for each; ``others`` gives forces, and rates of further states."""
+    """Return the coordinates and their rates at ``times``: a row for each.
+
+    ``others`` gives forces, and rates of further states; ``held`` a matrix A with A v = 0.
+    """
     n = len(start)
     step = 1e-40
 
@@ -46,7 +50,13 @@ def motion(
         small = 1e-5
         bent = (jacobian(q + small * v) - jacobian(q - small * v)) @ v / (2 * small)
         force, rate = others(t, q, v, z)
-        return np.concatenate([v, np.linalg.solve(J.T @ J, force - slope(q) - J.T @ bent), rate])
+        M, right_side = J.T @ J, force - slope(q) - J.T @ bent
+        if held:
+            A = held(q)
+            turned = (held(q + small * v) - held(q - small * v)) @ v / (2 * small)
+            M = np.block([[M, A.T], [A, np.zeros((len(A), len(A)))]])
+            right_side = np.concatenate([right_side, -turned])
+        return np.concatenate([v, np.linalg.solve(M, right_side)[:n], rate])
 
     y = np.concatenate([start, rates, np.zeros(further)])
     found = solve_ivp(right, (0, times[-1]), y, "DOP853", times, rtol=1e-10, atol=1e-10, max_step=0.05)
@@ -102,18 +112,18 @@ def double(times: Sequence[float], m: float, J: float) -> dict[str, Any]:
     }
 
 
-def crab(times: Sequence[float], damping: float, place: float) -> dict[str, Any]:
+def crab(times: Sequence[float], damping: float, place: float, g: float = G) -> dict[str, Any]:
     """A crab of 1 kg on a rail, a load of 0.5 kg 1 m below it."""
     y = motion(
         lambda q: [q[0], *body(q[0] + np.sin(q[1]), -np.cos(q[1]), q[1], 0.5, 0.1)],
-        lambda q: -0.5 * G * np.cos(q[1]),
+        lambda q: -0.5 * g * np.cos(q[1]),
         [place, np.deg2rad(150)],
         [0, 0],
         times,
         lambda t, q, v, z: (np.array([-damping * v[0], 0]), z),
     )
     distance = np.hypot(y[0] + np.sin(y[1]), np.cos(y[1]))
-    return {"rail": y[0], "pin": y[1], "distance": distance}
+    return {"rail": y[0], "pin": y[1], "distance": distance, "carrier": -0.2 + 0.2 * np.asarray(times)}
 
 
 def controlled(times: Sequence[float]) -> dict[str, Any]:
@@ -210,6 +220,100 @@ def wheel(times: Sequence[float]) -> dict[str, Any]:
     return {"x": y[0], "pin": y[1]}
 
 
+def grip(v: float, adhesion: float, sliding: float, peak: float, rest: float) -> float:
+    """Friction over slip: cubics between (0, 0), the peak and the rest, level at both."""
+    if abs(v) <= adhesion:
+        u = v / adhesion
+        return peak * (1.5 * u - 0.5 * u**3)
+    u = min((2 * abs(v) - adhesion - sliding) / (sliding - adhesion), 1.0)
+    return float(np.sign(v) * ((peak + rest) / 2 + (rest - peak) / 2 * (1.5 * u - 0.5 * u**3)))
+
+
+def spinning(times: Sequence[float]) -> dict[str, Any]:
+    """A wheel of 0.1 m that slides forwards and spins backwards."""
+
+    def right(t: float, y: Vector) -> list[float]:
+        f = 0.01 * G * grip(y[2] + 0.1 * y[3], 0.01, 0.03, 0.5, 0.15)
+        return [y[2], y[3], -f / 0.01, -0.1 * f / 0.0005]
+
+    y = solve_ivp(
+        right, (0, times[-1]), [0, 0, 2, 15], "DOP853", times, rtol=1e-11, atol=1e-11, max_step=0.01
+    ).y
+    return {"x": y[0], "phi": y[1]}
+
+
+def around(times: Sequence[float], shares: bool) -> dict[str, Any]:
+    """A driven wheel around a pivot at the distance s, turned by a: 10 s'' = 10 s a'^2 - across, ((10 s^2 + 1) a')' = along s."""
+
+    def right(t: float, y: Vector) -> list[float]:
+        s, _, _, ds, da, droll = y
+        along, across = -da * s - 0.3 * droll, ds
+        slip = np.hypot(along, across) + 0.0001
+        speed = 0.3 * abs(droll)
+        limits = (max(0.04 * speed, 0.05), max(0.12 * speed, 0.15)) if shares else (0.1, 0.3)
+        f = 100 * grip(slip, *limits, 0.8, 0.4)
+        dda = (f * along / slip * s - 20 * s * ds * da) / (10 * s * s + 1)
+        return [ds, da, droll, s * da * da - f * across / slip / 10, dda, 2 + 0.3 * f * along / slip]
+
+    start = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    y = solve_ivp(right, (0, times[-1]), start, "Radau", times, rtol=1e-9, atol=1e-10).y
+    return {"slide": y[0], "pin": y[1], "roll": y[2]}
+
+
+def ideal(times: Sequence[float]) -> dict[str, Any]:
+    """The same without slip: (1 + (10 + 1) 0.3^2) roll'' = 2 at the distance 1."""
+    roll = np.asarray(times) ** 2 / 1.99
+    return {"pin": -0.3 * roll, "roll": roll}
+
+
+def track(times: Sequence[float]) -> dict[str, Any]:
+    """A car of one track: x, y, its angle, that of the castor; both wheels hold across, the one behind drives with 2/0.3 N."""
+
+    def places(q: Any) -> list[Any]:
+        x, y, a, b = q[0], q[1], q[2], q[2] + q[3]
+        front = body(x - np.sin(a) + 0.1 * np.sin(b), y + np.cos(a) - 0.1 * np.cos(b), b, 2, 0.1)
+        return body(x, y, a, 10, 0.1) + front
+
+    def held(q: Any) -> Any:
+        a, b = q[2], q[2] + q[3]
+        rear = [np.cos(a), np.sin(a), 0 * a, 0 * a]
+        front = [np.cos(b), np.sin(b), -np.cos(b - a) + 0.1, 0.1 + 0 * a]
+        return np.array([rear, front])
+
+    def others(t: float, q: Vector, v: Vector, z: Vector) -> tuple[Any, Any]:
+        ahead = np.array([-np.sin(q[2]), np.cos(q[2]), 0, 0])
+        speed = ahead @ v
+        return (2 / 0.3 - (0.5 * 0.4 * 2 * 1.18 * speed**2 if speed > 0 else 0)) * ahead, z
+
+    y = motion(places, lambda q: 0 * q[0], [0, 0, 0, np.deg2rad(40)], [0, 0, 0, 0], times, others, held=held)
+    return {"x": y[0], "y": y[1], "angle": y[2], "castor": y[3]}
+
+
+def gearbox(times: Sequence[float]) -> dict[str, Any]:
+    """Sun t, carrier c, planet 2 c - t at the distance 2, ring (4 c - t)/3; 1 N.m on the ring and the weight of the planet."""
+    J = 1e-3
+
+    def right(t: float, y: Vector) -> list[float]:
+        moved = J + 4 + 4 * J + 16 / 9 * J
+        return [y[1], (4 / 3 - 2 * G * np.cos(y[0])) / moved]
+
+    y = solve_ivp(right, (0, times[-1]), [0, 0.5], "DOP853", times, rtol=1e-12, atol=1e-12).y
+    return {"carrier": y[0], "ring": (4 * y[0] - np.asarray(times)) / 3}
+
+
+def braked(times: Sequence[float]) -> dict[str, Any]:
+    """Four speeds of 100 at first: -100 to 1 and then -100 w, -w, -w^2/100, -1e4/w to 1 and then -100 w; in closed form."""
+    t = np.asarray(times)
+    late, sooner = np.maximum(t - 0.99, 0), np.maximum(t - 0.49995, 0)
+    early, before = np.minimum(t, 0.99), np.minimum(t, 0.49995)
+    return {
+        "x1": 100 * early - 50 * early**2 + (1 - np.exp(-100 * late)) / 100,
+        "x2": 100 * (1 - np.exp(-t)),
+        "x3": 100 * np.log1p(t),
+        "x4": (1e6 - (1e4 - 2e4 * before) ** 1.5) / 3e4 + (1 - np.exp(-100 * sooner)) / 100,
+    }
+
+
 def boxes(times: Sequence[float]) -> dict[str, Any]:
     """Two boxes of steel, 0.5 m by 6 cm by 6 cm, in a row; the tip starts at (0.7, 0.3) at rest."""
     m = 7700 * 0.5 * 0.06**2
@@ -253,26 +357,39 @@ def orbits(times: Sequence[float]) -> dict[str, Any]:
 
 
 SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = {
-    "Pendulum": (3, pendulum),
-    "PendulumExcited": (3, lambda times: pendulum(times, excited=True)),
-    "DoublePendulum": (10, lambda times: double(times, 0.2, 0.01)),
-    "MeasureDemo": (10, lambda times: double(times, 0.4, 0.02)),
-    "CraneCrab": (10, lambda times: crab(times, 10, 0)),
-    "PowerDistanceDemo": (6, lambda times: crab(times, 1, 1)),
-    "ControlledCraneCrab": (3, controlled),
-    "FreeBody": (3, lambda times: {"y": -G / 2 * np.asarray(times) ** 2}),
-    "KinematicLoop": (6, loop),
-    "PistonEngine": (10, engine),
-    "SpringDamperDemo": (5, sprung),
-    "SpringDemo": (5, hanging),
-    "TestAirDrag": (10, drag),
-    "WheelBasedCraneCrab": (4.5, wheel),
+    "PlanarMechanics.Pendulum": (3, pendulum),
+    "PlanarMechanics.PendulumExcited": (3, lambda times: pendulum(times, excited=True)),
+    "PlanarMechanics.DoublePendulum": (10, lambda times: double(times, 0.2, 0.01)),
+    "PlanarMechanics.MeasureDemo": (10, lambda times: double(times, 0.4, 0.02)),
+    "PlanarMechanics.CraneCrab": (10, lambda times: crab(times, 10, 0)),
+    "PlanarMechanics.PowerDistanceDemo": (6, lambda times: crab(times, 1, 1)),
+    "PlanarMechanics.ControlledCraneCrab": (3, controlled),
+    "PlanarMechanics.FreeBody": (3, lambda times: {"y": -G / 2 * np.asarray(times) ** 2}),
+    "PlanarMechanics.KinematicLoop": (6, loop),
+    "PlanarMechanics.PistonEngine": (10, engine),
+    "PlanarMechanics.SpringDamperDemo": (5, sprung),
+    "PlanarMechanics.SpringDemo": (5, hanging),
+    "PlanarMechanics.TestAirDrag": (10, drag),
+    "PlanarMechanics.CraneCrabTo3D": (10, lambda times: crab(times, 10, 0, 9.80665)),
+    "PlanarMechanics.CounterSpin": (3, spinning),
+    "PlanarMechanics.TestDryFrictionWheel": (20, lambda times: around(times, shares=False)),
+    "PlanarMechanics.TestSlipBasedWheel": (20, lambda times: around(times, shares=True)),
+    "PlanarMechanics.TestIdealWheel": (10, ideal),
+    "PlanarMechanics.SingleTrackWithEngine": (6, track),
+    "PlanarMechanics.SpurGear": (
+        10,
+        lambda times: {"b": -np.asarray(times), "motor": 10 + 0 * np.asarray(times)},
+    ),
+    "PlanarMechanics.PlanetaryGear": (10, gearbox),
+    "Rotational.CompareBrakingTorque": (5, braked),
+    "Translational.CompareBrakingForce": (5, braked),
+    "PlanarMechanics.WheelBasedCraneCrab": (4.5, wheel),
 }
 """How long each of them runs, and what gives its reference."""
 
 
-def planar_reference(name: str) -> dict[str, Any]:
-    """Return ten rows of an example of PlanarMechanics: ``time`` and what it is compared in."""
-    stop, system = SYSTEMS[name.removeprefix("PlanarMechanics.").removesuffix("_DynamicStateSelection")]
+def computed_reference(name: str) -> dict[str, Any]:
+    """Return ten rows of an example: ``time`` and what it is compared in."""
+    stop, system = SYSTEMS[name.removesuffix("_DynamicStateSelection")]
     times = np.linspace(0, stop, 11)[1:]
     return {"time": times, **system(list(times))}
