@@ -30,6 +30,7 @@ def motion(
     others: Callable[[float, Vector, Vector, Vector], tuple[Any, Any]] = still,
     further: int = 0,
     held: Callable[[Any], Any] | None = None,
+    method: str = "DOP853",
 ) -> Vector:
     """Return the coordinates and their rates at ``times``: a row for each.
 
@@ -59,7 +60,7 @@ def motion(
         return np.concatenate([v, np.linalg.solve(M, right_side)[:n], rate])
 
     y = np.concatenate([start, rates, np.zeros(further)])
-    found = solve_ivp(right, (0, times[-1]), y, "DOP853", times, rtol=1e-10, atol=1e-10, max_step=0.05)
+    found = solve_ivp(right, (0, times[-1]), y, method, times, rtol=1e-10, atol=1e-10, max_step=0.05)
     return np.array(found.y[: 2 * n])
 
 
@@ -289,6 +290,44 @@ def track(times: Sequence[float]) -> dict[str, Any]:
     return {"x": y[0], "y": y[1], "angle": y[2], "castor": y[3]}
 
 
+def car(times: Sequence[float]) -> dict[str, Any]:
+    """A car of two tracks with castors: x, y, its angle, that of the castors, and those of four wheels."""
+
+    def hubs(q: Any) -> list[Any]:
+        s, c = np.sin(q[2]), np.cos(q[2])
+        found = []
+        for across, ahead in ((-0.75, 2), (0.75, 2), (-0.75, 0), (0.75, 0)):
+            x, y = q[0] + c * across - s * ahead, q[1] + s * across + c * ahead
+            if ahead:
+                x, y = x + 0.05 * np.sin(q[2] + q[3]), y - 0.05 * np.cos(q[2] + q[3])
+            found += [x, y]
+        return found
+
+    def places(q: Any) -> list[Any]:
+        p = hubs(q)
+        axles = body(p[0], p[1], q[2] + q[3], 100, 1) + body(p[2], p[3], q[2] + q[3], 100, 1)
+        return body(q[0], q[1], q[2], 300, 0.1) + axles + list(q[4:])
+
+    def others(t: float, q: Vector, v: Vector, z: Vector) -> tuple[Any, Any]:
+        J = np.array([np.imag(hubs(q + 1e-40j * e)) / 1e-40 for e in np.eye(8)]).T
+        force = np.zeros(8)
+        force[3] = 2 if t >= 1 and (t - 1) % 2 < 0.6 else 0
+        for i in range(4):
+            turned = q[2] + (q[3] if i < 2 else 0)
+            e, n = np.array([-np.sin(turned), np.cos(turned)]), np.array([np.cos(turned), np.sin(turned)])
+            there = J[2 * i : 2 * i + 2]
+            along, across = e @ there @ v - 0.25 * v[4 + i], n @ there @ v
+            slip = np.hypot(along, across) + 0.0001
+            f = (1000 if i < 2 else 1500) * grip(slip, 0.1, 0.3, 1, 0.7) / slip
+            force -= f * (along * e + across * n) @ there
+            force[4 + i] += 0.25 * f * along + (0 if i < 2 else 12.5)
+        return force, z
+
+    start = [0, 0, 0, np.deg2rad(25), 0, 0, 0, 0]
+    y = motion(places, lambda q: 0 * q[0], start, [0] * 8, times, others, method="LSODA")
+    return {"x": y[0], "y": y[1], "angle": y[2], "steer": y[3], "roll": y[6]}
+
+
 def gearbox(times: Sequence[float]) -> dict[str, Any]:
     """Sun t, carrier c, planet 2 c - t at the distance 2, ring (4 c - t)/3; 1 N.m on the ring and the weight of the planet."""
     J = 1e-3
@@ -376,6 +415,7 @@ SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = 
     "PlanarMechanics.TestSlipBasedWheel": (20, lambda times: around(times, shares=True)),
     "PlanarMechanics.TestIdealWheel": (10, ideal),
     "PlanarMechanics.SingleTrackWithEngine": (6, track),
+    "PlanarMechanics.TwoTrackWithDifferentialGear": (10, car),
     "PlanarMechanics.SpurGear": (
         10,
         lambda times: {"b": -np.asarray(times), "motor": 10 + 0 * np.asarray(times)},

@@ -369,6 +369,30 @@ CONSTRAINTS = (
     ),
 )
 
+ROBOT = {f"mechanics.r{i}.phi": f"r{i}.angle" for i in (1, 3, 5, 6)}
+SYSTEMS = (
+    Example(
+        "OneAxis",
+        {
+            "axis.initializeFlange.phi_flange": "load.angle",
+            "axis.gear.spring.phi_rel": "axis.twist",
+            "axis.controller.PI.x": "axis.x",
+            "axis.motor.La.i": "axis.i",
+        },
+    ),
+    Example(
+        "FullRobot",
+        {
+            **ROBOT,
+            "axis1.motor.La.i": "axis1.i",
+            "axis2.gear.spring.phi_rel": "axis2.twist",
+            "axis4.motor.La.i": "axis4.i",
+            "axis6.motor.C.v": "axis6.v",
+        },
+        note="no body has the moments of inertia that the library gives to the first arm (0.001, 1.16, 0.001 kg.m^2), as mechc says",
+    ),
+)
+
 PAIR = {"r1.angle": "r1.angle", "r2.angle": "r2.angle"}
 CRAB = {"rail": "rail.position", "pin": "pin.angle"}
 JUMP = "taken as it is: the inverse law falls from 1e4 N to 100 N at 1 m/s, below which it is made smooth"
@@ -399,6 +423,10 @@ PLANAR = (
         "SingleTrackWithEngine",
         {"x": "free.x", "y": "free.y", "angle": "free.angle", "castor": "castor.angle"},
     ),
+    Example(
+        "TwoTrackWithDifferentialGear",
+        {"x": "free.x", "y": "free.y", "angle": "free.angle", "steer": "steer", "roll": "rear1.roll"},
+    ),
     Example("SpurGear", {"b": "b", "motor": "motor"}),
     Example("PlanetaryGear", {"carrier": "carrier.angle", "ring": "ring"}),
     Example("SpringDamperDemo", {"x": "free.x", "y": "free.y"}),
@@ -426,6 +454,7 @@ EXAMPLES = (
     *within("MultiBody.Loops", LOOPS),
     *within("MultiBody.Rotational3DEffects", EFFECTS),
     *within("MultiBody.Constraints", CONSTRAINTS),
+    *within("MultiBody.Systems.RobotR3", SYSTEMS),
     *within("PlanarMechanics", PLANAR, computed=True),
     *BRAKES,
 )

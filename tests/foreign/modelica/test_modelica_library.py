@@ -11,13 +11,17 @@ from modelica_computed import boxes, computed_reference, orbits
 from modelica_examples import AGREED, WAITING, disagreement, reference, rows
 from modelica_table import COMPUTED, EXAMPLES, Example
 
+LONG = ("PlanarMechanics.TwoTrackWithDifferentialGear",)
+"""Whose reference takes SciPy seconds."""
 BY_NAME = {example.name: example for example in EXAMPLES}
 
 
 def cases(source: str) -> list[Any]:
     """The examples with a reference of this source; one with the same text as another one is slow."""
     return [
-        pytest.param(example, id=example.name, marks=[pytest.mark.slow] if example.file else [])
+        pytest.param(
+            example, id=example.name, marks=[pytest.mark.slow] if example.file or example.name in LONG else []
+        )
         for example in EXAMPLES
         if (example.source == COMPUTED) == (source == "computed")
     ]
