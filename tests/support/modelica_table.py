@@ -1,7 +1,8 @@
 """The examples of Modelica's mechanical libraries that are written anew in ``tests/foreign/modelica``.
 
 Each row has the name in the library, the file here, which quantity of the reference is which of ours, and where the reference
-ends to be one.
+ends to be one. The numbers of the models are those of github.com/modelica/ModelicaStandardLibrary, version 4.0.0 (4.1.0 of
+CompareBraking...), and of github.com/dzimmer/PlanarMechanics, cde02c4; the words are our own.
 """
 
 from __future__ import annotations
@@ -389,7 +390,8 @@ SYSTEMS = (
             "axis4.motor.La.i": "axis4.i",
             "axis6.motor.C.v": "axis6.v",
         },
-        note="no body has the moments of inertia that the library gives to the first arm (0.001, 1.16, 0.001 kg.m^2), as mechc says",
+        note="currents and springs that hold it at the start are those of the first row of the reference; no body has the moments of "
+        "inertia of its first arm (0.001, 1.16, 0.001 kg.m^2), as mechc says",
     ),
 )
 
