@@ -1,6 +1,7 @@
-"""Write docs/foreign.md from the table: ``PYTHONPATH=tests/foreign python -m foreign.page``.
+"""Write docs/foreign.md from the tables: ``PYTHONPATH=tests/foreign:tests/support python -m foreign.page``.
 
-``--store`` asks SymPy for the numbers that are kept and not yet in stored.json, ``--measure`` measures the times of the page.
+``--store`` asks SymPy for the numbers that are kept and not yet in stored.json; ``--measure`` measures the times beside SymPy, and how far
+the examples of Modelica agree.
 """
 
 from __future__ import annotations
@@ -14,6 +15,9 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+from modelica_examples import WAITING as MODELICA_WAITING
+from modelica_examples import rows as modelica_rows
+from modelica_table import COMPUTED, EXAMPLES
 
 import mechc
 from foreign.case import STORED, Evaluated, Side, System, Waiting, drawn, stored
@@ -22,6 +26,16 @@ from foreign.table import NO_MOTION, SYSTEMS, WAITING
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = ROOT / "docs" / "foreign.md"
 TIMES = Path(__file__).with_name("times.json")
+
+AGREEMENT = Path(__file__).parents[1] / "modelica" / "agreement.json"
+
+MODELICA = """## Modelica
+
+Examples of the Modelica Standard Library (MultiBody, Rotational, Translational and the mechanical Blocks) and of PlanarMechanics,
+written in our own words with the numbers of the originals. Most are compared with rows of the reference results that the library's makers
+publish (Dymola 2020x, tolerance 1e-6; github.com/modelica/MAP-LIB_ReferenceResults), the others with equations of our own in SciPy or
+closed forms. *Agreement* is the largest root mean square of a difference, as a share of the largest value. 1e-3 is asked for.
+"""
 
 HEAD = """# Systems of other programs
 
@@ -59,6 +73,16 @@ def reasons(waiting: Sequence[Waiting]) -> str:
     )
 
 
+def modelica() -> str:
+    """Return the table of Modelica's examples, with the agreement that was measured last."""
+    agreement = json.loads(AGREEMENT.read_text(encoding="utf-8"))
+    by = {e.name: "SciPy or a closed form" if e.source == COMPUTED else "published rows" for e in EXAMPLES}
+    lines = ["| example | compared with | agreement | remark |", "|---|---|---|---|"]
+    for name, _, said in modelica_rows():
+        lines.append(f"| {name} | {by.get(name, '')} | {agreement.get(name, '')} | {said} |")
+    return "\n".join(lines)
+
+
 def page() -> str:
     times = json.loads(TIMES.read_text(encoding="utf-8"))
     remarks = "\n".join(f"- **{s.name}**: {s.remark}." for s in SYSTEMS if s.remark)
@@ -78,6 +102,11 @@ def page() -> str:
 ### What has no motion to compare
 
 {reasons(NO_MOTION)}
+
+{MODELICA}
+{modelica()}
+
+{len(EXAMPLES)} examples: {len(EXAMPLES)} agree, {len(MODELICA_WAITING)} wait for the language.
 """
 
 
@@ -112,4 +141,6 @@ if __name__ == "__main__":
         STORED.write_bytes(msgspec.json.format(msgspec.json.encode(draws), indent=1) + b"\n")
     if "--measure" in sys.argv:
         TIMES.write_text(json.dumps(measure(), indent=1) + "\n", encoding="utf-8")
+        measured = {name: agreement for name, agreement, _ in modelica_rows(measure=True) if agreement}
+        AGREEMENT.write_text(json.dumps(measured, indent=0) + "\n", encoding="utf-8")
     PAGE.write_text(page(), encoding="utf-8")
