@@ -20,16 +20,16 @@ from msgspec import Struct
 from msgspec.structs import asdict
 
 import mechc
-from mechc.answering import problem_of, with_others
-from mechc.asking.question import study
+from mechc.requests.question import study
 from mechc.runtime.ensembles import cluster as dask_side
 from mechc.runtime.ensembles.batches import COMPLETED, Batches
-from mechc.runtime.ensembles.found import Piece
-from mechc.runtime.ensembles.posed import Posed
+from mechc.runtime.ensembles.kernel_arguments import Posed
 from mechc.runtime.ensembles.recipe import Make, Recipe
+from mechc.runtime.ensembles.result_buffer import Piece
 from mechc.runtime.ensembles.run import bytes_of_a_member, run_ensemble
 from mechc.runtime.ensembles.watch import Watch
 from mechc.runtime.studies.kinds.ensemble import EnsembleOf
+from mechc.session import problem_of, with_others
 
 from .ensembles import PENDULUM
 from .machine import table, write

@@ -12,7 +12,7 @@ from msgspec import Struct
 
 import mechc
 from mechc.runtime.outcome import ENDED, Outcome
-from mechc.runtime.results.contradictions import FACTOR, compared
+from mechc.runtime.results.consistency import FACTOR, compared
 from mechc.runtime.studies.runs import companion
 
 from .machine import table, write

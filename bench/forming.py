@@ -12,11 +12,11 @@ from pathlib import Path
 
 from mechc.compiler.equations.assemble import assemble
 from mechc.compiler.flat.flatten import flatten
+from mechc.compiler.gc_pause import uncollected
 from mechc.compiler.mechanics.build import build
 from mechc.compiler.problem import header
 from mechc.compiler.program.lower import lower
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.uncollected import uncollected
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile

@@ -110,7 +110,7 @@ def ours(kind: str, n: int, y: Any, *, turning: bool = True) -> Contestant:
     if turning:
         problem = make_problem(program, "c")
     else:
-        sources = {"model.c": emit_c(program, turns=True), HEADER: header(), "turns.h": NO_TURNS}
+        sources = {"model.c": emit_c(program, turns=True), HEADER: header(), "sincos_batch.h": NO_TURNS}
         problem = description.make_problem(
             program, library=build_shared(sources, model_flags(loops=program.long))
         )

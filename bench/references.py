@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TypeVar
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.benchmark import benchmark
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.native.build import BuildError
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed

@@ -21,8 +21,8 @@ from mechc.runtime.native import kernel as native
 from mechc.runtime.problem import Array
 from mechc.runtime.reference.high_precision import Reference, reference
 
-from .beside import COMPACT, equations
 from .machine import table, write
+from .peer_integrators import COMPACT, equations
 from .systems import BENT_BARS
 
 ERRORS = (1e-9, 1e-11, 1e-13)

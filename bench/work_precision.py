@@ -17,8 +17,8 @@ from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.runtime.reference.work_precision import time_to_reach
 
-from .beside import absent, peers
 from .machine import REPORT, table, write
+from .peer_integrators import absent, peers
 from .references import FAILURES, in_parallel
 from .systems import BENT_BARS, STIFF_SPRING
 

@@ -103,9 +103,9 @@ class StoredCompilation:
     def system(self) -> MechanicalSystem:
         from mechc.lang.diagnostics import Reporter
 
+        from .gc_pause import uncollected
         from .mechanics.build import build
         from .recursion import deep_recursion
-        from .uncollected import uncollected
         from .verification import verified
 
         with uncollected(), deep_recursion():

@@ -14,7 +14,7 @@ from mechc.lang.source import SourceFile
 
 from .flat.flatten import flatten
 from .flat.model import DefinitionRole, FlatModel, Role
-from .uncollected import uncollected
+from .gc_pause import uncollected
 
 _SPACES = (0, 2, 3)
 """Dimensions in which a part is looked at: its own, the plane, space."""

@@ -25,13 +25,13 @@ from .equations.rows.crowd import check_forces_have_formulas
 from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
 from .flat.model import FlatModel
+from .gc_pause import uncollected
 from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
 from .recursion import deep_recursion
-from .uncollected import uncollected
 from .verification import verified
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .program.model import Program
 
 HEADER = "model.h"
-TURNS = ("turns.h", "turn.h")
+TURNS = ("sincos_batch.h", "sincos.h")
 """What code for this processor may include, too."""
 
 CROWD = ("crowd.h", "crowd_response.h", "envelope.h", "real.h")

@@ -33,12 +33,12 @@ from .equations.model import Equations
 from .flat import model as flat_model
 from .flat.model import FlatModel, Origin, Type, Typed
 from .flat.types import make
+from .gc_pause import uncollected
 from .graph import Table
 from .graph.columns import Columns, columns, graph_of
 from .graph.operations import OPERATIONS
 from .program import model as program_model
 from .program.model import LongBody, Program, Statement
-from .uncollected import uncollected
 
 VERSION: Final = 2
 """Of the form of the bytes; that of the values is known by the fields of their classes."""

@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from .api import Model as Model
     from .api import load as load
     from .api import loads as loads
-    from .asking.given_values import UsageMistake as UsageMistake
     from .lang.diagnostics import CompileError as CompileError
     from .presentation.render import render as render
+    from .requests.parse_values import UsageMistake as UsageMistake
     from .runtime.outcome import SimulationError as SimulationError
     from .solution import Solution as Solution
 
@@ -41,7 +41,7 @@ _HOMES = {
     "CompileError": "mechc.lang.diagnostics",
     "render": "mechc.presentation.render",
     "SimulationError": "mechc.runtime.outcome",
-    "UsageMistake": "mechc.asking.given_values",
+    "UsageMistake": "mechc.requests.parse_values",
 }
 
 

@@ -12,15 +12,15 @@ from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from .asking.given_values import Given, Target, UsageMistake
 from .lang.read import read_source
 from .lang.source import SourceFile
 from .model import CompiledModel, compiled
+from .requests.parse_values import Given, Target, UsageMistake
 from .suggest import closest
 
 if TYPE_CHECKING:
-    from .asking.asked import Asked
     from .functions import Functions
+    from .requests.request import Asked
     from .runtime.ensembles.result import Ensemble
     from .runtime.results.streamed import Streamed
     from .runtime.studies.findings import Findings
@@ -69,9 +69,9 @@ def _seen(options: Options) -> dict[str, Any]:
 @cache
 def _asking() -> tuple[Callable[..., Any], Callable[..., Any], Mapping[str, Any]]:
     """Import what answers, what takes questions apart, and the kinds, when the first question is put."""
-    from .answering import answer
-    from .asking.asked import asked
+    from .requests.request import asked
     from .runtime.studies.table import STUDIES
+    from .session import answer
 
     return answer, asked, STUDIES
 
@@ -182,7 +182,7 @@ class Model(CompiledModel):
         a formula alone is kept over time. ``settings``: ``samples``, ``seed``, ``sampling``, ``covariance``, ``errors``,
         ``threads``, ``lanes``, ``device``, and those of a run. Raises UsageMistake and SimulationError for what does not fit the model.
         """
-        from .asking.members import refuse_structural
+        from .requests.members import refuse_structural
 
         refuse_structural(vary, self.structural_parameters)
         given = {"vary": vary or None, "keep": keep, **settings}
@@ -200,7 +200,7 @@ class Model(CompiledModel):
 
         Values are in SI, times too. Raises SimulationError if the run cannot begin.
         """
-        from .answering import begin
+        from .session import begin
 
         model, asked = self._asked("simulate", set, {"experiment": experiment, "tolerance": tolerance})
         return begin(model, asked)

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from .asking.given_values import (
+from .compiler.compilation import Compilation
+from .lang.source import SourceFile
+from .requests.parse_values import (
     Given,
     Scalar,
     UsageMistake,
@@ -20,13 +22,11 @@ from .asking.given_values import (
     read_value,
     structural_value,
 )
-from .compiler.compilation import Compilation
-from .lang.source import SourceFile
 
 if TYPE_CHECKING:
-    from .asking.asked import Asked
     from .compiler.flat.model import FlatModel
     from .compiler.outline import Plan
+    from .requests.request import Asked
     from .runtime.problem import Problem
     from .runtime.studies.study import Study
 
@@ -44,7 +44,7 @@ class Code(Struct, eq=False):
     compilation: Compilation
     keep: frozenset[str] = frozenset()
     remembered: bool = False
-    """Whether compilations are kept for other processes (kept_stages.py)."""
+    """Whether compilations are kept for other processes (compilation_cache.py)."""
     formulas: tuple[tuple[str, str], ...] = ()
     """Outputs that a question adds: names and texts."""
     twin: bool = False
@@ -86,7 +86,7 @@ class Code(Struct, eq=False):
             )
 
         if remembered:
-            from .kept_stages import kept_or_formed
+            from .compilation_cache import kept_or_formed
 
             asked = (str(folder), model, sorted(structural.items()), sorted(keep), formulas)
             compilation = kept_or_formed(source, asked, keep, form)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from .asking.given_values import UsageMistake
 from .compiler.equations.model import EXCHANGED
 from .model import CompiledModel
+from .requests.parse_values import UsageMistake
 from .runtime.studies.kinds.stationary import Curves, Stationary
 
 

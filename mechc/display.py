@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from msgspec import Struct, field
 
-from .asking.given_values import UsageMistake
 from .lang.units import Unit, UnitError, parse_unit
+from .requests.parse_values import UsageMistake
 
 
 class Display(Struct, frozen=True):

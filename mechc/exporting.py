@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from .asking.given_values import UsageMistake
 from .c_main import (
     ASSEMBLED_START,
     EVEN_COUNT,
@@ -25,6 +24,7 @@ from .c_main import (
     STATED_SPACING,
 )
 from .compiler.pipeline import program_with
+from .requests.parse_values import UsageMistake
 from .runtime.methods import KERNEL_METHODS, parts_for
 
 if TYPE_CHECKING:
@@ -89,9 +89,9 @@ def with_weights(model: CompiledModel) -> CompiledModel:
     that meets that begins anew with them; else as it is."""
     if not model.settings or not model.compilation.equations.constraints:
         return model
-    from .answering import compliant
     from .runtime.outcome import SINGULAR_MASS, SimulationError
     from .runtime.results.diagnosis import failure_at_start
+    from .session import compliant
 
     try:
         case, _ = _default_case(model.problem("python"), model.settings)

@@ -7,9 +7,9 @@ from typing import Any
 
 from msgspec import Struct
 
-from .asking.given_values import UsageMistake
 from .lang.diagnostics import CompileError
 from .model import CompiledModel
+from .requests.parse_values import UsageMistake
 from .runtime.case import SimulationOptions
 from .runtime.local.model_functions import ModelFunctions, model_functions
 

@@ -13,7 +13,12 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from msgspec.structs import replace
 
-from .asking.given_values import (
+from .compiled import Code, Exact, check_parts, compiled_again, exact_value, structural_names
+from .compiler.compilation import Compilation
+from .lang.diagnostics import Diagnostic
+from .lang.source import SourceFile
+from .requests.in_si import settings_in_si
+from .requests.parse_values import (
     TARGETS,
     Given,
     Target,
@@ -23,11 +28,6 @@ from .asking.given_values import (
     tidy,
     unknown_name,
 )
-from .asking.in_si import settings_in_si
-from .compiled import Code, Exact, check_parts, compiled_again, exact_value, structural_names
-from .compiler.compilation import Compilation
-from .lang.diagnostics import Diagnostic
-from .lang.source import SourceFile
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry

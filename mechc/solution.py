@@ -7,8 +7,8 @@ from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .asking.given_values import UsageMistake
 from .display import choose
+from .requests.parse_values import UsageMistake
 from .shown import ShownSolution
 
 if TYPE_CHECKING:
@@ -74,8 +74,8 @@ class Solution(ShownSolution):
         ``path`` writes the picture (png, pdf, svg); a text without such an ending names quantities, as ``names`` does, which limits
         the picture to them: "r:theta" draws theta over r. ``display`` names units, "deg,mm". Raises KeyError for a name that there is not.
         """
-        from .asking.question import names_in
         from .presentation import plots
+        from .requests.question import names_in
 
         solution = self.shown_in(display) if display else self
         if path is None:

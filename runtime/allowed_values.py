@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 
-from .once import once
+from .memo import once
 from .outcome import SimulationError
 from .problem import Array, Problem, Quantity
 

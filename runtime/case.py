@@ -22,7 +22,7 @@ from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
 from .limits_of_time import TimeSpan, check_finite, check_size, check_stated_stop
-from .once import once
+from .memo import once
 from .outcome import SimulationError
 from .output_times import output_times
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .inputs import Table, derivatives
-from .once import once
+from .memo import once
 from .outcome import SimulationError
 from .problem import Array, Problem
 

@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from .memo import once
 from .native import kernel as native
-from .once import once
 from .problem import Array, Description, ModelFunction, Problem
 
 

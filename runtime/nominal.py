@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .once import once
+from .memo import once
 from .problem import PURE, Array, Problem, Quantity
 
 # ---- copied from here

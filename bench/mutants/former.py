@@ -17,11 +17,11 @@ PLAIN_SLIP = edit(
 )
 UNSEEN = (
     Edit(
-        f"{RUNS}/passed_over.py",
+        f"{RUNS}/missed_feature_scan.py",
         "    if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:\n",
         "    if case is not None:\n",
     ),
-    Edit(f"{RUNS}/quiet.py", "    if main.t.size < 2 or span <= 0:\n", "    if main is not None:\n"),
+    Edit(f"{RUNS}/wakeup_scan.py", "    if main.t.size < 2 or span <= 0:\n", "    if main is not None:\n"),
 )
 ZERO_QUESTIONS = (
     Edit(
@@ -103,7 +103,7 @@ FAULTS = (
     ),
     Fault(
         "of contacts that hit at once the first one in the text hits first",
-        edit(f"{EVENTS}/blows.c", "const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));",
+        edit(f"{EVENTS}/impulses.c", "const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));",
              "const mech_real least = -*mech_row_rate(s, contact) * (1 + MECH_C(1e-9));"),
         models.BOX,
         point="5",

@@ -12,18 +12,18 @@ from types import ModuleType
 from msgspec.structs import replace
 
 import mechc
-from mechc.answering import plan
 from mechc.api import Model
-from mechc.asking.asked import asked
-from mechc.asking.given_values import UsageMistake
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.references import compile_for_reference
 from mechc.measurement.truth import true_errors
+from mechc.requests.parse_values import UsageMistake
+from mechc.requests.request import asked
 from mechc.runtime.native.build import BuildError
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import plan
 from mechc.solution import Solution
 from mechc.watchdog import Crashed, Hung, Watchdog
 

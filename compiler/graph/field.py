@@ -52,7 +52,7 @@ def of_fraction(c: Fraction) -> int:
 
 
 class Angle(NamedTuple):
-    """A linear function of symbols: ``free`` is its exponent, ``turns`` its constant part in units of pi.
+    """A linear function of symbols: ``free`` is its exponent, ``sincos_batch`` its constant part in units of pi.
 
     Neither is reduced modulo a full turn: half of (a + b) must be half of a plus half of b.
     """

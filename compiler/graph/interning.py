@@ -21,9 +21,9 @@ from fractions import Fraction
 from itertools import compress
 from typing import Final, Self
 
-from .above import Above
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
+from .overlay_dict import Above
 from .reached import Answers, Node, depends_on, few_reached, marked, marked_within, within
 from .table import Table
 

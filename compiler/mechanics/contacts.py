@@ -13,7 +13,7 @@ from mechc.lang.units import preferred_unit
 from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch
 from ..graph import Node
 from ..graph.differentiate import is_affine, vjp
-from ..graph.hollow import hollow_parts
+from ..graph.min_max import hollow_parts
 from .forces import rate_of
 from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering

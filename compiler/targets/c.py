@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from mechc.runtime.start.facts import start_facts
 
+from ..gc_pause import uncollected
 from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
@@ -17,7 +18,6 @@ from ..program.chunk import CHUNK
 from ..program.model import Body, Load, Lookup, Store, codes_of
 from ..program.names import identifiers
 from ..program.series import NEXT, START
-from ..uncollected import uncollected
 from ..verification import verified
 from . import c_double_double
 from .c_blocks import are_apart
@@ -34,11 +34,11 @@ from .c_loops import (
 )
 from .c_plans import CROWD_FUNCTIONS, CROWD_INCLUDED, hybrid_text, indices, start_text
 from .c_series import EXPAND, SERIES_INCLUDED, expansion
-from .c_turns import are_turned
+from .c_sincos_batch import are_turned
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
-from .turns import turn_groups, with_turns_ahead
+from .sincos_batch import turn_groups, with_turns_ahead
 
 if TYPE_CHECKING:
     from ..program.loops.rolled import Rolled
@@ -119,8 +119,8 @@ def emit_c(
 ) -> str:
     """Return the C text of a program.
 
-    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). ``turns``: sines and
-    cosines stand in groups, which ``turns.h`` of the kernel forms at once; else the text needs ``model.h`` alone, and
+    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). ``sincos_batch``: sines and
+    cosines stand in groups, which ``sincos_batch.h`` of the kernel forms at once; else the text needs ``model.h`` alone, and
     ``series.h`` where it holds Taylor series of few slots. ``double_double``: those of a program that
     ``c_double_double.with_series`` gives have 106 bits, and need ``double_double.h``. Compiled with ``-ffp-contract=off
     -frounding-math`` (no fused products and sums, no function of a constant evaluated by the compiler) it gives the same bits as

@@ -26,7 +26,7 @@ from .expressions import (
 )
 from .literal import Form as LiteralForm
 from .literal import constant
-from .turns import WIDTH
+from .sincos_batch import WIDTH
 
 _BOTH: Final = (True, True)
 
@@ -184,7 +184,7 @@ DIALECT: Final = Dialect(
 
 
 def _turns(name: str, angles: Sequence[str]) -> Iterator[str]:
-    """Yield the call of ``turns.h``; a group that is not full repeats its last angle."""
+    """Yield the call of ``sincos_batch.h``; a group that is not full repeats its last angle."""
     yield f"mech_real {name}[{2 * WIDTH}];"
     filled = [*angles, *[angles[-1]] * (WIDTH - len(angles))]
     yield f"mech_turns({name}, {', '.join(filled)});"
@@ -193,4 +193,4 @@ def _turns(name: str, angles: Sequence[str]) -> Iterator[str]:
 TURNING: Final = replace(DIALECT, turns=_turns)
 """With sines and cosines of several angles at once."""
 
-TURNS_INCLUDED: Final = '#include "turns.h"\n'
+TURNS_INCLUDED: Final = '#include "sincos_batch.h"\n'

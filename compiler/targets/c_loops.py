@@ -25,7 +25,7 @@ from ..program.model import Lookup, Operate, Program
 from ..verification import is_asked
 from .c_blocks import Copy, Way, are_sums, copies_of, copying, in_blocks, way_of
 from .c_forms import DIALECT
-from .c_turns import TURN, Ahead, ahead, is_cosine, is_turn, operands_of
+from .c_sincos_batch import TURN, Ahead, ahead, is_cosine, is_turn, operands_of
 from .expressions import ATOM, Text, applied, fitting
 
 ON_STACK = 16_384
@@ -82,8 +82,8 @@ def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
 
 
 def loop_lines(name: str, rolled: Rolled, sizes: Mapping[str, int], turns: bool) -> Iterator[str]:
-    """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads. ``turns``: sines
-    and cosines are formed ahead by ``turns.h``."""
+    """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads. ``sincos_batch``: sines
+    and cosines are formed ahead by ``sincos_batch.h``."""
     storage = "" if rolled.workspace <= ON_STACK else "static THREAD_LOCAL "
     if rolled.workspace:
         yield f"{storage}mech_real w[{rolled.workspace}];"

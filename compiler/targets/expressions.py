@@ -15,7 +15,7 @@ from msgspec import Struct
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, Value, operands_of
 from .literal import Constant
-from .turns import turn_groups, turn_places
+from .sincos_batch import turn_groups, turn_places
 
 ATOM, UNARY, PRODUCT, SUM, BITWISE, COMPARISON, LOGIC, CHOICE = 100, 80, 70, 60, 50, 40, 30, 10
 """Binding strength of what stands outermost in an expression."""

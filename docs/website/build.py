@@ -39,7 +39,7 @@ NAMES = """# Names of the Python interface
 
 ::: mechc.solution.Solution
 
-::: mechc.asking.given_values.UsageMistake
+::: mechc.requests.parse_values.UsageMistake
 
 ::: mechc.lang.diagnostics.CompileError
 

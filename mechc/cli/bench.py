@@ -51,8 +51,8 @@ def command(file: str, **given: Any) -> None:
     """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision;
     of a curve, over the unknowns of its elements."""
     from ..api import load
-    from ..asking.given_values import UsageMistake, read_value
     from ..measurement.benchmark import benchmark
+    from ..requests.parse_values import UsageMistake, read_value
     from ..runtime.reference.high_precision import ReferenceFailed
     from ..runtime.reference.work_precision import TOLERANCES
 
@@ -97,8 +97,8 @@ def command(file: str, **given: Any) -> None:
 
 
 def _bench_curve(model: CompiledModel, given: dict[str, Any]) -> None:
-    from ..asking.given_values import UsageMistake
     from ..measurement.curve_convergence import convergence, draw, report
+    from ..requests.parse_values import UsageMistake
 
     context = click.get_current_context()
     for name in ("stop", "methods", "tolerances", "against", "seconds"):

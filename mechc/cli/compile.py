@@ -139,8 +139,8 @@ def command(
     loaded = load(file, model=model, set=settings, keep=kept(keep_all, target))
     show_warnings(loaded)
     if target == "fmu":
-        from ..asking.given_values import UsageMistake
         from ..fmu.export import FmuOptions, export_fmu
+        from ..requests.parse_values import UsageMistake
 
         options = FmuOptions(
             fmi, kind, experiment, sources_only, check, platforms or ("host",), arrays == "on"
@@ -153,7 +153,7 @@ def command(
             click.echo(f"wrote {path}", err=True)
         return
     if target == "web":
-        from ..asking.given_values import UsageMistake
+        from ..requests.parse_values import UsageMistake
         from ..web.write import write_page
 
         try:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..asking.given_values import UsageMistake
+from ..requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -92,8 +92,8 @@ def _print(found: Curves, display: Display | None, *, first: bool) -> None:
 
 
 def _write(found: Curves, given: dict[str, Any], file: str, addition: str, display: Display | None) -> None:
-    from ..asking.pairs import chosen_pairs
-    from ..asking.question import chosen_names, names_in
+    from ..requests.pairs import chosen_pairs
+    from ..requests.question import chosen_names, names_in
 
     every = [s for solutions in found.solutions for s in solutions]
     for i, solution in enumerate(every, start=1):

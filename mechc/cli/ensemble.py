@@ -101,8 +101,8 @@ def is_ensemble(given: dict[str, Any], model: Model) -> bool:
 
 def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:
     """Run all members, print their report, and write what was asked for; the exit code tells whether all were made."""
-    from ..asking.given_values import UsageMistake
     from ..presentation.progress import Progress
+    from ..requests.parse_values import UsageMistake
     from .failures import INTERRUPTED, say
 
     for name, why in OF_ONE_RUN.items():

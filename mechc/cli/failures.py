@@ -62,7 +62,7 @@ def explain_failure(error: BaseException) -> int:
         case click.UsageError() if (
             type(error) is click.UsageError
             and (mistake := error.__context__) is not None
-            and ("mechc.asking.given_values" in sys.modules and show_usage_mistake(mistake))
+            and ("mechc.requests.parse_values" in sys.modules and show_usage_mistake(mistake))
         ):
             return USAGE
         case click.ClickException():
@@ -80,7 +80,7 @@ def explain_failure(error: BaseException) -> int:
         case RecursionError():
             say("error", f"definitions depend on each other in too long a chain, in {stage_of(error)}")
             return FAILED
-        case _ if "mechc.asking.given_values" in sys.modules and show_usage_mistake(error):
+        case _ if "mechc.requests.parse_values" in sys.modules and show_usage_mistake(error):
             return USAGE
         case _ if "mechc.runtime.outcome" in sys.modules and show_runtime_error(error):
             return FAILED
@@ -97,7 +97,7 @@ def reason(error: OSError) -> str:
 
 def show_usage_mistake(error: BaseException) -> bool:
     """Write what was asked for and does not fit the model; say whether the exception tells of that."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
 
     if not isinstance(error, UsageMistake):
         return False
@@ -210,7 +210,7 @@ def _circumstances() -> str:
 
 def note_bare_angles(model: Model, settings: dict[str, str]) -> None:
     """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
-    from ..asking.given_values import elements_of, read_value
+    from ..requests.parse_values import elements_of, read_value
 
     units = model.settable_units() if settings else {}
     for name, text in settings.items():

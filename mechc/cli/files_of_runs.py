@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def check_streamed(output: str | None, *, curve: bool, many: bool) -> None:
     """Refuse to write while a run goes on what has no points that come one after the other. Raises UsageMistake."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
 
     if curve or many:
         what = "a curve is found as a whole" if curve else "many runs are kept by what --keep names"
@@ -50,8 +50,8 @@ def write(solution: Solution, path: Path, names: list[str], display: Display | N
 
 def show_motion(solution: Solution, file: str, addition: str, given: dict[str, Any]) -> None:
     """Write the moving picture and the stroboscopic one that were asked for."""
-    from ..asking.given_values import UsageMistake
     from ..presentation.animation import animate, snapshot
+    from ..requests.parse_values import UsageMistake
 
     written: list[Path] = []
     if given["animate"]:

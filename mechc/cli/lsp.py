@@ -14,7 +14,7 @@ from .options import Command
 def command(stdio: bool) -> int:
     """Speak the Language Server Protocol over standard input and output: messages while typing, meanings, completions, renaming,
     layout. Editors start it; see docs/editors.md."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
 
     try:
         from ..editor.server import make_server

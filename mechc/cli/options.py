@@ -65,7 +65,7 @@ def method_names(_: click.Context, __: click.Parameter, begun: str) -> list[str]
 
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     """Turn ``name=value`` texts into a mapping; a name that is given twice is refused."""
-    from ..asking.given_values import UsageMistake, split_assignment
+    from ..requests.parse_values import UsageMistake, split_assignment
 
     example = "push=push.csv" if parameter.name == "inputs" else 'l="80 cm"'
     given: dict[str, str] = {}

@@ -149,8 +149,8 @@ def command(file: str, **given: Any) -> int:
     mechc run pendulum.mech --vary "l = 0.5 m .. 2 m, 200" --keep "max(theta)" -o scan.npz --plot scan.png
     """
     from ..api import load
-    from ..asking.given_values import UsageMistake
     from ..display import choose
+    from ..requests.parse_values import UsageMistake
 
     given["plot"], given["pictured"] = given.pop("plots")
     shows = given["animate"] or given["snapshot"] or (given["plot"] is not None and not given["pictured"])
@@ -194,7 +194,7 @@ def command(file: str, **given: Any) -> int:
 
 def _spare_inputs(output: str | None, inputs: dict[str, str]) -> None:
     """Refuse to write results over a table that the run reads. Raises UsageMistake."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
 
     for name, path in inputs.items():
         if output and Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
@@ -205,7 +205,7 @@ def _run_all(
     model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
 ) -> int:
     """Run the experiments that were asked for; the exit code is that of the worst."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
     from .failures import INTERRUPTED, code_of, say
 
     experiments: list[str | None] = [given["experiment"]]
@@ -329,8 +329,8 @@ def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> l
     """Return the names asked for; a vector's name stands for its elements. ``pairs``: ``a:b`` may stand among them."""
     if text is None:
         return []
-    from ..asking.pairs import chosen_pairs
-    from ..asking.question import chosen_names, names_in
+    from ..requests.pairs import chosen_pairs
+    from ..requests.question import chosen_names, names_in
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")

@@ -40,9 +40,9 @@ def command(
 ) -> int:
     """Answer the studies that FILE states, all of them or those named: study NAME = KIND(settings);"""
     from ..api import load
-    from ..asking.given_values import UsageMistake, unknown_name
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
+    from ..requests.parse_values import UsageMistake, unknown_name
     from .failures import code_of, show_warnings
 
     loaded = load(file, model=model, set=settings)

@@ -125,7 +125,7 @@ def command_of(kind: Kind) -> click.Command:
     from ..runtime.settings import settings_of
 
     def run(file: str, **given: Any) -> int:
-        from ..asking.given_values import UsageMistake
+        from ..requests.parse_values import UsageMistake
 
         try:
             return _run(kind, file, given)
@@ -168,11 +168,11 @@ def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., An
 
 
 def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
-    from ..answering import answer
     from ..api import load
-    from ..asking.asked import asked
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
+    from ..requests.request import asked
+    from ..session import answer
     from .failures import code_of, show_warnings
 
     as_json, output, plot = given.pop("as_json"), given.pop("output"), given.pop("plot")
@@ -195,7 +195,7 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
 
 def _note_bare_angles(kind: Kind, model: Model, given: dict[str, Any]) -> None:
     """Say of bare numbers given for angles in a place that they are radians."""
-    from ..asking.question import assignments
+    from ..requests.question import assignments
     from ..runtime.settings import settings_of
     from .failures import note_bare_angles
 
@@ -207,7 +207,7 @@ def _note_bare_angles(kind: Kind, model: Model, given: dict[str, Any]) -> None:
 
 def _write(found: Answer, written: str, path: Path) -> None:
     """Write an answer: as JSON, or the arrays that it holds."""
-    from ..asking.given_values import UsageMistake
+    from ..requests.parse_values import UsageMistake
     from ..runtime.ensembles.result import Ensemble
 
     if path.suffix == ".json":

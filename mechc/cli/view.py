@@ -45,8 +45,8 @@ def command(
     mechc view pendulum.mech --set l="80 cm"
     """
     from ..api import load
-    from ..asking.given_values import UsageMistake
     from ..exporting import stem_of
+    from ..requests.parse_values import UsageMistake
     from ..web.write import open_page, write_page
     from .failures import say
 

@@ -16,10 +16,10 @@ from msgspec import Struct
 from ..compiler.equations.assemble import assemble
 from ..compiler.flat.model import FlatModel
 from ..compiler.flat.names.looked_for import collected
+from ..compiler.gc_pause import uncollected
 from ..compiler.mechanics.build import build
 from ..compiler.parts import is_part, looked_at
 from ..compiler.recursion import deep_recursion
-from ..compiler.uncollected import uncollected
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.parser import parse

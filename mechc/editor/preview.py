@@ -18,12 +18,12 @@ class Preview(Struct, frozen=True):
 def preview(path: Path, text: str, model: str | None = None, *, live: bool = False) -> Preview:
     """Run a model of a text that may not be saved, and return its page; ``live``: with sliders, which needs zig."""
     from ..api import Model
-    from ..asking.given_values import UsageMistake
     from ..exporting import refuse_driving_inputs
     from ..lang.diagnostics import CompileError
     from ..lang.source import SourceFile
     from ..model import compiled
     from ..presentation.report import report
+    from ..requests.parse_values import UsageMistake
     from ..runtime.native.build import BuildError
     from ..runtime.outcome import SimulationError
     from ..web.facts import facts_of

@@ -58,10 +58,10 @@ def native_run(
 
     Raises CompileError (E0906) if it fails, SimulationError.
     """
-    from ..answering import answered
-    from ..asking.asked import asked
+    from ..requests.request import asked
     from ..runtime.native.build import find_compiler
     from ..runtime.studies.kinds.motion import Simulate
+    from ..session import answered
     from ..solution import Solution
 
     question = asked(

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from ..asking.given_values import UsageMistake
 from ..lang.diagnostics import CompileError, Reporter
+from ..requests.parse_values import UsageMistake
 from ..runtime.native.build import CompilerMissing
 
 if TYPE_CHECKING:
-    from ..asking.given_values import Target
     from ..compiler.equations.model import Equations
     from ..compiler.targets.fmu.export import Made
     from ..compiler.targets.fmu.variables import Start
     from ..model import CompiledModel
+    from ..requests.parse_values import Target
     from ..solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}

@@ -12,12 +12,12 @@ import numpy as np
 from fmpy.simulation import simulate_fmu
 from msgspec import Struct
 
-from ..asking.given_values import UsageMistake, read_value_of, unknown_name
-from ..asking.input_tables import factor_of
 from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
 from ..lang.units import UnitError, parse_unit
+from ..requests.input_tables import factor_of
+from ..requests.parse_values import UsageMistake, read_value_of, unknown_name
 from ..runtime.inputs import Table, read_tables
 from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome, SimulationError

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct, to_builtins
 
-from ..asking.given_values import UsageMistake
 from ..presentation.numbers import duration
+from ..requests.parse_values import UsageMistake
 from ..runtime.case import find_experiment
 from ..runtime.curves.posed import pose
 from ..runtime.curves.search import Failed, search

@@ -13,14 +13,14 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..answering import plan
-from ..compiler.twins.shaken import LIFT, SHAKE
-from ..compiler.twins.twin import Twin
+from ..compiler.metamorphic.shaken import LIFT, SHAKE
+from ..compiler.metamorphic.twin import Twin
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Array
 from ..runtime.results.solution import Solution
 from ..runtime.studies.runs.simulate import run_from
-from .twins import NEAR, Base, posed
+from ..session import plan
+from .metamorphic import NEAR, Base, posed
 
 SIZES = (1e-8, 1e-6, 1e-4)
 """Of the shakes, as shares of what errors are measured against: above 1e-9, within which a contact touches."""

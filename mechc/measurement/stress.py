@@ -17,26 +17,26 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..answering import answered, plan
 from ..api import Model, load
-from ..asking.asked import Asked, asked
-from ..asking.given_values import Given, UsageMistake
-from ..compiler.twins.table import TWINS
-from ..compiler.twins.twin import NotApplicable, Twin
+from ..compiler.metamorphic.table import TWINS
+from ..compiler.metamorphic.twin import NotApplicable, Twin
 from ..lang.diagnostics import CompileError
+from ..requests.parse_values import Given, UsageMistake
+from ..requests.request import Asked, asked
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
 from ..runtime.studies.kinds.motion import Simulate
+from ..session import answered, plan
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
+from .metamorphic import Base, beside, compare, disturbed_twin, run_twin, twin_of
 from .own_ranges import lost
 from .references import compile_for_reference
 from .shaken import shaken
 from .stress_table import TWIN, Row, Stress
 from .truth import ROUNDING, true_errors
-from .twins import Base, beside, compare, disturbed_twin, run_twin, twin_of
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 
 from .painting import Painter
 

@@ -10,8 +10,8 @@ from .numbers import number
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..asking.given_values import Target
     from ..model import CompiledModel
+    from ..requests.parse_values import Target
     from ..runtime.problem import Problem
 
 

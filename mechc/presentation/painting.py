@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.asking.given_values import UsageMistake
 from mechc.compiler.flat.values.mesh_files import triangles
+from mechc.requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
     from mechc.runtime.problem import Array, Shape

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from ..asking.given_values import Given
 from ..lang.source import SourceFile, Span
+from ..requests.parse_values import Given
 
 
 def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]) -> str:

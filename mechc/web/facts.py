@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct
 
-from mechc.answering import answer, plan
-from mechc.asking.asked import asked
-from mechc.asking.given_values import UsageMistake
 from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.display import Display, factor
 from mechc.presentation.stillness import Stillness
+from mechc.requests.parse_values import UsageMistake
+from mechc.requests.request import asked
 from mechc.runtime.case import find_experiment, find_setting, inputs_at
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Experiment, Problem, Quantity, Scene
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import answer, plan
 from mechc.solution import Solution
 
 from .assembly import methods
 from .failures import failure_texts
 
 if TYPE_CHECKING:
-    from mechc.asking.asked import Asked
-    from mechc.asking.given_values import Given
     from mechc.model import CompiledModel
+    from mechc.requests.parse_values import Given
+    from mechc.requests.request import Asked
     from mechc.runtime.studies.runs.simulate import Plan
 
 ROWS = 1001

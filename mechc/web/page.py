@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
 from .assembly import webassembly
 from .facts import Facts, facts_of
 
 if TYPE_CHECKING:
-    from mechc.asking.given_values import Given
     from mechc.model import CompiledModel
+    from mechc.requests.parse_values import Given
 
 HERE = Path(__file__).parent
 MARK = "<!-- a page of mechc -->"

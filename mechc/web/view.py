@@ -13,8 +13,8 @@ from .page import page
 from .write import open_page
 
 if TYPE_CHECKING:
-    from ..asking.given_values import Given
     from ..model import CompiledModel
+    from ..requests.parse_values import Given
 
 HEIGHT = 640
 """Pixels of the frame."""

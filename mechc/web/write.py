@@ -6,8 +6,8 @@ import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechc.asking.given_values import UsageMistake
 from mechc.exporting import refuse_driving_inputs, stem_of
+from mechc.requests.parse_values import UsageMistake
 
 from .page import MARK, page
 

@@ -11,8 +11,8 @@ from msgspec import Struct
 
 from ..problem import Array
 from . import obstacles
-from .afar import newton_by_steps, newton_from_afar
 from .discrete import Discrete
+from .globalized_newton import newton_by_steps, newton_from_afar
 from .mesh import mesh_of
 from .newton import Solved, newton, norm_of, projected, with_multipliers
 from .posed import Posed

@@ -12,7 +12,7 @@ from ..outcome import Outcome
 from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
-from .beside import conjugate_points, plain
+from .conjugate_points import conjugate_points, plain
 from .contradicted import along, contradiction, drifting
 from .divergence import diverging
 from .exchanged import parameters_at, rates

@@ -17,10 +17,10 @@ from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import SimulationError, time_text, too_many_steps
 from ..problem import Array, Problem
-from .found import Piece
+from .kernel_arguments import Batch, Posed
 from .native import Stage
-from .posed import Batch, Posed
 from .result import ENDINGS
+from .result_buffer import Piece
 from .watch import Watch
 
 COMPLETED, TERMINATED, DOUBTFUL, FAILED = (ENDINGS.index(w) for w in ENDINGS[1:])

@@ -21,13 +21,13 @@ from msgspec import Struct
 from ..native import kernel as native
 from ..outcome import SimulationError
 from .batches import given_up
+from .compatibility import Facts, own_facts
 from .connect import ANSWER, RUNNING
-from .facts import Facts, own_facts
-from .found import Piece
+from .kernel_arguments import TRIED, Posed
 from .members import Members
 from .native import load_ensemble
-from .posed import TRIED, Posed
 from .recipe import Make
+from .result_buffer import Piece
 from .run import LARGEST, Gaps, Made, bytes_of_a_member
 from .worker import Refused, Sent, make_batch, settle, stop
 

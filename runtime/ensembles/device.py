@@ -129,7 +129,7 @@ def _compiled(cl: Any, context: Any, text: str) -> Any:
 
 
 class Items:
-    """A model on a device. ``turns``: members that turn out stiff need the other part of the method."""
+    """A model on a device. ``sincos_batch``: members that turn out stiff need the other part of the method."""
 
     def __init__(self, device: Device, text: str, turns: bool) -> None:
         self.device, self._turns = device, turns

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..results.files import ResultsFileError
 from ..results.quantities import header
-from .found import Piece
 from .members import Axis, Listed, Members
 from .result import ENDINGS, Column, Ensemble
+from .result_buffer import Piece
 
 if TYPE_CHECKING:
     import xarray

@@ -55,7 +55,7 @@ class LanesStruct(ctypes.Structure):
 
 
 class Lanes(Struct, frozen=True, eq=False):
-    """A loaded library of lanes. ``turns``: members that turn out stiff need the other part of the method."""
+    """A loaded library of lanes. ``sincos_batch``: members that turn out stiff need the other part of the method."""
 
     library: ctypes.CDLL
     struct: LanesStruct

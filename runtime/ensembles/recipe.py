@@ -13,9 +13,9 @@ from ..problem import Problem
 from .batches import Batches, Other
 from .device import MakeItems
 from .kept import Kept
+from .kernel_arguments import Posed
 from .lanes import Maker, Wanted
 from .members import Members
-from .posed import Posed
 
 
 class Recipe(Struct, frozen=True, eq=False):

@@ -12,11 +12,11 @@ import numpy as np
 from ..integrate.interruption import NotedInterruptions
 from ..outcome import SimulationError
 from .batches import Batches
-from .found import Found, Piece
+from .kernel_arguments import Posed
 from .members import Members
-from .posed import Posed
 from .recipe import Recipe
 from .result import Column, Ensemble
+from .result_buffer import Found, Piece
 from .watch import Watch
 
 LARGEST, SMALLEST, PIECES = 65_536, 64, 200

@@ -17,10 +17,10 @@ from ..native.kept_files import build_folder, find_entry, keep_entry
 from ..outcome import SimulationError
 from ..problem import Array
 from .batches import Batches
-from .facts import Facts, own_facts
-from .found import Piece
+from .compatibility import Facts, own_facts
 from .members import Listed, Members
 from .recipe import Recipe
+from .result_buffer import Piece
 from .watch import Watch
 
 MOST = 4

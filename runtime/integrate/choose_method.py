@@ -10,9 +10,9 @@ from mechc.suggest import suggest
 
 from ..case import Case
 from ..functions import Functions
+from ..memo import once
 from ..native import kernel as native
 from ..native.status import Status
-from ..once import once
 from ..outcome import SimulationError
 from ..problem import Problem
 from .scipy_methods import METHODS, PREFIX

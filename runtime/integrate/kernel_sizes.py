@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ctypes import Structure, addressof, c_double, c_int, c_void_p
 
+from ..memo import once
 from ..nominal import sizes_of
-from ..once import once
 from ..problem import Problem
 
 

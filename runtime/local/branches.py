@@ -16,11 +16,11 @@ from msgspec.structs import replace
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import moving, rest, spread
+from .equilibrium_feasibility import penetrated
 from .independent import independent
+from .operating_point import Site
 from .search import Box
-from .site import Site
 from .stability import Stability, stability
-from .standing import penetrated
 from .zeros import Complex
 
 FIRST, SHORTEST, LONGEST = 0.02, 1e-5, 0.05

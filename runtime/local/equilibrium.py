@@ -15,7 +15,7 @@ from ..problem import Array
 from .chart import Chart
 from .held import GAP, held_constraints, holding, row_values
 from .independent import independent, null_space
-from .site import Derivatives, Site
+from .operating_point import Derivatives, Site
 
 EPSILON = float(np.finfo(float).eps)
 RELAXING, NEWTON = 2000, 30

@@ -13,7 +13,7 @@ from ..driving_inputs import derived
 from ..native import kernel as native
 from ..problem import Array
 from .independent import RANK, independent
-from .site import Derivatives, Site, plan_of
+from .operating_point import Derivatives, Site, plan_of
 
 GAP, RATE, VALUES = 0, 1, 8
 """Of mech_row_value in the kernel: the first two, and how many there are."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
-from .site import Derivatives
+from .operating_point import Derivatives
 
 RANK = 1e-10
 """Singular values below this share of the largest one count as zero."""

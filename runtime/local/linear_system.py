@@ -16,7 +16,7 @@ from ..outcome import SimulationError
 from ..problem import Array, Problem
 from .held import with_held
 from .independent import independent
-from .site import Derivatives, Site
+from .operating_point import Derivatives, Site
 from .zeros import EPSILON, Complex, zeros
 
 

@@ -22,7 +22,7 @@ from ..native import calls
 from ..outcome import SimulationError
 from ..problem import Array, ModelFunction, Offer, Problem
 from ..settings import Place
-from .site import Site, plan_of, site_of
+from .operating_point import Site, plan_of, site_of
 
 SEED = "seed"
 """Kind of the numbers behind the discrete variables that hold given accelerations."""

@@ -16,8 +16,8 @@ from msgspec import Struct
 from ..outcome import SimulationError
 from ..problem import Array, NotEnclosed
 from .equilibrium import Equilibrium, at_rest, polished
+from .operating_point import Site
 from .search import Box
-from .site import Site
 from .vibration import BIAS, SECOND_ORDER
 
 MOST, BOXES, SMALLEST = 4, 400_000, 1e-7

@@ -25,7 +25,7 @@ from .equilibrium import (
     sizes_of,
     spread,
 )
-from .site import Site, depended_on, switched
+from .operating_point import Site, depended_on, switched
 
 SAME = 1e-6
 """Equilibria closer than this, in the sizes of the coordinates, are one."""

@@ -13,7 +13,7 @@ from ..outcome import SimulationError
 from ..problem import Array
 from .held import with_held
 from .independent import independent
-from .site import Site
+from .operating_point import Site
 from .vibration import SYMMETRIC, vibration
 from .zeros import EPSILON, Complex, poles
 

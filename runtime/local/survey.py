@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import REGULAR, at_rest, rest
+from .operating_point import Site
 from .search import Search, spread_evenly
-from .site import Site
 from .vibration import SECOND_ORDER
 
 CELLS = {1: 601, 2: 47}

@@ -18,7 +18,7 @@ from ..problem import Array
 from .equilibrium import moving
 from .held import holding, with_held
 from .independent import independent, null_space
-from .site import Site
+from .operating_point import Site
 from .zeros import EPSILON, Complex, poles
 
 SECOND_ORDER, BIAS = "second_order", "bias"

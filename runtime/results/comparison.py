@@ -12,7 +12,7 @@ from ..integrate.trajectory import Statistics, Trajectory
 from ..problem import Array
 from ..rows import FEW_NUMBERS, Storage, passed
 from .accuracy import EPSILON
-from .contradictions import Check, Pair, values_of
+from .consistency import Check, Pair, values_of
 
 Rows = tuple[Array, Array, "Array | None"]
 

@@ -1,4 +1,4 @@
-"""Impacts with derivatives: Newton's restitution and Coulomb's cone, as the kernel resolves them (events/blows.c)."""
+"""Impacts with derivatives: Newton's restitution and Coulomb's cone, as the kernel resolves them (events/impulses.c)."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechc
-from bench import beside
+from bench import peer_integrators
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.solver_options import SolverOptions
@@ -39,7 +39,9 @@ NAMES = (
 def posed() -> tuple[Mapping[str, Peer], Case]:
     model = mechc.loads(OSCILLATOR)
     problem = model.problem("c", method="radau5")
-    return beside.peers(model), prepare(problem, load_functions(problem), SimulationOptions(points=11))
+    return peer_integrators.peers(model), prepare(
+        problem, load_functions(problem), SimulationOptions(points=11)
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -69,7 +71,7 @@ def test_a_peer_follows_an_oscillator(
 @pytest.mark.parametrize("name", NAMES)
 def test_a_peer_is_given_no_events(name: str) -> None:
     model = mechc.loads(OSCILLATOR.replace("experiment", "contact wall: x + 1 m;\n  experiment"))
-    peers = beside.peers(model)
+    peers = peer_integrators.peers(model)
     if name not in peers:
         pytest.skip(f"{name} is not installed")
     problem = model.problem("c", method="radau5")
@@ -81,5 +83,5 @@ def test_a_peer_is_given_no_events(name: str) -> None:
 def test_what_is_absent_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     found = importlib.util.find_spec
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "heyoka" else found(name))
-    assert "heyoka" in beside.absent()
-    assert not any(name.startswith("heyoka") for name in beside.peers(mechc.loads(OSCILLATOR)))
+    assert "heyoka" in peer_integrators.absent()
+    assert not any(name.startswith("heyoka") for name in peer_integrators.peers(mechc.loads(OSCILLATOR)))

@@ -8,10 +8,10 @@ import pytest
 
 from mechc.compiler.equations.assemble import assemble
 from mechc.compiler.flat.flatten import flatten
+from mechc.compiler.gc_pause import uncollected
 from mechc.compiler.mechanics.build import build
 from mechc.compiler.program.loops.roll import roll
 from mechc.compiler.program.lower import lower
-from mechc.compiler.uncollected import uncollected
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile

@@ -13,7 +13,7 @@ import pytest
 from c_programs import build
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 
 PENDULUM = """\
 model Pendulum

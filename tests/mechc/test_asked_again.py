@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.native.build import find_compiler
 
 MODEL = """model M

@@ -11,9 +11,9 @@ from click.testing import CliRunner
 from scipy.interpolate import CubicSpline
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
 from mechc.lang.diagnostics import CompileError
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 
 ARM = """

@@ -36,7 +36,7 @@ def tries(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return found
 
     monkeypatch.setattr("mechc.runtime.studies.runs.companion.run_kernel", counted)
-    monkeypatch.setattr("mechc.answering.FEW_STEPS", 200)
+    monkeypatch.setattr("mechc.session.FEW_STEPS", 200)
     return made
 
 

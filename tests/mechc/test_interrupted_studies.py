@@ -61,9 +61,9 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Calls], None]:
     """Let the calls of answering be counted: not those of reading and compiling before, nor of printing behind."""
 
     def install(calls: Calls) -> None:
-        import mechc.answering
+        import mechc.session
 
-        solve: Callable[[Any, Study], Any] = vars(mechc.answering)["solve"]
+        solve: Callable[[Any, Study], Any] = vars(mechc.session)["solve"]
 
         def profiled(problem: Any, study: Study) -> Any:
             sys.setprofile(calls)
@@ -72,7 +72,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Calls], None]:
             finally:
                 sys.setprofile(None)
 
-        monkeypatch.setattr(mechc.answering, "solve", profiled)
+        monkeypatch.setattr(mechc.session, "solve", profiled)
 
     return install
 

@@ -20,7 +20,7 @@ from command_cells import TOGETHER, Cell, cells, spelled, unsaid
 from small_models import MODELS, Small, whole
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 
 NONE = Small("")

@@ -15,8 +15,8 @@ import pytest
 from click.testing import CliRunner
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.results.files import read_results
 

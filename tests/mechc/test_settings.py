@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from mechc.asking.given_values import (
+from mechc.requests.in_si import settings_in_si
+from mechc.requests.parse_values import (
     Given,
     UsageMistake,
     elements_of,
@@ -16,7 +17,6 @@ from mechc.asking.given_values import (
     split_assignment,
     structural_value,
 )
-from mechc.asking.in_si import settings_in_si
 
 UNITS = {
     "l": "m",
@@ -181,7 +181,7 @@ end M;
 
 def _read(kind: str, given: object) -> object:
     import mechc
-    from mechc.asking.question import _READ
+    from mechc.requests.question import _READ
     from mechc.runtime.settings import Setting
 
     return _READ[kind](Setting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem("python"))

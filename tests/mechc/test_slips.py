@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
 from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
 from mechc.presentation.report import report
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 
 PENDULUM = """

@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 
 TEXT = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; experiment(stop = 1 s);"
 MODEL = mechc.loads(TEXT)

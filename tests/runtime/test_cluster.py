@@ -15,7 +15,7 @@ from msgspec.structs import replace
 import mechc
 from mechc.runtime.ensembles import cluster as dask_side
 from mechc.runtime.ensembles import connect, worker
-from mechc.runtime.ensembles.facts import own_facts
+from mechc.runtime.ensembles.compatibility import own_facts
 from mechc.runtime.ensembles.result import Ensemble
 
 distributed = pytest.importorskip("distributed")
@@ -152,7 +152,7 @@ def test_other_builds_of_a_model_reach_the_workers(client: Any, monkeypatch: pyt
     here = model.ensemble(**asked)
     assert here.counts() == {"completed": 2}
     equal(here, model.ensemble(**asked, cluster=client))
-    monkeypatch.setattr("mechc.answering.FEW_STEPS", 300)
+    monkeypatch.setattr("mechc.session.FEW_STEPS", 300)
     stiff = mechc.loads(
         "model Stiff\n  dimensionless;\n  parameter mu = 1;\n  state x = 2;\n  state v = 0;\n"
         "  equation der(x) = v;\n  equation der(v) = mu*(1 - x^2)*v - x;\n  experiment(stop = 30);\nend Stiff;\n"

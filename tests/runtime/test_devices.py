@@ -17,7 +17,7 @@ from mechc.compiler.lanes import item_text
 from mechc.compiler.program.model import Literal, Load, Operate, Store
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.ensembles import device as devices
-from mechc.runtime.ensembles import posed
+from mechc.runtime.ensembles import kernel_arguments
 from mechc.runtime.ensembles.result import Ensemble
 from mechc.runtime.functions import load_functions
 from mechc.runtime.outcome import SimulationError
@@ -336,7 +336,7 @@ def test_devices_that_are_not_there_are_told(
         return OtherDevices(*kinds)
 
     monkeypatch.setattr(devices, "importlib", SimpleNamespace(import_module=imported))
-    monkeypatch.setattr(posed, "find_device", devices.find_device.__wrapped__)
+    monkeypatch.setattr(kernel_arguments, "find_device", devices.find_device.__wrapped__)
     with pytest.raises(mechc.SimulationError, match=said) as told:
         mechc.loads(WHIRL).ensemble("m = 1 kg .. 2 kg, 3", device=asked)
     assert told.value.help and helped.replace("\\", "") in told.value.help

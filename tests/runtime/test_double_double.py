@@ -11,14 +11,14 @@ import pytest
 from gallery import EXAMPLES
 
 import mechc
-from mechc.answering import plan
-from mechc.asking.asked import asked
 from mechc.compiler.targets import c_double_double
 from mechc.measurement import references, truth
 from mechc.measurement.benchmark import reference_at
 from mechc.measurement.references import compile_for_reference
+from mechc.requests.request import asked
 from mechc.runtime.reference.high_precision import Reference, ReferenceFailed, best_precision
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import plan
 
 ENOUGH = 1e-28
 """Largest relative error: 2^-104 is 5e-32, and the looser one of two runs is made at 1e-28. Measured 1e-31 at most."""

@@ -17,7 +17,7 @@ from mechc.runtime.outcome import Outcome, worst
 from mechc.runtime.problem import Problem
 from mechc.runtime.results import accuracy
 from mechc.runtime.results.accuracy import ConstraintDrift
-from mechc.runtime.results.contradictions import compared
+from mechc.runtime.results.consistency import compared
 from mechc.runtime.results.doubts import Contradiction
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.runs import companion
@@ -235,7 +235,7 @@ def test_checks_of_many_states_are_looked_at_in_parts(monkeypatch: pytest.Monkey
     """The derivatives of the checks are the same numbers however many states are moved at once."""
     found = []
     for at_once in (10**6, 1, 500):
-        monkeypatch.setattr("mechc.runtime.results.contradictions.MOST_NUMBERS", at_once)
+        monkeypatch.setattr("mechc.runtime.results.consistency.MOST_NUMBERS", at_once)
         made: list[tuple[Contradiction, float]] = []
 
         def noted(*asked: Any, made: list[Any] = made, **more: Any) -> tuple[Contradiction, ...]:

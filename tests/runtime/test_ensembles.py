@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.ensembles import run as ensemble_run
 from mechc.runtime.ensembles.batches import estimated
 from mechc.runtime.ensembles.files import read_ensemble
@@ -174,7 +174,7 @@ def test_a_member_that_fails_is_a_row_with_its_reason(ball: mechc.Model) -> None
 
 def test_stiff_members_get_an_implicit_method(monkeypatch: pytest.MonkeyPatch) -> None:
     model = mechc.loads(STIFF)
-    monkeypatch.setattr("mechc.answering.FEW_STEPS", 300)
+    monkeypatch.setattr("mechc.session.FEW_STEPS", 300)
     runs = model.ensemble({"mu": [1.0, 300.0]}, "final(x)", errors="all")
     assert runs.counts() == {"completed": 2}
     assert runs.steps[1] < 3000  # without the Jacobian it is some 8000

@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run as run_command
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.fitting.unseen import unseen
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array

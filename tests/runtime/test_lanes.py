@@ -311,7 +311,7 @@ def test_members_in_trouble_are_told_as_single_runs_are(driven: mechc.Model) -> 
 
 def test_stiff_members_leave_their_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
     model = mechc.loads(STIFF)
-    monkeypatch.setattr("mechc.answering.FEW_STEPS", 300)
+    monkeypatch.setattr("mechc.session.FEW_STEPS", 300)
     asked: dict[str, Any] = {"vary": {"mu": [1.0, 300.0, 2.0, 600.0]}, "keep": "final(x)", "errors": "all"}
     on, off = model.ensemble(**asked, lanes="on"), model.ensemble(**asked, lanes="off")
     assert "lanes" in on.build and on.counts() == {"completed": 4}

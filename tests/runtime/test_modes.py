@@ -148,7 +148,7 @@ def test_the_sources() -> None:
 
 def values(model: mechc.Model) -> dict[str, float]:
     from mechc.runtime.case import SimulationOptions
-    from mechc.runtime.local.site import site_of
+    from mechc.runtime.local.operating_point import site_of
     from mechc.runtime.settings import Place
     from mechc.runtime.studies.kinds.modes import FindModes
 

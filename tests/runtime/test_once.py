@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from written_problems import pendulum
 
-from mechc.runtime.once import MOST, once
+from mechc.runtime.memo import MOST, once
 from mechc.runtime.problem import Problem
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import mechc
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.studies.runs import passed_over
+from mechc.runtime.studies.runs import missed_feature_scan
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs the kernel")
 
@@ -125,14 +125,14 @@ def test_what_a_run_saw_is_no_error_where_its_companion_passed_over_it(
 
 def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """What seemed to be seen there asked for steps of a microsecond, with which no run came to its end, and nobody looked again."""
-    seen: list[passed_over.Look | None] = []
-    look = passed_over.look_between
+    seen: list[missed_feature_scan.Look | None] = []
+    look = missed_feature_scan.look_between
 
     def looking(*given: Any) -> Any:
         seen.append(look(*given))
         return seen[-1]
 
-    monkeypatch.setattr(passed_over, "look_between", looking)
+    monkeypatch.setattr(missed_feature_scan, "look_between", looking)
     text = (
         "coordinate x = 0 m;initial der(x) = 0.5 m/s;kinetic 1/2*2 kg*der(x)^2;force 0.1 N*exp(-((time - 0.5 s)/(1 s))^2) on x;"
         "force (if time < 0.01 s then 0.1 N else 0.4 N) on x;experiment(stop = 1 s);"

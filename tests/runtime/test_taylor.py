@@ -14,8 +14,8 @@ from kernel_driver import run
 from kernel_models import PENDULUM
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.compiler.pipeline import program_with
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.solver import Solver

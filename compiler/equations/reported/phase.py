@@ -17,8 +17,8 @@ from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jacobian, jvp, vjp
 from ...graph.evaluate import evaluate
+from ...graph.to_source import written
 from ...graph.vector import Vector, add, cross, scale
-from ...graph.written import written
 from ...mechanics.energies import kinetic_energy, potential_energy
 from ...mechanics.system import MechanicalSystem
 from ..model import Entry, Function

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .carried import Carried, carry
+from .loop_carried import Carried, carry
 from .runs import Entry, Run
 from .stream import NONE, Numbers, Stream
 

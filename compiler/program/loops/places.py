@@ -12,7 +12,7 @@ import numpy as np
 
 from ...graph.operations import ADD, SUB
 from ..model import Operate
-from .carried import Carried
+from .loop_carried import Carried
 from .nest import Nest, Nests, Site
 from .stream import Numbers
 

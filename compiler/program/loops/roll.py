@@ -8,8 +8,8 @@ import numpy as np
 
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
 from . import rolled
-from .carried import Carried
 from .indices import Indices, is_affine
+from .loop_carried import Carried
 from .nest import Nest, Nests, Site
 from .places import PAD, Places
 from .rolled import Carry, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled

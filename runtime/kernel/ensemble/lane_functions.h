@@ -76,7 +76,7 @@ LANE_FAR(log, log)
 
 /* ---- sine and cosine */
 
-#include "turn.h"
+#include "sincos.h"
 
 LANE void lane_sincos(V x, V *s, V *c)
 {

@@ -6,7 +6,7 @@
 #include "contact_projection.h"
 #include "energy.h"
 #include "near_rows.h"
-#include "pressing.h"
+#include "contact_lcp.h"
 #include "surface_friction.h"
 
 enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40 };
@@ -394,7 +394,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
-    if (s->model->hybrid->crowd && !friction) return mech_pressing_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s, ends);
+    if (s->model->hybrid->crowd && !friction) return mech_contact_lcp_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s, ends);
     if (s->model->hybrid->crowd) weigh_forces(s);
     propose(s);
     mech_surface_friction_end(s);

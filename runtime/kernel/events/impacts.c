@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "blows.h"
+#include "impulses.h"
 #include "journal.h"
 #include "rows.h"
 

@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "method.h"
-#include "rough.h"
+#include "fast_pow.h"
 #include "series.h"
 
 enum { LEAST = 6, MOST = MECH_SERIES_MOST, LAST = 4, ROWS = MOST + 1 };

@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 from msgspec import Struct
 
-from ...local.site import Site
+from ...local.operating_point import Site
 from ...problem import Array
 from ..formulas.null_space import null_space, sparse_basis
 from ..formulas.sampling import Sampler

@@ -15,13 +15,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from ...local.equilibrium import check_autonomous
+from ...local.operating_point import Site
 from ...local.search import Search, box_of
-from ...local.site import Site
 from ...local.zeros import Complex
 from ...outcome import SimulationError
 from ...problem import Array
 from ..formulas.effective import Effective
-from .tied import Tied
+from .one_dof_reduction import Tied
 
 TOLERANCE = 1e-10
 """Of paths."""
@@ -248,7 +248,7 @@ class Plane:
         turn: float | None = None,
     ) -> Path:
         """Follow a path from a point until it leaves the ``window`` [2, 2], arrives at a point of rest, or the time is over;
-        where ``closes``, until it comes back to where it began, or the first state has gone by a ``turn``."""  # fmt: skip
+        where ``closes``, until it comes back to where it began, or the first state has gone by a ``sincos``."""  # fmt: skip
         sizes = window[:, 1] - window[:, 0]
         sign = -1.0 if back else 1.0
         places = np.array([one.place for one in rests]).reshape(-1, 2)

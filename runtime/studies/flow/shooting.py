@@ -169,7 +169,7 @@ class Shooter:
         return np.concatenate(residual), blocks, ends
 
     def gap(self, wanted: Array, there: Array, *, turns: bool = True) -> Array:
-        """Give how far a state is from a wanted one [2 nv + nx], in nominal sizes; up to whole ``turns`` of angles."""
+        """Give how far a state is from a wanted one [2 nv + nx], in nominal sizes; up to whole ``sincos_batch`` of angles."""
         gap = there - wanted
         for i in self.turning if turns else ():
             gap[i] -= 2 * math.pi * round(gap[i] / (2 * math.pi))

@@ -14,7 +14,7 @@ from ...case import inputs_at
 from ...driving_inputs import derived
 from ...local.chart import chart_of
 from ...local.linear_system import linear_system
-from ...local.site import PART, Site
+from ...local.operating_point import PART, Site
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem, Quantity
 from ...settings import settable

@@ -10,8 +10,8 @@ from msgspec.structs import replace
 
 from ...case import find_experiment, input_values
 from ...local.branches import Branch, Point, Special, Tracer
+from ...local.operating_point import Site
 from ...local.search import Box
-from ...local.site import Site
 from ...outcome import SimulationError
 from ...problem import Array
 from ...settings import Range

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from ...case import find_experiment
 from ...curves.branches import Branch, Special, Tracer, on_branch
-from ...curves.further import further
+from ...curves.deflation import further
 from ...curves.posed import Posed, pose
 from ...curves.search import Answer, Failed, search
 from ...outcome import Outcome, SimulationError

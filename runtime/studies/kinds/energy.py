@@ -13,9 +13,9 @@ from scipy.optimize import brentq
 
 from ...case import Case, inputs_at
 from ...local.chart import chart_of
+from ...local.equilibrium_feasibility import contacts
 from ...local.held import GAP, row_values
-from ...local.site import Site, moving_inputs, switched
-from ...local.standing import contacts
+from ...local.operating_point import Site, moving_inputs, switched
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number

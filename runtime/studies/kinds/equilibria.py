@@ -9,10 +9,10 @@ from msgspec.structs import replace
 
 from ...local.branches import Branch, Special, Tracer, cut, near
 from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
+from ...local.equilibrium_feasibility import check_side, contacts, penetrated, standing, stilled, touched_by
+from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.search import Box, Search, box_of
-from ...local.site import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.stability import Stability, stability
-from ...local.standing import check_side, contacts, penetrated, standing, stilled, touched_by
 from ...local.survey import Survey, surveyed
 from ...local.vibration import SECOND_ORDER
 from ...outcome import Outcome, SimulationError

@@ -16,9 +16,9 @@ from msgspec.structs import replace
 from ...driving_inputs import derived
 from ...local.chart import chart_of
 from ...local.equilibrium import resting
+from ...local.equilibrium_feasibility import arrived
 from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
-from ...local.site import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
-from ...local.standing import arrived
+from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem, Quantity

@@ -8,9 +8,9 @@ import numpy as np
 
 from ...local.chart import Chart
 from ...local.equilibrium import Equilibrium, resting
+from ...local.equilibrium_feasibility import arrived
 from ...local.held import sliding
-from ...local.site import PART, Site, moving_inputs, refuse_edges, site_of
-from ...local.standing import arrived
+from ...local.operating_point import PART, Site, moving_inputs, refuse_edges, site_of
 from ...local.vibration import (
     SECOND_ORDER,
     Modes,

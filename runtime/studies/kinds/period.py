@@ -69,7 +69,7 @@ def _distances(size: float, turn: bool) -> Array:
 
 
 class Loop(Struct, frozen=True):
-    """One period: between ``low`` and ``high``, or a turn where there is no turning point (``turns``). ``advance`` [k]
+    """One period: between ``low`` and ``high``, or a turn where there is no turning point (``sincos_batch``). ``advance`` [k]
     of the cyclic coordinates; ``errors`` of period, action, and advance; ``slowest``: where it stays longest."""
 
     low: float

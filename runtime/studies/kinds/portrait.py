@@ -8,15 +8,15 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...local.site import PART, moving_inputs, site_of
+from ...local.operating_point import PART, moving_inputs, site_of
 from ...local.vibration import SECOND_ORDER
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
+from ..flow.one_dof_reduction import ARC, Tied
 from ..flow.plane import Path, Plane, Rest
-from ..flow.tied import ARC, Tied
 from ..study import OF_A_MOTION, Study
 
 OFFSET = 1e-5

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...local.equilibrium import EPSILON, check_autonomous
+from ...local.operating_point import site_of
 from ...local.search import box_of, spread_evenly
-from ...local.site import site_of
 from ...local.zeros import Complex, poles
 from ...outcome import SimulationError
 from ...problem import Array, Problem

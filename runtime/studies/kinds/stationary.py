@@ -11,12 +11,12 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import find_experiment
-from ...curves.beside import jumping, plain
+from ...curves.conjugate_points import jumping, plain
+from ...curves.deflation import further
 from ...curves.diagnosis import begun, contradiction, ends_of, obstructions
 from ...curves.divergence import GROWS, diverging
 from ...curves.exchanged import drawn, exchange_told
 from ...curves.found import CurveSolution
-from ...curves.further import further
 from ...curves.posed import Posed, pose
 from ...curves.search import Answer, Failed, search
 from ...curves.starts import evaluate

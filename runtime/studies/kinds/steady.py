@@ -13,14 +13,14 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from ...local.operating_point import PART, moving_inputs, site_of
 from ...local.search import box_of
-from ...local.site import PART, moving_inputs, site_of
 from ...outcome import Outcome, SimulationError
 from ...problem import Problem
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..study import OF_A_MOTION, Study
-from .carried import CarriedSearch
+from .relative_equilibria import CarriedSearch
 from .routh import Motion, SteadySearch
 
 Search = SteadySearch | CarriedSearch

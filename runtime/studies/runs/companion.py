@@ -31,7 +31,7 @@ from ...results.accuracy import (
     worse,
 )
 from ...results.comparison import Comparison
-from ...results.contradictions import Check, Pair, checks, contradictions
+from ...results.consistency import Check, Pair, checks, contradictions
 from ...results.doubts import Contradiction
 
 COMPANION_STEPS, FEW_STEPS = 10, 100_000

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
+from ...memo import once
 from ...nominal import NOISE
-from ...once import once
 from ...problem import PURE, Array, Problem, Quantity
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows

@@ -16,7 +16,7 @@ from ...integrate.choose_method import choose_method
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.nominal_run import nominal_of
 from ...integrate.trajectory import Trajectory, with_unit_rotations
-from ...once import once
+from ...memo import once
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.accuracy import (
@@ -24,8 +24,8 @@ from ...results.accuracy import (
     drifts_of,
 )
 from ...results.branches import branches_of
+from ...results.consistency import checks
 from ...results.constraint_drift import constraint_drifts
-from ...results.contradictions import checks
 from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
@@ -37,9 +37,9 @@ from ...settings import settable
 from ..study import Study
 from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
+from .missed_feature_scan import estimated_as_closely, seen_between
 from .own_size import by_own_size
-from .passed_over import estimated_as_closely, seen_between
-from .quiet import begins_unseen
+from .wakeup_scan import begins_unseen
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""

@@ -12,7 +12,7 @@ from differentiable_modules import module, wanted
 from scipy.integrate import solve_ivp
 
 import mechc
-from mechc.asking.given_values import UsageMistake
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
 

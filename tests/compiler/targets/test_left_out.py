@@ -61,7 +61,7 @@ def test_symbols() -> None:
         found.append(set(re.findall(r" [tT] (\w+?)(?:\.\w+)*$", listed, re.M)))
     tree, loop = found
     assert {"rhs", "initial", "outputs", "parameters"} <= tree
-    turns = {"mech_far_turns"}  # of turns.h, where a function has several angles
+    turns = {"mech_far_turns"}  # of sincos_batch.h, where a function has several angles
     assert loop - tree - turns == {"assembly", "assembly_jacobian", *FUNCTIONS}
 
 

@@ -19,14 +19,14 @@ from mechc.compiler.problem import TURNS, header
 from mechc.compiler.program import lower
 from mechc.compiler.program.model import Load, Operate, Store
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.turns import turn_groups, with_turns_ahead
+from mechc.compiler.targets.sincos_batch import turn_groups, with_turns_ahead
 from mechc.runtime.native.build import build_shared, model_flags
 
 ULPS = 1.5
-"""The largest error that turn.h states, in units of the last place."""
+"""The largest error that sincos.h states, in units of the last place."""
 
 CALL = """
-#include "turns.h"
+#include "sincos_batch.h"
 __attribute__((visibility("default"))) void many(long n, const double *x, double *s, double *c);
 void many(long n, const double *x, double *s, double *c)
 {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run as run_command
 from mechc.compiler.targets.fmu.reference import OWN, parse_reference
 from mechc.fmu.documents import reference
 from mechc.fmu.guard import check_fmu
 from mechc.fmu.run import run_fmu
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 
 SAMPLED = """\

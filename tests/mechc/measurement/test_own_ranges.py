@@ -8,12 +8,12 @@ import pytest
 from slow_params import slow_among
 
 import mechc
-from mechc.answering import plan
-from mechc.asking.asked import asked
 from mechc.measurement.extremes import Extreme
 from mechc.measurement.own_ranges import lost, uncertain
 from mechc.measurement.stress import Subject, worker
+from mechc.requests.request import asked
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import plan
 
 SMALL = """
 coordinate Length x = 0 m;

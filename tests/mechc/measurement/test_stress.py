@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from mechc.answering import plan
-from mechc.asking.asked import asked
 from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker
+from mechc.requests.request import asked
 from mechc.runtime.results.accuracy import ErrorEstimate
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import plan
 
 PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
 SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)

@@ -10,8 +10,6 @@ import pytest
 from msgspec.structs import replace
 
 import mechc
-from mechc.answering import answered
-from mechc.asking.asked import asked
 from mechc.cli.main import run
 from mechc.compiler.flat.names.instance import STATED, rank_of
 from mechc.compiler.flat.statements import elaborate, initial_values
@@ -19,15 +17,17 @@ from mechc.compiler.flat.statements.energies import gravities
 from mechc.compiler.graph import Graph
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.mechanics.meaning import functions
-from mechc.compiler.twins.rewriting import apply
-from mechc.compiler.twins.table import TWINS
-from mechc.compiler.twins.twin import NotApplicable
+from mechc.compiler.metamorphic.rewriting import apply
+from mechc.compiler.metamorphic.table import TWINS
+from mechc.compiler.metamorphic.twin import NotApplicable
 from mechc.lang import ast
 from mechc.measurement.extremes import Extreme
+from mechc.measurement.metamorphic import Base, beside, compare, run_twin, twin_of
+from mechc.measurement.metamorphic_starts import missed
 from mechc.measurement.stress import Subject, worker
-from mechc.measurement.twin_starts import missed
-from mechc.measurement.twins import Base, beside, compare, run_twin, twin_of
+from mechc.requests.request import asked
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import answered
 from mechc.solution import Solution
 
 PLANE = """

@@ -11,10 +11,10 @@ import pytest
 from PIL import Image
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run
 from mechc.presentation.animation import animate, frame_times, snapshot
 from mechc.presentation.painting import Painter
+from mechc.requests.parse_values import UsageMistake
 
 BALL = """
 parameter v = 1 m/s;

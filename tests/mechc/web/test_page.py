@@ -12,8 +12,8 @@ import pytest
 from browsers import Opened, needs_browser, needs_zig, off, running_browser
 
 import mechc
-from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run
+from mechc.requests.parse_values import UsageMistake
 from mechc.web.facts import facts_of
 from mechc.web.page import page
 

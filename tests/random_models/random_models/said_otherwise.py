@@ -8,14 +8,14 @@ from random import Random
 import numpy as np
 
 import mechc
-from mechc.answering import answered
-from mechc.asking.asked import asked as question
-from mechc.compiler.twins.table import TWINS
-from mechc.compiler.twins.twin import NotApplicable, Twin
+from mechc.compiler.metamorphic.table import TWINS
+from mechc.compiler.metamorphic.twin import NotApplicable, Twin
 from mechc.lang.units import parse_unit
-from mechc.measurement.twins import Base, beside, compare, run_twin, twin_of
+from mechc.measurement.metamorphic import Base, beside, compare, run_twin, twin_of
+from mechc.requests.request import asked as question
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.session import answered
 from random_models.carried import CLOSING
 from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
 from random_models.definition import edges_along

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from .given_values import UsageMistake
+from .parse_values import UsageMistake
 from .question import chosen_names
 
 

@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..case import Case
-from ..once import once
+from ..memo import once
 from ..problem import Array, Problem
 from ..rows import slices, taken
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
@@ -44,7 +44,7 @@ SHARE = 1e-6
 CONDITION = 1e5
 """Of the equations of a projection: what magnifies rounding in a state that was projected (kernel, ``projection.c``)."""
 TOUCH = 1e-9
-"""Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``blows.c``), whatever
+"""Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``impulses.c``), whatever
 the tolerance: as far it moves a state without a force."""
 
 

@@ -13,7 +13,7 @@ from ..runtime.inputs import Table, read_tables
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
 from ..runtime.sheets import units_apart
-from .given_values import UsageMistake, elements_of, tidy, unknown_name
+from .parse_values import UsageMistake, elements_of, tidy, unknown_name
 
 LARGEST_ANGLE = 2 * math.pi
 """An angle beyond it that has no unit may be meant in degrees."""

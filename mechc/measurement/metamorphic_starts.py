@@ -11,8 +11,8 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..compiler.twins.starts import begun
-from ..compiler.twins.twin import Twin
+from ..compiler.metamorphic.starts import begun
+from ..compiler.metamorphic.twin import Twin
 from ..lang.units import parse_unit
 from ..runtime.case import Case, inputs_at
 from ..runtime.problem import PURE, Array, Quantity

@@ -13,9 +13,9 @@ import numpy as np
 from ..runtime.ensembles.members import NUMBERS, Axis, Listed, Spread
 from ..runtime.sheets import read_sheet
 from ..suggest import closest
-from .given_values import UsageMistake, read_value_of, tidy, unknown_name
 from .in_si import settings_in_si
 from .input_tables import bare_angle, factor_of
+from .parse_values import UsageMistake, read_value_of, tidy, unknown_name
 
 _SIGN = re.compile(r"[=~]")
 _CALL = re.compile(r"(\w+)\s*\((.*)\)", re.S)

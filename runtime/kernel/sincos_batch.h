@@ -1,6 +1,6 @@
 /* Sines and cosines of four angles at once, for the code of a model that is compiled for this processor.
  *
- * With AVX2 and fused operations by vectors (turn.h), else by the C library. Builtin functions in the place of immintrin.h,
+ * With AVX2 and fused operations by vectors (sincos.h), else by the C library. Builtin functions in the place of immintrin.h,
  * which takes longer to read than a small model to compile.
  */
 #ifndef MECH_TURNS_H
@@ -41,7 +41,7 @@ LANE V lane_fma(V a, V b, V c) { return MECH_TURNS_FUSED(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return MECH_TURNS_FUSED(-a, b, c); }
 LANE V lane_pick(M m, V a, V b) { return (V)((m & (M)a) | (~m & (M)b)); }
 
-#include "turn.h"
+#include "sincos.h"
 
 static __attribute__((noinline, cold)) void mech_far_turns(double *turns, V x, M far)
 {

@@ -14,8 +14,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq
 
 from ...local.equilibrium import moving
+from ...local.operating_point import Site
 from ...local.search import Box, box_of
-from ...local.site import Site
 from ...outcome import SimulationError
 from ...problem import Array
 
@@ -59,7 +59,7 @@ class Traced(Struct, frozen=True, eq=False):
 
 class Tied:
     """The motion of a model with one freedom: ``name`` and ``unit`` of the parameter, ``low`` and ``high`` of it, and
-    ``turn``, after which all is the same, or 0."""
+    ``sincos``, after which all is the same, or 0."""
 
     def __init__(self, site: Site, wanted: Collection[str] = ()) -> None:
         """Trace the positions from the start of a site. Raises SimulationError where it has several freedoms, or none."""

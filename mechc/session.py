@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec.structs import replace
 
-from .asking.asked import Asked, holds_formulas
-from .asking.given_values import UsageMistake
-from .asking.question import formulas, study
 from .compiler.equations.compliance import COMPLIANCE
 from .display import Display, choose
 from .model import CompiledModel
+from .requests.parse_values import UsageMistake
+from .requests.question import formulas, study
+from .requests.request import Asked, holds_formulas
 from .runtime.case import find_experiment
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
@@ -25,10 +25,10 @@ from .solution import Solution
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from .cluster_payload import SentQuestion
     from .runtime.ensembles.lanes import Wanted
     from .runtime.ensembles.recipe import Recipe
     from .runtime.studies.runs.stepwise import Stepper
-    from .sent import SentQuestion
 
 M = TypeVar("M", bound=CompiledModel)
 
@@ -283,7 +283,7 @@ def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: 
         return item_text(with_formulas(model, asked).program(parts), wanted, by)
 
     def send(whole: Study) -> SentQuestion:
-        from .sent import SentQuestion
+        from .cluster_payload import SentQuestion
 
         softer = [compliant(model)] if compliance else []
         builds = [*softer, *(with_formulas(one, asked) for one in (model, *softer))]

@@ -1,6 +1,6 @@
 /* What presses in a crowd without friction is the solution of one problem of complementarity of accelerations; contacts that
  * would fall back slower than they rest are laid down, by one of velocities. */
-#include "pressing.h"
+#include "contact_lcp.h"
 
 #include <string.h>
 
@@ -90,7 +90,7 @@ static int holds_what_moves(const mech_solver *s)
     return moves;
 }
 
-int mech_pressing_choose(mech_solver *s, int ends)
+int mech_contact_lcp_choose(mech_solver *s, int ends)
 {
     for (int round = 0;; round++) {
         int status = press(s, ends);

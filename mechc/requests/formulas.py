@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 
 from ..runtime.problem import Problem
 from ..runtime.settings import Setting
-from .given_values import UsageMistake, read_value
+from .parse_values import UsageMistake, read_value
 
 
 def apart(text: str) -> list[str]:

@@ -9,12 +9,12 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...local.equilibrium import EPSILON, check_autonomous
+from ...local.operating_point import site_of
 from ...local.search import spread_evenly
-from ...local.site import site_of
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...settings import Place
-from ..flow.carried import RANK, Carried
+from ..flow.moving_equilibria import RANK, Carried
 from ..study import Study
 from .routh import GUESSES, ITERATIONS, LONGEST, NEAR, REACH, SAME, Motion
 

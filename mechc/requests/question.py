@@ -21,10 +21,11 @@ from ..runtime.settings import (
     settings_of,
 )
 from ..runtime.studies.study import Study
-from .asked import Asked, known_of
 from .ensemble_settings import OF_ENSEMBLES
 from .formulas import apart, in_momenta, is_value, output_of, settable_units, sides
-from .given_values import (
+from .in_si import settings_in_si
+from .input_tables import input_tables
+from .parse_values import (
     UsageMistake,
     elements_of,
     read_point,
@@ -32,9 +33,8 @@ from .given_values import (
     tidy,
     unknown_name,
 )
-from .in_si import settings_in_si
-from .input_tables import input_tables
 from .ranges import free, ranges
+from .request import Asked, known_of
 
 if TYPE_CHECKING:
     from ..runtime.fitting.measured import Measured

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...case import Case
 from ...integrate.trajectory import Trajectory
-from ...once import once
+from ...memo import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ...rows import AT_ONCE, slices

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from ...case import Progress
 from ...integrate.trajectory import DenseOutput, Trajectory
 from ...outcome import time_text
-from ...results.contradictions import Check
+from ...results.consistency import Check
 from ...results.evaluate import evaluate_rows
 from .companion import Estimated, Plan, estimate, trajectory_of
 

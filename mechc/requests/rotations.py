@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from .given_values import UsageMistake, read_value
+from .parse_values import UsageMistake, read_value
 
 _FACTOR = re.compile(r"\s*(rotx|roty|rotz|axis_angle)\s*\((.*)\)\s*", re.DOTALL)
 _AXES = {"rotx": (1.0, 0.0, 0.0), "roty": (0.0, 1.0, 0.0), "rotz": (0.0, 0.0, 1.0)}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.studies.study import Study
 from ..runtime.studies.table import kind_of
 from ..suggest import closest, setting_meant
-from .given_values import TARGETS, UsageMistake, one_of
+from .parse_values import TARGETS, UsageMistake, one_of
 
 if TYPE_CHECKING:
     from ..runtime.results.streamed import Streamed

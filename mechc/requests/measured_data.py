@@ -13,8 +13,8 @@ from ..runtime.inputs import Table, make_table
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.sheets import header_of, read_sheet
-from .given_values import UsageMistake, unknown_name
 from .input_tables import bare_angle, factor_of
+from .parse_values import UsageMistake, unknown_name
 
 Column = tuple[str, str, Array]
 """Name, unit as written (empty: SI), values."""

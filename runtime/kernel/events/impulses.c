@@ -3,7 +3,7 @@
  * Newton's restitution, Coulomb's cone for the impulses; one contact, or several as a linear complementarity problem
  * (solved by principal pivoting, K. G. Murty 1974).
  */
-#include "blows.h"
+#include "impulses.h"
 
 #include <string.h>
 

@@ -14,7 +14,7 @@ from ..runtime.case import Progress
 from ..runtime.settings import FORMULAS, FROM_OUTSIDE, Setting, settings_of
 from ..runtime.studies.study import Study
 from .common_settings import AROUND, around_of, unknown_setting
-from .given_values import Target
+from .parse_values import Target
 
 
 class Asked(Struct, frozen=True):

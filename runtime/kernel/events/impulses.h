@@ -1,6 +1,6 @@
 /* One blow: the impulses of the contacts that hit at once. Internal to the kernel. */
-#ifndef MECH_BLOWS_H
-#define MECH_BLOWS_H
+#ifndef MECH_IMPULSES_H
+#define MECH_IMPULSES_H
 
 #include "run.h"
 

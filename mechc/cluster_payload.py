@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import replace
 
-from .asking.asked import Asked
-from .asking.given_values import Given
 from .compiled import Code, Exact
 from .compiler.compilation import StoredCompilation, stages_of
 from .lang.source import SourceFile
 from .model import CompiledModel
+from .requests.parse_values import Given
+from .requests.request import Asked
 
 if TYPE_CHECKING:
     from .runtime.ensembles.recipe import Recipe

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.problem import Problem
 from ..runtime.settings import Setting
 from .formulas import apart, output_of, settable_units
-from .given_values import UsageMistake, read_value_of
+from .parse_values import UsageMistake, read_value_of
 
 if TYPE_CHECKING:
     from ..runtime.ensembles.kept import Kept

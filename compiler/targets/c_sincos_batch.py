@@ -10,7 +10,7 @@ from msgspec import Struct
 from ..graph.operations import COS, SIN
 from ..program.loops.rolled import Carried, Compute, Local, Loop, Operand, Put, Read, Rolled
 from ..program.model import Operate
-from .turns import EARLY, WIDTH
+from .sincos_batch import EARLY, WIDTH
 
 FEWEST_TRIPS = 4 * WIDTH
 """Iterations from which on blocks are worth it."""

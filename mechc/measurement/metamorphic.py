@@ -1,8 +1,8 @@
-"""The same mechanics said otherwise (``compiler/twins``): each twin of a model must give its motion, within what both
+"""The same mechanics said otherwise (``compiler/metamorphic``): each twin of a model must give its motion, within what both
 runs claim.
 
 A run and its twin share the time, the language and the kernel, but neither the formulas nor their rounding. Of a state both
-may be off by ``FACTOR`` times their estimated errors, as in every other check of a run (``runtime/results/contradictions``);
+may be off by ``FACTOR`` times their estimated errors, as in every other check of a run (``runtime/results/consistency``);
 of an output by what these errors do to it. Where a contact or a constraint moves a state without a force, that is allowed
 beside.
 """
@@ -17,22 +17,22 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from ..answering import answered, plan
-from ..asking.asked import Asked
 from ..compiler.flat.model import Definition, DefinitionRole, Expression, Role
-from ..compiler.twins.reversal import is_rate
-from ..compiler.twins.table import TWINS
-from ..compiler.twins.twin import Seen, Twin
-from ..compiler.twins.twin import size as scale
+from ..compiler.metamorphic.reversal import is_rate
+from ..compiler.metamorphic.table import TWINS
+from ..compiler.metamorphic.twin import Seen, Twin
+from ..compiler.metamorphic.twin import size as scale
 from ..lang.units import parse_unit
 from ..model import CompiledModel
+from ..requests.request import Asked
 from ..runtime.problem import PURE, Array
 from ..runtime.results.accuracy import COMPANION_RATIO
-from ..runtime.results.contradictions import CONDITION, FACTOR, TOUCH, spread
+from ..runtime.results.consistency import CONDITION, FACTOR, TOUCH, spread
 from ..runtime.results.evaluate import evaluate_rows
 from ..runtime.studies.runs.simulate import Plan
+from ..session import answered, plan
 from ..solution import Solution
-from .twin_starts import Compared, begun_as
+from .metamorphic_starts import Compared, begun_as
 
 Indices = NDArray[np.intp]
 EPSILON = float(np.finfo(float).eps)

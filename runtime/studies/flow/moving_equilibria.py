@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from ...local.operating_point import Site
 from ...local.search import box_of
-from ...local.site import Site
 from ...local.zeros import Complex, poles
 from ...outcome import SimulationError
 from ...problem import Array

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping
 
-from .given_values import (
+from .parse_values import (
     Given,
     Scalar,
     UsageMistake,

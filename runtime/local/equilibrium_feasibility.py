@@ -11,7 +11,7 @@ from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import Equilibrium, at_rest, reached, resting
 from .held import GAP, RATE, holding, row_values
-from .site import PART, Site, begun_at, plan_of, switched
+from .operating_point import PART, Site, begun_at, plan_of, switched
 
 TOUCHING = 1e-9
 """Gaps down to minus this share of the size of the coordinates are closed, not penetrated."""

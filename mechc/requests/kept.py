@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from ..runtime.ensembles.kept import REDUCTIONS, SERIES, Kept
 from .formulas import apart
-from .given_values import UsageMistake, tidy
+from .parse_values import UsageMistake, tidy
 
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*", re.S)
 _NAMED = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)\s*(.*)", re.S)

@@ -9,8 +9,8 @@ from typing import Any
 from msgspec import Struct
 
 from ..runtime.settings import Free, Range
-from .given_values import UsageMistake, elements_of, tidy, unknown_name
 from .in_si import settings_in_si
+from .parse_values import UsageMistake, elements_of, tidy, unknown_name
 
 _COMMA = re.compile(r",(?![^\[\](){}]*[\])}])")
 """A comma that stands in no brackets."""
