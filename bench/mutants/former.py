@@ -63,9 +63,9 @@ FAULTS = (
         "reactions of joints of the tree leave out what is written as energies",
         edit(
             "compiler/equations/solve/joint_reactions.py",
-            "efforts = [graph.add(e, share) for e, share in zip(vjp(graph, seeds, rates), shares, strict=True)]",
-            "efforts = [graph.add(e, share if name in closing else graph.zero) "
-            "for e, share in zip(vjp(graph, seeds, rates), shares, strict=True)]",
+            "efforts = [graph.add(next(found), share) for share in energy_efforts(system, moved)]",
+            "efforts = [graph.add(next(found), share if name in closing else graph.zero) "
+            "for share in energy_efforts(system, moved)]",
         ),
         models.HINGE,
         point="2",

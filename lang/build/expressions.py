@@ -35,7 +35,8 @@ def binary(b: Builder, c: Children, span: Span) -> ast.Binary:
 def quotient(b: Builder, c: Children, span: Span) -> ast.Binary:
     """Refuse numbers alone over a quantity: readers take the unit for that of the whole."""
     left, _, right = c
-    exact, divisor = _number(left), _unsigned(right)
+    divisor = _unsigned(right)
+    exact = _number(left) if isinstance(divisor, ast.Quantity) else None
     if exact is not None and isinstance(divisor, ast.Quantity):
         above, unit = left.span.text, divisor.unit
         below = right.span.text[: -len(unit)].rstrip()
@@ -63,19 +64,23 @@ def _unsigned(e: ast.Expression) -> ast.Expression:
 
 
 def _number(e: ast.Expression) -> Fraction | None:
-    """Return the value of numbers with signs, products and quotients; None for anything else, as for what stands in parentheses."""
-    match e:
-        case ast.Number():
-            return e.value
-        case ast.Unary(operator="-" | "+", operand=inner):
-            value = _number(inner)
-            return -value if value is not None and e.operator == "-" else value
-        case ast.Binary(operator="*" | "/", left=left, right=right):
-            first, second = _number(left), _number(right)
-            if first is None or second is None or (e.operator == "/" and not second):
+    """Return the value of numbers with signs, products and quotients; None for anything else, as for what stands in parentheses.
+
+    Long chains lean to the left, and are followed without recursion."""
+    value = Fraction(1)
+    while True:
+        match e:
+            case ast.Number():
+                return value * e.value
+            case ast.Unary(operator="-" | "+", operand=inner):
+                value, e = -value if e.operator == "-" else value, inner
+            case ast.Binary(operator="*" | "/", left=left, right=right):
+                factor = _number(right)
+                if factor is None or (e.operator == "/" and not factor):
+                    return None
+                value, e = value * factor if e.operator == "*" else value / factor, left
+            case _:
                 return None
-            return first * second if e.operator == "*" else first / second
-    return None
 
 
 def power(b: Builder, c: Children, span: Span) -> ast.Binary:

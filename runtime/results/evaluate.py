@@ -170,6 +170,11 @@ class Columns(Table):
         ends = np.cumsum(self._widths)
         self.y, self.outputs = values[:, : ends[0]], values[:, ends[0] : ends[1]]
         self.inputs, self.discretes = values[:, ends[1] : ends[2]], values[:, ends[2] :]
+        self._values = values
+
+    def rows(self, rows: slice | NDArray[np.intp] | NDArray[np.bool_]) -> Array:
+        found: Array = self._values[rows]
+        return found
 
 
 def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:

@@ -11,6 +11,8 @@ import math
 
 from ..case import Case, inputs_at
 from ..functions import named_function
+from ..start.facts import start_facts
+from ..start.free_state import characteristic_length
 from .doubts import Contradiction
 from .evaluate import Table
 
@@ -18,6 +20,8 @@ INSTANTS, BROKEN = 5, 2
 """At how many instants a run is looked at, and at how many of them a law has to be broken."""
 TOLERANCE = {"force": 1e-6, "moment": 1e-6, "place": 1e-4, "direction": 1e-4}
 """Of the size of the terms. Closed loops are met to the tolerance of their projection only."""
+ROUNDING = {"force": 0.0, "moment": 0.0, "place": 1e-12, "direction": 0.0}
+"""Of the characteristic length of the model: places near the origin have terms of no size."""
 
 
 def broken_laws(case: Case, table: Table) -> tuple[Contradiction, ...]:
@@ -28,12 +32,14 @@ def broken_laws(case: Case, table: Table) -> tuple[Contradiction, ...]:
     last = len(table) - 1
     rows = sorted({round(k * last / (INSTANTS - 1)) for k in range(INSTANTS)})
     looked = _looked_at(case, table, rows)
+    facts = start_facts(case.problem)
+    length = 1.0 if facts is None else characteristic_length(facts, case.p)
     found = []
     for k, quantity in enumerate(checked):
         beyond: list[tuple[float, float, float]] = []
         for row, numbers in zip(rows, looked, strict=True):
             off, size = math.sqrt(numbers[2 * k]), math.sqrt(numbers[2 * k + 1])
-            allowed = TOLERANCE[quantity.kind] * size
+            allowed = max(TOLERANCE[quantity.kind] * size, ROUNDING[quantity.kind] * length)
             if off > allowed:  # what is undefined is not
                 beyond.append((off, allowed, float(table.t[row])))
         if len(beyond) >= min(BROKEN, len(rows)):

@@ -79,6 +79,7 @@ OPTIONS: dict[str, Words] = {
     "--stop": ("--stop", "0.4 s"),
     "--start": ("--start", "0.1 s"),
     "--every": ("--every", "0.05 s"),
+    "--smooth": ("--smooth", "INPUT"),
     "--step": ("--step", "0.01", "--method", "rk4"),
     "--tolerance": ("--tolerance", "1e-6"),
     "--method": ("--method", "radau5"),
