@@ -113,7 +113,11 @@ class Point:
         given = self.meaning.given_inputs.get(name)
         if given is None:
             raise NotCovered(f"a part of the input {name}")
-        return Series(np.array([[given(self.time)]], complex)) if callable(given) else float(given)
+        if not callable(given):
+            return float(given)
+        slopes = getattr(given, "derivative", None)  # of a spline, which may drive
+        rates = [] if slopes is None else [slopes(1)(self.time), slopes(2)(self.time) / 2]
+        return Series(np.array([[x] for x in (given(self.time), *rates)], complex))
 
     def _rotation(self, q: list[float], w: list[float], first: int) -> tuple[Value, Value, Value]:
         """A rotation, its quaternion along q' = 1/2 q (0, w), turned in the body by each displacement, and its rate."""

@@ -22,6 +22,7 @@ from random_models.carried import (
 )
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
+from random_models.composing import as_people_compose
 from random_models.counted import lost
 from random_models.definition import (
     UNTIL,
@@ -40,6 +41,7 @@ from random_models.dimensionless import dimensionless
 from random_models.exact import badly_known, exact, untold
 from random_models.exports import exported
 from random_models.from_outside import differs_from_text
+from random_models.hidden import misjudged
 from random_models.lists import element_by_element
 from random_models.meaning import Meaning
 from random_models.members import members_differ, sweep_differs
@@ -211,6 +213,21 @@ def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
         return None if twin is None else compare_twin(base, twin, seed)
 
     return check
+
+
+def _elsewhere_closed(make: Callable[[Model, Random], Twin | None]) -> Check:
+    """Compare with a twin of which other joints may close the loops."""
+    check = _twin(make)
+
+    def compared(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+        try:
+            return check(model, base, seed)
+        except Refused as refused:
+            if closes_elsewhere(refused, base):
+                return None
+            raise
+
+    return compared
 
 
 def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | None:
@@ -394,6 +411,11 @@ def _counted(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
     return [Disagreement("counted", "lost", said) for said in lost(model, base.model.compilation.flat)]
 
 
+def _followers(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
+    """Look at what is said of states on which the motion does not depend."""
+    return [Disagreement("followers", "misjudged", said) for said in misjudged(model, base, seed)]
+
+
 def _integrals(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Look at what a model says of its integrals."""
     found = [Disagreement("integrals", "untold", said) for said in untold(model, base)]
@@ -438,12 +460,12 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
 
 
 def _motions_of_twins(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare a motion with those of three twins."""
+    """Compare a motion with those of four twins."""
     first, own, random = run(model.text()), sized(model), Random(seed)
     if str(first.outcome) == "Outcome.FAILED":
         return None
     found = []
-    for make in (composed, structured, element_by_element):
+    for make in (composed, structured, element_by_element, as_people_compose):
         twin = make(model, random)
         if twin is None or twin.base is not None:
             continue
@@ -566,6 +588,7 @@ ALONE: tuple[tuple[str, Check], ...] = (("another library", _twin(another_librar
 CHECKS: tuple[tuple[str, Check], ...] = (
     ("values", _values),
     ("oracle", _oracle),
+    ("followers", _followers),
     ("integrals", _integrals),
     ("counted", _counted),
     ("structured", _structured),
@@ -573,6 +596,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("by element", _twin(element_by_element)),
     ("other words", _twin(other_words)),
     ("dimensionless", _twin(dimensionless)),
+    ("as people compose", _elsewhere_closed(as_people_compose)),
     ("composed", _composed),
     ("said otherwise", _said_otherwise),
     ("given", _given),

@@ -15,6 +15,7 @@ from random_models.drags import drags
 from random_models.driven import driven
 from random_models.everyday import everyday
 from random_models.fields import fields
+from random_models.followers import followers
 from random_models.forms import forms
 from random_models.formulas import formulas
 from random_models.grids import grids
@@ -23,6 +24,7 @@ from random_models.hanging import hanging
 from random_models.landing import landing
 from random_models.leaning import leaning
 from random_models.letting_go import letting_go
+from random_models.linkages import linkages
 from random_models.lists import lists
 from random_models.measured import measured
 from random_models.narrow import narrow
@@ -97,6 +99,8 @@ def skeleton(seed: int) -> Scope:
         sizes,
         weights,
         leaning,
+        linkages,
+        followers,
     ):
         further(s, seed)
     return s

@@ -41,7 +41,7 @@ def _one(name: str, seed: int, base: Compiled) -> bool:
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
-_ALWAYS = ("values", "oracle", "integrals", "counted")
+_ALWAYS = ("values", "oracle", "followers", "integrals", "counted")
 
 
 def _sparse(name: str, seed: int, base: Compiled) -> bool:
@@ -73,6 +73,7 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
 AT_STATES = (
     "values",
     "oracle",
+    "followers",
     "integrals",
     "counted",
     "structured",
@@ -80,6 +81,7 @@ AT_STATES = (
     "by element",
     "other words",
     "dimensionless",
+    "as people compose",
     "composed",
     "said otherwise",
     "given",

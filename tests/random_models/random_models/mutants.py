@@ -19,6 +19,7 @@ import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from random import Random
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -26,6 +27,7 @@ from msgspec import Struct
 
 import mechc
 from random_models.checks import composed_of, structured_of
+from random_models.composing import as_people_compose
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 
@@ -117,7 +119,7 @@ def changed(tree: Path, seeds: Sequence[int]) -> list[int]:
 def texts(seed: int) -> str:
     """Return the text of a model, and of the twins that are written for it."""
     model = generate(seed)
-    twins = structured_of(model, seed), composed_of(model, seed)
+    twins = structured_of(model, seed), composed_of(model, seed), as_people_compose(model, Random(seed))
     return "\n".join((model.text(), *(twin.model.text() for twin in twins if twin is not None)))
 
 

@@ -14,6 +14,8 @@ from scipy.interpolate import CubicSpline
 from random_models.compiled import Compiled
 
 ROWS = 6
+BEYOND = -0.5, 2.0
+"""What the tables of inputs that drive reach from and to, more than any run."""
 SECOND = {"s": 1.0, "ms": 1000.0, "min": 1 / 60}
 SECONDS = tuple(SECOND)
 PART = {"": 1.0, ".cm/m": 100.0, ".g/mg": 0.001}
@@ -24,10 +26,13 @@ _READ = re.compile(r'\binput (?:\w+ )?(\w+)(?:\[[^\]]*\])?\(interpolation = "(\w
 
 def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
     """Write a table for some inputs of a model, by name."""
-    chosen = [q for q in base.problem.inputs if random.random() < 0.7]
+    names = {q.name for q in base.problem.inputs}
+    chosen = [q for q in base.problem.inputs if not q.name.startswith("der(") and random.random() < 0.7]
     found: dict[str, Path] = {}
     for q in chosen:
         times = [0.0, *sorted({round(random.uniform(0.05, 0.95), 3) for _ in range(ROWS - 2)}), 1.0]
+        if f"der({q.name})" in names:  # what it drives would stand still at the ends
+            times[0], times[-1] = BEYOND
         second, one = random.choice(SECONDS), random.choice(PARTS)
         rows = [
             f"{t * SECOND[second]:.12g},{round(random.uniform(-1, 1), 3) * PART[one]:.12g}" for t in times
@@ -41,9 +46,15 @@ def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
 def meant(base: Compiled, paths: Mapping[str, Path]) -> dict[str, Callable[[float], float]]:
     """Return the same tables as functions of time, in SI, read as the text says."""
     kinds = dict(_READ.findall(base.text))
-    return {
-        name: _function(_rows(p), kinds.get(name.partition("[")[0], "linear")) for name, p in paths.items()
-    }
+    driving = {q.name for q in base.problem.inputs if q.name.startswith("der(")}
+
+    def one(name: str, path: Path) -> Callable[[float], float]:
+        if f"der({name})" in driving:
+            times, values = _rows(path).T
+            return CubicSpline(times, values, bc_type="natural")  # type: ignore[no-any-return]
+        return _function(_rows(path), kinds.get(name.partition("[")[0], "linear"))
+
+    return {name: one(name, path) for name, path in paths.items()}
 
 
 def _rows(path: Path) -> Any:

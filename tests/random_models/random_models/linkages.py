@@ -1,0 +1,131 @@
+"""Loops as people compose them: parts with a root and a tip, bodies connected by value, names of names at the joints."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+
+from random_models.bodies import WORLD, mod
+from random_models.closing import direction, hung, placed, push
+from random_models.driven import ask
+from random_models.operators import call
+from random_models.scope import Scope
+from random_models.structure import model_statement
+from random_models.tree import (
+    ENERGY,
+    FORCE,
+    LENGTH,
+    MASS,
+    E,
+    S,
+    Seq,
+    Slot,
+    reference,
+    statement,
+)
+
+SHARE = 0.12
+"""Of the models with bodies."""
+F = Fraction
+_CARRIERS = {2: ("Revolute", "Prismatic", "PinSlot"), 3: ("Revolute", "Spherical", "Cylindrical")}
+_CLOSING = {2: ("Revolute", "PinSlot", "Prismatic"), 3: ("Spherical", "Universal", "Cylindrical", "Revolute")}
+
+
+def linkages(s: Scope, seed: int) -> None:
+    """Write one. Its random numbers are its own: models keep all else."""
+    if not s.space:
+        return
+    with s.apart(f"linkages of {seed}"):
+        if s.chance(SHARE):
+            s.weighted(((2, _jointed), (1, _connected)))(s)
+
+
+def _jointed(s: Scope) -> None:
+    """Close a loop by a joint between parts that bodies carry: one end hangs, the other one moves freely."""
+    near = _carried(s, hung(s, s.pick(_CARRIERS[s.space]), WORLD)[0])
+    free = hung(s, "Planar" if s.space == 2 else "Free", WORLD)[0]
+    far = _carried(s, free)
+    kind, name = s.pick(_CLOSING[s.space]), s.fresh("j")
+    ends = (Slot("component.from", named(s, near)), " -> ", Slot("component.to", named(s, far)))
+    mods: list[S] = [statement("bind", *ends, name="->")]
+    if kind in ("Prismatic", "PinSlot", "Cylindrical") or (kind == "Revolute" and s.space == 3):
+        mods.append(mod("axis", "=", "modification.structural", direction(s)))
+    cut = "cut " if s.chance(0.3) else ""
+    s.add("component", f"{cut}{kind} {name}", Seq(tuple(mods), "list"), ";", name=name, data={"class": kind})
+    push(s, named(s, free))
+    _told(s, name)
+    ask(s, call("pos", far, dim=LENGTH, shape=(s.space,), level="q"))
+
+
+def _connected(s: Scope) -> None:
+    """Close a loop by a connection: what two joints leave all freedom to is held where another body carries it."""
+    base = hung(s, s.pick(_CARRIERS[s.space]), WORLD)[0]
+    between, slide = hung(s, "Translation", WORLD)
+    turned = "Revolute" if s.space == 2 else "Spherical"
+    body, joint = hung(s, turned, named(s, between), axis=False)
+    value = mod("a", "=", "modification.frame", named(s, placed(s, _carried(s, base))))
+    for k, one in enumerate(s.statements):
+        if one.kind == "component" and f"{one.name}.a" == body.ref:
+            parts = tuple(Seq((*p.items, value), "list") if isinstance(p, Seq) else p for p in one.parts)
+            s.statements[k] = replace(one, parts=parts)
+    push(s, body)
+    _told(s, s.pick((joint, slide)))
+    ask(s, call("pos", between, dim=LENGTH, shape=(s.space,), level="q"))
+
+
+def _told(s: Scope, name: str) -> None:
+    joint = reference(name, "joint")
+    ask(s, call("reaction", joint, dim=FORCE, shape=(s.space,), level="qva"))
+    if s.chance(0.6):
+        ask(s, call("moment", joint, dim=ENERGY, shape=() if s.space == 2 else (3,), level="qva"))
+
+
+def _carried(s: Scope, frame: E) -> E:
+    """Return the tip of a part that is connected to a frame by value, or the frame itself."""
+    if s.chance(0.2):
+        return frame
+    part, name = s.fresh("Part"), s.fresh("b")
+    inner = s.pick(("bar", "body"))
+    body = statement(
+        "component",
+        f"Bar {inner}",
+        Seq((mod("a", "=", "modification.frame", _frame(s.pick(("root", "base")))),), "list"),
+        ";",
+        name=inner,
+        data={"class": "Bar"},
+    )
+    lines = [
+        statement("frame", "frame root;", name="root"),
+        statement("frame", "frame base = root;", name="base"),
+        body,
+        statement("frame", f"frame far = {inner}.b;", name="far"),
+        statement("frame", "frame tip = far;", name="tip"),
+    ]
+    s.random.shuffle(lines)
+    s.file.items.append(model_statement(part, lines))
+    path = inner
+    if s.chance(0.4):
+        whole = s.fresh("Whole")
+        text = "frame root; {} inside(root = root); frame middle = inside.tip; frame tip = middle;"
+        s.file.items.append(statement("class", f"model {whole} {text.format(part)} end {whole};", name=whole))
+        part, path = whole, f"inside.{inner}"
+    mods = (
+        mod("root", "=", "modification.frame", named(s, placed(s, frame))),
+        mod(f"{path}.m", "=", "modification.parameter", s.value(MASS, s.number(0.5, 2))),
+        mod(f"{path}.l", "=", "modification.parameter", s.value(LENGTH, s.number(0.2, 0.6))),
+    )
+    s.add("component", f"{part} {name}", Seq(mods, "list"), ";", name=name, data={"class": part})
+    return _frame(f"{name}.tip")
+
+
+def named(s: Scope, frame: E) -> E:
+    """Return a frame under a name of a name, up to three deep."""
+    for _ in range(s.pick((0, 1, 2, 3))):
+        name = s.fresh("f")
+        s.add("frame", f"frame {name} = ", Slot("frame.value", frame), ";", name=name)
+        frame = _frame(name)
+    return frame
+
+
+def _frame(name: str) -> E:
+    return reference(name, "frame", LENGTH, level="q", type="frame")
