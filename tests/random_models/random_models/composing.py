@@ -25,7 +25,7 @@ ODD = (
 SHARE = 0.4
 """Of the twins call things so."""
 _OWN = re.compile(r"[A-Za-z]+\d+")
-_DECLARED = {"parameter", "coordinate", "state", "let", "frame", "point", "component", "output", "input", "discrete"}  # fmt: skip
+_DECLARED = {"parameter", "coordinate", "state", "let", "component", "output", "input", "discrete"}
 
 
 def as_people_compose(model: Model, random: Random) -> Twin | None:
