@@ -35,6 +35,7 @@ def results(seeds: Sequence[int], mode: str = "mixed") -> dict[str, Any]:
     counts: Counter[str] = Counter()
     pairs: Counter[str] = Counter()
     found = []
+    refused: dict[int, str] = {}
     SKIPPED.clear()
     LOOKED.clear()
     begun = _processor_time()
@@ -48,6 +49,7 @@ def results(seeds: Sequence[int], mode: str = "mixed") -> dict[str, Any]:
             report = Report(disagreements=(Disagreement("time", "too long", ""),))
         counts["models"] += 1
         counts.update(f"refused {c}" for c in set(report.refused))
+        refused |= {seed: ",".join(report.refused)} if report.refused else {}
         counts.update(f"check {c}" for c in report.checks)
         if report.checks:
             pairs.update({f"{construct}|{place}" for construct, place in model.pairs()})
@@ -63,6 +65,7 @@ def results(seeds: Sequence[int], mode: str = "mixed") -> dict[str, Any]:
         "counts": dict(counts),
         "pairs": dict(pairs),
         "found": found,
+        "refused": refused,
     }
 
 

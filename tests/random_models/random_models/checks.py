@@ -254,7 +254,7 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
                 break
             there = other.start()  # of a joint that turns freely: only the start can be the same
             both = {renamed_name(twin, n): v for n, v in state.items() if renamed_name(twin, n) in there}
-            if differences(both, there):
+            if base.constrained != other.constrained or differences(both, there):  # begins by other guesses
                 break
         try:
             state, there = base.settle(state), other.settle(there)

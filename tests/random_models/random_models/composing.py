@@ -11,8 +11,20 @@ from random import Random
 from random_models.bodies import joint_kinds
 from random_models.components import renamed, renamed_text
 from random_models.scope import TYPES
-from random_models.structure import decoy, mod, model_statement
-from random_models.tree import LENGTH, E, Model, S, Seq, Slot, map_expression, reference, statement, without
+from random_models.structure import decoy, mod, model_statement, with_value
+from random_models.tree import (
+    LENGTH,
+    NUMBER,
+    E,
+    Model,
+    S,
+    Seq,
+    Slot,
+    map_expression,
+    reference,
+    statement,
+    without,
+)
 from random_models.twins import Twin
 
 BODIES = {"Body", "Bar", "Rod", "Disk", "Box", "Sphere", "Cylinder"}
@@ -22,6 +34,12 @@ ODD = (
     "outputs", "states", "parameters", "values", "data", "over", "names", "lambda", "self", "int", "double", "main", "np", "math",
 )  # fmt: skip
 """What settings, options, axes, and what other languages know are called."""
+BOLT = statement(
+    "class", "model Bolt frame from; frame to; place to = from; end Bolt;", name="Bolt"
+)  # a joint without freedoms that does not say what it holds
+METER = statement(
+    "class", "model Meter input Real signal; output sum = integral(signal); end Meter;", name="Meter"
+)
 SHARE = 0.4
 """Of the twins call things so."""
 _OWN = re.compile(r"[A-Za-z]+\d+")
@@ -70,6 +88,9 @@ class _Composer:
         bodies = {s.name: s for s in self.items if _is(s, BODIES)}
         for weld in [s for s in self.items if _is(s, {"Weld"})]:
             self._by_value(weld, bodies)
+        for s in [s for s in self.items if _class(s) == "Weld" and s.kind == "component"]:
+            if self.random.random() < 0.4 and len(s.seq().items) == 1:
+                self._bolt(s)
         for s in [s for s in self.items if _is(s, JOINTS)]:
             r = self.random.random()
             body = bodies.get(_body_of(s))
@@ -81,17 +102,20 @@ class _Composer:
         for s in bodies.values():
             if self.random.random() < 0.6:
                 self._part(s)
+        if self.random.random() < 0.7:
+            self._metered()
         items = [self._renamed(s).rebuilt(self._aliased) for s in self.items]
         for s in self.aliases:
             items.insert(self.random.randrange(len(items) + 1), s)
         self.items = items
-        return bool(self.names or self.aliases)
+        return bool(self.names or self.aliases or self.models)
 
     def twin(self) -> Twin:
         other = self.model.with_top(tuple(self.items))
-        return Twin(
-            "as people compose", Model((*other.items[:-1], *self.models, other.top)), names=self.names
-        )
+        known = {s.name for s in other.items[:-1]}
+        models = {s.name: s for s in self.models if s.name not in known}
+        items = (*other.items[:-1], *models.values(), other.top)
+        return Twin("as people compose", Model(items), names=self.names)
 
     # ---------------------------------------------------------------- parts
 
@@ -104,6 +128,13 @@ class _Composer:
         place = mod("a", "=", "modification.frame", weld.seq().items[0].slots[0].expression)
         bodies[body.name] = _component(_class(body), body.name, (*body.seq().items, place))
         self.items = without([bodies[body.name] if s is body else s for s in self.items], [weld])
+
+    def _bolt(self, weld: S) -> None:
+        """Exchange a weld by a joint that does not say what it holds."""
+        parts = (str(weld.parts[0]).replace("Weld ", "Bolt "), *weld.parts[1:])
+        bolt = replace(weld, parts=parts, data={"class": "Bolt"})
+        self.items = [bolt if s is weld else s for s in self.items]
+        self.models.append(BOLT)
 
     def _part(self, body: S) -> None:
         """A body with a root and a tip, which may be a part of another part."""
@@ -172,11 +203,35 @@ class _Composer:
         bind = statement(
             "bind", Slot("component.from", ends[0]), " -> ", Slot("component.to", ends[1]), name="->"
         )
-        lines.append(_component(_class(joint), "pin", [bind, *settings]))
-        self.models.append(model_statement(f"Link{name}", lines))
-        self._made(
-            joint, _component(f"Link{name}", name, [joint.seq().items[0], *outer]), {name: f"{name}.pin"}
-        )
+        kind, part, path = _class(joint), f"Link{name}", "pin"
+        lines.append(_component(kind, "pin", [bind, *settings]))
+        if self.random.random() < 0.3:
+            lines.append(statement("frame", "frame spare;", name="spare"))
+        self.models.append(model_statement(part, lines))
+        if self.random.random() < 0.4:
+            part, path = f"Whole{part}", "half.pin"
+            inner = f"model {part} frame from; frame to; Link{name} half(from -> to); end {part};"
+            self.models.append(statement("class", inner, name=part))
+            outer = [_inside("half", m) for m in outer]
+        self._made(joint, _component(part, name, [joint.seq().items[0], *outer]), {name: f"{name}.{path}"})
+
+    def _metered(self) -> None:
+        """Let parts of one kind tell integrals over time."""
+        told = [s for s in self.items if s.kind == "output" and _is_integral(s.slots[0].expression)]
+        for k, s in enumerate(told):
+            given = mod("signal", "=", "modification.input", s.slots[0].expression.operands[0])
+            meter = statement(
+                "component",
+                f"Meter meter{k}_",
+                Seq((given,), "list"),
+                ";",
+                name=f"meter{k}_",
+                data={"class": "Meter"},
+            )
+            value = reference(f"meter{k}_.sum", "output", s.slots[0].expression.dim, level="x")
+            self.items = [with_value(s, value) if x is s else x for x in self.items]
+            self.items.append(meter)
+            self.models.append(METER)
 
     def _split(self, s: S, inner: str) -> tuple[list[S], list[S], list[S]]:
         """Return parameters of a part, what it says of a component inside by them, and what is said of the part."""
@@ -232,8 +287,9 @@ class _Composer:
                 x = replace(x, ref=self.frames[x.ref])
             for _ in range(self.random.choice((0, 0, 0, 1, 2, 3))):
                 name = f"alias{len(self.aliases)}"
-                self.aliases.append(_named(name, x))
-                x = replace(x, ref=name)
+                several = x.type == "frame" and self.random.random() < 0.2
+                self.aliases.append(_second(name, x) if several else _named(name, x))
+                x = replace(x, ref=f"{name}[2]" if several else name)
             return x
 
         return map_expression(e, one)
@@ -242,6 +298,13 @@ class _Composer:
 def _named(name: str, e: E) -> S:
     kind = "point" if e.type == "point" else "frame"
     return statement(kind, f"{kind} {name} = ", Slot(f"{kind}.value", e), ";", name=name)
+
+
+def _second(name: str, e: E) -> S:
+    """Return an array of frames of which a frame is the second."""
+    first = reference("world", "world", LENGTH, type="frame")
+    values = Slot("frame.value", first), ", ", Slot("frame.value", e)
+    return statement("frame", f"frame {name}[2] = {{", *values, "};", name=name)
 
 
 def _frame(name: str) -> E:
@@ -273,6 +336,10 @@ def _bound(s: S) -> S:
         return replace(m, parts=(*m.parts[:-1], " -> ", Slot("component.to", _frame(found[1]))))
 
     return s.rebuilt(lambda e, _: e, ends)
+
+
+def _is_integral(e: E) -> bool:
+    return e.kind == "integral.time" and e.operands[0].dim == NUMBER and not e.operands[0].shape
 
 
 def _class(s: S) -> str:

@@ -12,6 +12,7 @@ from random_models.expressions import Writer
 from random_models.operators import add, call, der, divide, multiply, subtract
 from random_models.scope import Scope
 from random_models.tree import (
+    ENERGY,
     LENGTH,
     MASS,
     NUMBER,
@@ -22,6 +23,7 @@ from random_models.tree import (
     Slot,
     dim,
     node,
+    over,
     reference,
     statement,
 )
@@ -38,7 +40,7 @@ def followers(s: Scope, seed: int) -> None:
             _driven(s)
         if s.chance(FOLLOWED):
             for _ in range(s.pick((1, 2))):
-                s.pick((_integral, _filter, _part))(s)
+                s.pick((_integral, _filter, _part, _acting))(s)
 
 
 def _driven(s: Scope) -> None:
@@ -77,26 +79,44 @@ def _signal(s: Scope) -> E:
 
 
 def _integral(s: Scope) -> None:
-    """Tell an integral over time that nothing else reads."""
-    body = _signal(s)
-    ask(s, node("integral.time", "integral(", body, ")", dim=TIME, level="x"))
-
-
-def _filter(s: Scope, signal: E | None = None) -> None:
-    """Let a state follow the motion, and perhaps another one follow that; at times one is told."""
-    signal = _signal(s) if signal is None else signal
+    """Tell integrals over time that nothing else reads."""
     for _ in range(s.pick((1, 2))):
-        name = s.fresh("x")
-        start = Slot("state.value", s.literal(NUMBER, s.number(-1, 1)))
-        s.add(
-            "state", f"state Real {name} = ", start, ";", name=name, data={"guess": False, "hidden": (name,)}
-        )
-        x = reference(name, "state", NUMBER, level="x")
-        right = divide(subtract(signal, x), s.value(TIME, s.number(0.2, 1)))
-        s.add("equation", f"equation der({name}) = ", Slot("equation", right), ";", name=name)
-        signal = x
+        ask(s, node("integral.time", "integral(", _signal(s), ")", dim=TIME, level="x"))
+
+
+def _filter(s: Scope) -> None:
+    """Let a state follow the motion, and perhaps another one follow that; at times one is told."""
+    signal = _signal(s)
+    for _ in range(s.pick((1, 2))):
+        signal = _lag(s, signal, hidden=True)
     if s.chance(0.4):
         ask(s, signal)
+
+
+def _lag(s: Scope, signal: E, *, hidden: bool = False) -> E:
+    """Return a state that follows a number; ``hidden``: nothing reads it but another such."""
+    name = s.fresh("x")
+    start = Slot("state.value", s.literal(NUMBER, s.number(-1, 1)))
+    told = {"guess": False, "hidden": (name,) if hidden else ()}
+    s.add("state", f"state Real {name} = ", start, ";", name=name, data=told)
+    x = reference(name, "state", NUMBER, level="x")
+    right = divide(subtract(signal, x), s.value(TIME, s.number(0.2, 1)))
+    s.add("equation", f"equation der({name}) = ", Slot("equation", right), ";", name=name)
+    return x
+
+
+def _acting(s: Scope) -> None:
+    """Two states, one behind the other, the last of which acts on the motion: neither only follows it."""
+    free = [q for q in s.coordinates if q not in s.driven]
+    if not free:
+        return
+    signal = _signal(s)
+    for _ in range(2):
+        signal = _lag(s, signal)
+    q = s.pick(free)
+    force = multiply(s.literal(over(ENERGY, q.dim), s.number(0.2, 1)), signal)
+    on = Slot("force.on", q)
+    s.add("force", "force ", Slot("force.value", force), " on ", on, ";", data={"on": "scalar"})
 
 
 def _part(s: Scope) -> None:

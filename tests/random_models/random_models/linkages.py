@@ -8,14 +8,16 @@ from fractions import Fraction
 from random_models.bodies import WORLD, mod
 from random_models.closing import direction, hung, placed, push
 from random_models.driven import ask
-from random_models.operators import call
+from random_models.operators import call, vector
 from random_models.scope import Scope
 from random_models.structure import model_statement
 from random_models.tree import (
     ENERGY,
     FORCE,
+    INERTIA,
     LENGTH,
     MASS,
+    NUMBER,
     E,
     S,
     Seq,
@@ -28,7 +30,10 @@ SHARE = 0.12
 """Of the models with bodies."""
 F = Fraction
 _CARRIERS = {2: ("Revolute", "Prismatic", "PinSlot"), 3: ("Revolute", "Spherical", "Cylindrical")}
-_CLOSING = {2: ("Revolute", "PinSlot", "Prismatic"), 3: ("Spherical", "Universal", "Cylindrical", "Revolute")}
+_CLOSING = {
+    2: ("Revolute", "PinSlot", "Prismatic", "Weld"),
+    3: ("Spherical", "Universal", "Cylindrical", "Revolute", "Weld"),
+}
 
 
 def linkages(s: Scope, seed: int) -> None:
@@ -37,7 +42,7 @@ def linkages(s: Scope, seed: int) -> None:
         return
     with s.apart(f"linkages of {seed}"):
         if s.chance(SHARE):
-            s.weighted(((2, _jointed), (1, _connected)))(s)
+            s.weighted(((2, _jointed), (1, _connected), (1, _tipped)))(s)
 
 
 def _jointed(s: Scope) -> None:
@@ -71,6 +76,29 @@ def _connected(s: Scope) -> None:
     push(s, body)
     _told(s, s.pick((joint, slide)))
     ask(s, call("pos", between, dim=LENGTH, shape=(s.space,), level="q"))
+
+
+def _tipped(s: Scope) -> None:
+    """A part whose joint leads to its tip, beside the frame of its body."""
+    n, part, name, joint = s.space, s.fresh("Part"), s.fresh("b"), s.fresh("j")
+    far = ", ".join(str(float(s.number(-0.6, 0.6))) for _ in range(n))
+    text = f"Body body; frame root = body.a; frame far = root * trans({{{far}}} m); frame tip = far;"
+    s.file.items.append(statement("class", f"model {part} {text} end {part};", name=part))
+    inertia: E = s.value(INERTIA, s.number(0.1, 0.5))
+    if n == 3:
+        sizes = vector(*(s.literal(INERTIA, s.number(0.2, 0.35)) for _ in range(3)))
+        inertia = call("diag", sizes, dim=INERTIA, shape=(3, 3))
+    mods = (
+        mod("body.m", "=", "modification.parameter", s.value(MASS, s.number(0.5, 2))),
+        mod("body.J", "=", "modification.parameter", inertia),
+    )
+    s.add("component", f"{part} {name}", Seq(mods, "list"), ";", name=name, data={"class": part})
+    ends = (Slot("component.from", WORLD), " -> ", Slot("component.to", named(s, _frame(f"{name}.tip"))))
+    start = mod("angle", "=", "modification.initial", s.literal(NUMBER, s.number(-1, 1), angle=True))
+    items = (statement("bind", *ends, name="->"), start)
+    s.add("component", f"Revolute {joint}", Seq(items, "list"), ";", name=joint, data={"class": "Revolute"})
+    push(s, _frame(f"{name}.root"))
+    _told(s, joint)
 
 
 def _told(s: Scope, name: str) -> None:

@@ -130,8 +130,12 @@ def examine(tree: Path, seeds: Sequence[int], mode: str) -> list[dict[str, Any]]
         begun = [int(word) for word in ran.stderr.split("\n") if word.isdigit()] or list(seeds)
         died = {"check": "process", "key": str(ran.returncode), "text": ran.stderr[-500:]}
         return [{"seed": begun[-1]} | died]
-    found: list[dict[str, Any]] = json.loads(ran.stdout.splitlines()[-1])["found"]
-    return found
+    told: dict[str, Any] = json.loads(ran.stdout.splitlines()[-1])
+    refused = [
+        {"seed": int(seed), "check": "refused", "key": codes, "text": ""}
+        for seed, codes in told["refused"].items()
+    ]
+    return [*told["found"], *refused]
 
 
 def caught(
