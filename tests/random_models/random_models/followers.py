@@ -74,6 +74,11 @@ def _driven(s: Scope) -> None:
         ask(s, call("reaction", driven, dim=dim(1, 1, -2), level="qva"))
 
 
+def _moves(signal: E) -> bool:
+    """Whether a number depends on the motion: what follows another state alone moves by itself."""
+    return bool(signal.level & frozenset("qv"))
+
+
 def _signal(s: Scope) -> E:
     return Writer(s, "qvx", kinks=False).number(1)
 
@@ -87,8 +92,9 @@ def _integral(s: Scope) -> None:
 def _filter(s: Scope) -> None:
     """Let a state follow the motion, and perhaps another one follow that; at times one is told."""
     signal = _signal(s)
+    hidden = _moves(signal)
     for _ in range(s.pick((1, 2))):
-        signal = _lag(s, signal, hidden=True)
+        signal = _lag(s, signal, hidden=hidden)
     if s.chance(0.4):
         ask(s, signal)
 
@@ -127,7 +133,7 @@ def _part(s: Scope) -> None:
     signals = [_signal(s) for _ in range(2)]
     for k, e in enumerate(signals):
         given = Seq((mod("signal", "=", "modification.input", e),), "list")
-        told = {"class": part, "hidden": (f"{name}_{k}.mean",)}
+        told = {"class": part, "hidden": (f"{name}_{k}.mean",) if _moves(e) else ()}
         s.add("component", f"{part} {name}_{k}", given, ";", name=f"{name}_{k}", data=told)
     for k in range(2):
         ask(s, reference(f"{name}_{k}.sum", "output", TIME, level="x"))
