@@ -19,6 +19,8 @@ def misjudged(model: Model, base: Compiled, seed: int) -> list[str]:
         return []
     following = {base.states[k] for k in base.problem.followers}
     known = {n for s in model.statements() for n in (s.data or {}).get("hidden", ())}
+    if any(s.kind == "drive" for s in model.statements()):  # what follows a prescribed motion moves by itself
+        known = set()
     found = [f"'{name}' only follows the motion, which is not said" for name in sorted(known - following)]
     if not following or not base.settles:
         return found
