@@ -74,11 +74,6 @@ def _driven(s: Scope) -> None:
         ask(s, call("reaction", driven, dim=dim(1, 1, -2), level="qva"))
 
 
-def _moves(signal: E) -> bool:
-    """Whether a number depends on the motion: what follows another state alone moves by itself."""
-    return bool(signal.level & frozenset("qv"))
-
-
 def _signal(s: Scope) -> E:
     return Writer(s, "qvx", kinks=False).number(1)
 
@@ -92,19 +87,17 @@ def _integral(s: Scope) -> None:
 def _filter(s: Scope) -> None:
     """Let a state follow the motion, and perhaps another one follow that; at times one is told."""
     signal = _signal(s)
-    hidden = _moves(signal)
     for _ in range(s.pick((1, 2))):
-        signal = _lag(s, signal, hidden=hidden)
+        signal = _lag(s, signal)
     if s.chance(0.4):
         ask(s, signal)
 
 
-def _lag(s: Scope, signal: E, *, hidden: bool = False) -> E:
-    """Return a state that follows a number; ``hidden``: nothing reads it but another such."""
+def _lag(s: Scope, signal: E) -> E:
+    """Return a state that follows a number."""
     name = s.fresh("x")
     start = Slot("state.value", s.literal(NUMBER, s.number(-1, 1)))
-    told = {"guess": False, "hidden": (name,) if hidden else ()}
-    s.add("state", f"state Real {name} = ", start, ";", name=name, data=told)
+    s.add("state", f"state Real {name} = ", start, ";", name=name, data={"guess": False})
     x = reference(name, "state", NUMBER, level="x")
     right = divide(subtract(signal, x), s.value(TIME, s.number(0.2, 1)))
     s.add("equation", f"equation der({name}) = ", Slot("equation", right), ";", name=name)
@@ -133,7 +126,7 @@ def _part(s: Scope) -> None:
     signals = [_signal(s) for _ in range(2)]
     for k, e in enumerate(signals):
         given = Seq((mod("signal", "=", "modification.input", e),), "list")
-        told = {"class": part, "hidden": (f"{name}_{k}.mean",) if _moves(e) else ()}
+        told = {"class": part}
         s.add("component", f"{part} {name}_{k}", given, ";", name=f"{name}_{k}", data=told)
     for k in range(2):
         ask(s, reference(f"{name}_{k}.sum", "output", TIME, level="x"))

@@ -1,5 +1,4 @@
-"""What a model says of its states on which the motion does not depend: a displacement of them changes nothing else, and those
-that the text only lets follow are among them."""
+"""What a model says of its states on which the motion does not depend: a displacement of them changes nothing else."""
 
 from __future__ import annotations
 
@@ -14,16 +13,13 @@ FAR = 0.37
 
 
 def misjudged(model: Model, base: Compiled, seed: int) -> list[str]:
-    """Say which states are taken for such, or for others, wrongly."""
+    """Say which states are taken for such wrongly."""
     if not base.problem.nq + base.problem.nv:
         return []
     following = {base.states[k] for k in base.problem.followers}
-    known = {n for s in model.statements() for n in (s.data or {}).get("hidden", ())}
-    if any(s.kind == "drive" for s in model.statements()):  # what follows a prescribed motion moves by itself
-        known = set()
-    found = [f"'{name}' only follows the motion, which is not said" for name in sorted(known - following)]
     if not following or not base.settles:
-        return found
+        return []
+    found: list[str] = []
     rng = np.random.default_rng(seed)
     for state in base.random_states(rng, 2):
         here = _rates(base, state)
