@@ -13,12 +13,12 @@ EDITS  ?= 1000000
 SPELT  := README.md ARCHITECTURE.md CONTRIBUTING.md CHANGELOG.md SECURITY.md docs mechc lang compiler runtime stdlib examples bench editors
 MODELS ?= 1000
 
-.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-spelling check-types check-floors format bench stability gallery docs fmu-gallery clean help
+.PHONY: demo test test-slow test-matrix fuzz fuzz-models check check-format check-lint check-spelling check-types check-floors format bench stability gallery docs fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make docs, make stability, make fmu-gallery, make clean"
+	@echo "make test-slow, make test-matrix, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make docs, make stability, make fmu-gallery, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -44,7 +44,10 @@ test: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile -m "not slow"
 
 test-slow: $(VENV)/installed-dev
-	$(BIN)/python -m pytest -q -n $(JOBS) -m slow
+	$(BIN)/python -m pytest -q -n $(JOBS) -m "slow and not matrix"
+
+test-matrix: $(VENV)/installed-dev
+	$(BIN)/python -m pytest -q -n $(JOBS) -m matrix
 
 fuzz: $(VENV)/installed-dev
 	MECHC_EDITS=$(EDITS) $(BIN)/python -m pytest -q -n $(JOBS) -m slow tests/mechc/test_random_edits.py

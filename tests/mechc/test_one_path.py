@@ -218,6 +218,7 @@ def test_a_call_is_right_or_refused(cell: Cell, folders: Path, monkeypatch: pyte
 
 
 @pytest.mark.slow
+@pytest.mark.matrix
 @pytest.mark.parametrize("command", sorted({cell.command for cell in ALL}))
 def test_all_calls_of_a_command(command: str, folders: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = {}
