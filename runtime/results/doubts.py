@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-CAUSES = {
+CAUSES: dict[tuple[str, bool | None], str] = {
     ("energy", True): (
         "a tighter run is off as much, so that it is not the steps: a force or a jump whose work is counted wrongly, "
         "a kink or an event that was passed over, or equations that are wrong. Compare a model that says the same in "

@@ -251,8 +251,8 @@ def around(times: Sequence[float], shares: bool) -> dict[str, Any]:
         along, across = -da * s - 0.3 * droll, ds
         slip = np.hypot(along, across) + 0.0001
         speed = 0.3 * abs(droll)
-        limits = (max(0.04 * speed, 0.05), max(0.12 * speed, 0.15)) if shares else (0.1, 0.3)
-        f = 100 * grip(slip, *limits, 0.8, 0.4)
+        near, far = (max(0.04 * speed, 0.05), max(0.12 * speed, 0.15)) if shares else (0.1, 0.3)
+        f = 100 * grip(slip, near, far, 0.8, 0.4)
         dda = (f * along / slip * s - 20 * s * ds * da) / (10 * s * s + 1)
         return [ds, da, droll, s * da * da - f * across / slip / 10, dda, 2 + 0.3 * f * along / slip]
 
@@ -380,7 +380,7 @@ def boxes(times: Sequence[float]) -> dict[str, Any]:
 
 def orbits(times: Sequence[float]) -> dict[str, Any]:
     """Two masses in the field of a centre, mu = 1 m^3/s^2."""
-    found = {}
+    found: dict[str, Any] = {}
     for name, start in (("body1", [0, 0.6, 1, 0]), ("body2", [0.6, 0.6, 0.6, 0])):
         y = solve_ivp(
             lambda t, y: np.concatenate([y[2:], -y[:2] / np.hypot(*y[:2]) ** 3]),

@@ -126,7 +126,7 @@ def _part(s: Scope) -> None:
     signals = [_signal(s) for _ in range(2)]
     for k, e in enumerate(signals):
         given = Seq((mod("signal", "=", "modification.input", e),), "list")
-        told = {"class": part}
+        told: dict[str, object] = {"class": part}
         s.add("component", f"{part} {name}_{k}", given, ";", name=f"{name}_{k}", data=told)
     for k in range(2):
         ask(s, reference(f"{name}_{k}.sum", "output", TIME, level="x"))
