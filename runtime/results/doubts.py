@@ -4,6 +4,15 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+_FORCES = (
+    "the equations of motion or a reaction are wrong, which is a fault of mechc: please report it with the model. "
+    "Reactions may be wrong in a motion that is right. Or the mechanism stays near a position in which its "
+    "constraints depend on each other"
+)
+_JOINTS = (
+    "the method does not keep the constraints of the loop that this joint closes, or an equation of the joint is missing, "
+    "which is a fault of mechc: please report it with the model"
+)
 CAUSES: dict[tuple[str, bool | None], str] = {
     ("energy", True): (
         "a tighter run is off as much, so that it is not the steps: a force or a jump whose work is counted wrongly, "
@@ -22,17 +31,10 @@ CAUSES: dict[tuple[str, bool | None], str] = {
         "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
         "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
     ),
-    **dict.fromkeys(
-        (("force", None), ("moment", None)),
-        "the equations of motion or a reaction are wrong, which is a fault of mechc: please report it with the model. "
-        "Reactions may be wrong in a motion that is right. Or the mechanism stays near a position in which its "
-        "constraints depend on each other",
-    ),
-    **dict.fromkeys(
-        (("place", None), ("direction", None)),
-        "the method does not keep the constraints of the loop that this joint closes, or an equation of the joint is missing, "
-        "which is a fault of mechc: please report it with the model",
-    ),
+    ("force", None): _FORCES,
+    ("moment", None): _FORCES,
+    ("place", None): _JOINTS,
+    ("direction", None): _JOINTS,
     ("constraints", None): (
         "the mechanism is near a position in which its constraints depend on each other, or it was not projected"
     ),

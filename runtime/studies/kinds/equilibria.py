@@ -265,8 +265,8 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     branches: list[Branch] = []
     pending: list[Array] = []
     doubt = ""
-    for seed in SEEDS:
-        for share in (seed, seed + (BESIDE if seed < 0.9 else -BESIDE)):
+    for first in SEEDS:
+        for share in (first, first + (BESIDE if first < 0.9 else -BESIDE)):
             search = Search(replace(at(share), y=tracer.start), box)
             search.run(min(MOST_GUESSES, 4 + 8 * len(box.moved)))
             if not any(one.free.size for one in search.sorted()):
@@ -359,7 +359,9 @@ def _followed(
     states = site.problem.states
     told = Values(site, tracer, [k for k in site.problem.own if states[k].kind != "rate"])
     head = (("", ""), (over.name, over.unit), *told.head)
-    rows = tuple((s.kind, value(float(s.x[-1])), *told.of(s.x)) for s in specials)
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (s.kind, value(float(s.x[-1])), *told.of(s.x)) for s in specials
+    )
     tables = [Table("", head, rows)] if rows else []
     if branches:
         tables.append(branches_in_numbers(over, tracer, branches, specials, told))
