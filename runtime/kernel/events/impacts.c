@@ -35,7 +35,7 @@ static int dies_out(const mech_solver *s, int round, int friction)
 static int apply_checked(mech_solver *s, int contact)
 {
     mech_real size;
-    const mech_real lost = mech_blow_loss(s, &size);
+    const mech_real lost = mech_impulse_loss(s, &size);
     if (!mech_finite(lost)) return mech_fail(s, MECH_NO_IMPACT, contact);
     if (lost < -MECH_C(1e-9) * size) return mech_fail(s, MECH_ENERGY_RAISED, contact);
     mech_rows_apply_impulses(s);
@@ -63,7 +63,7 @@ static int engage(mech_solver *s)
     int set[MECH_MOST_ROWS], n = 0, moves = -1;
     mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++) {
-        if (!mech_blow_holds(s, i)) continue;
+        if (!mech_impulse_holds(s, i)) continue;
         if (!(mech_abs(mech_row_value(s, i, MECH_GAP)) <= MECH_C(1e-6) * mech_max(e->gap_scale[i], 0))) {
             s->run->report.failed_value = mech_row_value(s, i, MECH_GAP);
             return mech_fail(s, MECH_APART, i);
@@ -75,7 +75,7 @@ static int engage(mech_solver *s)
     if (moves < 0) return MECH_RUNNING;
     mech_rows_find_response(s);
     mech_rows_solve(s, n, set, target, x);
-    mech_blow_set(s, n, set, x);
+    mech_impulse_set(s, n, set, x);
     return apply_checked(s, moves);
 }
 
@@ -116,10 +116,10 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                     mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
             }
         mech_journal_note(s, MECH_IMPACT, contact, approach);
-        status = !together           ? mech_blow_fastest(s, contact)
-                 : crowd && !friction ? mech_blow_of_crowd(s)
-                 : fades              ? mech_blow_with_friction(s, contact)
-                                      : mech_blow_together(s);
+        status = !together           ? mech_impulse_fastest(s, contact)
+                 : crowd && !friction ? mech_impulse_of_crowd(s)
+                 : fades              ? mech_impulse_with_friction(s, contact)
+                                      : mech_impulse_together(s);
         if (!status) status = apply_checked(s, contact);
         (*count)++;
     }

@@ -13,13 +13,13 @@
 
 enum { ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000, STATES = 3, MOST_COMBINED = 5 };
 
-int mech_blow_holds(const mech_solver *s, int i)
+int mech_impulse_holds(const mech_solver *s, int i)
 {
     return mech_row_of(s, i)->kind == MECH_BILATERAL && s->events->z[mech_row_of(s, i)->flag] > MECH_C(0.5);
 }
 
 /* What the present impulses take out of the energy. */
-mech_real mech_blow_loss(const mech_solver *s, mech_real *size)
+mech_real mech_impulse_loss(const mech_solver *s, mech_real *size)
 {
     const mech_event_state *e = s->events;
     mech_real lost = 0;
@@ -47,7 +47,7 @@ static mech_real restitution(mech_solver *s, int i)
     return rests ? 0 : e;
 }
 
-void mech_blow_set(mech_solver *s, int n, const int *set, const mech_real *x)
+void mech_impulse_set(mech_solver *s, int n, const int *set, const mech_real *x)
 {
     memset(s->events->impulse, 0, (size_t)s->events->n_rows * sizeof(mech_real));
     for (int k = 0; k < n; k++) s->events->impulse[set[k]] = x[k];
@@ -94,7 +94,7 @@ static int solve_hits(mech_solver *s, int n, const hit *hits)
     int set[MECH_MOST_ROWS], m = 0, sure = 1;
     mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++)
-        if (mech_blow_holds(s, i)) {
+        if (mech_impulse_holds(s, i)) {
             set[m] = i;
             target[m++] = -*mech_row_rate(s, i);
         }
@@ -124,7 +124,7 @@ static int solve_hits(mech_solver *s, int n, const hit *hits)
         }
     }
     join(s, n, hits, -1);
-    mech_blow_set(s, m, set, x);
+    mech_impulse_set(s, m, set, x);
     for (int k = 0; k < n; k++)
         for (int c = 0; hits[k].state == HIT_SLIDES && c < hits[k].count; c++)
             e->impulse[hits[k].slips + c] =
@@ -266,7 +266,7 @@ static int fit_hits(mech_solver *s, int n, hit *hits)
 
 /* The contact that approaches fastest hits, together with all that approach as fast: which of them stands first in the
  * text says nothing. Where these have no common solution, it hits alone. */
-int mech_blow_fastest(mech_solver *s, int contact)
+int mech_impulse_fastest(mech_solver *s, int contact)
 {
     mech_event_state *e = s->events;
     const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));
@@ -280,7 +280,7 @@ int mech_blow_fastest(mech_solver *s, int contact)
         delay_before[n] = e->delay[i];
         hits[n++] = begin_hit(s, i);
     }
-    if (n > 1 && fit_hits(s, n, hits) && mech_blow_loss(s, &size) >= -MECH_C(1e-9) * size) {
+    if (n > 1 && fit_hits(s, n, hits) && mech_impulse_loss(s, &size) >= -MECH_C(1e-9) * size) {
         for (int k = 1; k < n; k++)
             mech_journal_note(s, MECH_IMPACT, hits[k].contact, -*mech_row_rate(s, hits[k].contact));
         return MECH_RUNNING;
@@ -294,17 +294,17 @@ int mech_blow_fastest(mech_solver *s, int contact)
 }
 
 /* All hits at once: 0 <= p, r+ + e r- >= 0, one of them zero in each touching row; r+ = 0 where engaged. */
-int mech_blow_together(mech_solver *s)
+int mech_impulse_together(mech_solver *s)
 {
     mech_event_state *e = s->events;
     int row[MECH_MOST_ROWS], in[MECH_MOST_ROWS], set[MECH_MOST_ROWS], m = 0;
     mech_real aim[MECH_MOST_ROWS], target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++)
-        if (mech_blow_holds(s, i) || mech_row_touches(s, i)) {
+        if (mech_impulse_holds(s, i) || mech_row_touches(s, i)) {
             row[m] = i;
-            in[m] = mech_blow_holds(s, i);
+            in[m] = mech_impulse_holds(s, i);
             const mech_real r = *mech_row_rate(s, i);
-            aim[m++] = mech_blow_holds(s, i) || r >= 0 ? -r : -(1 + restitution(s, i)) * r;
+            aim[m++] = mech_impulse_holds(s, i) || r >= 0 ? -r : -(1 + restitution(s, i)) * r;
         }
     for (int pivots = 0; pivots < MOST_PIVOTS; pivots++) {
         int n = 0, wrong = -1;
@@ -314,9 +314,9 @@ int mech_blow_together(mech_solver *s)
                 target[n++] = aim[k];
             }
         mech_rows_solve(s, n, set, target, x);
-        mech_blow_set(s, n, set, x);
+        mech_impulse_set(s, n, set, x);
         for (int k = 0; k < m && wrong < 0; k++) {
-            if (mech_blow_holds(s, row[k])) continue;
+            if (mech_impulse_holds(s, row[k])) continue;
             mech_real change = 0, size = mech_abs(aim[k]);
             for (int j = 0; j < n; j++) {
                 const mech_real part = mech_row_response(s, row[k], set[j]) * x[j];
@@ -332,7 +332,7 @@ int mech_blow_together(mech_solver *s)
 }
 
 /* The same for a crowd whose contacts have no friction at hand. */
-int mech_blow_of_crowd(mech_solver *s)
+int mech_impulse_of_crowd(mech_solver *s)
 {
     mech_near_rows_problem p;
     p.n = 0;
@@ -347,12 +347,12 @@ int mech_blow_of_crowd(mech_solver *s)
         p.weak[p.n++] = 0;
     }
     if (!mech_near_rows_complement(s, &p)) return mech_fail(s, MECH_NO_IMPACT, p.n ? p.set[0] : 0);
-    mech_blow_set(s, p.n, p.set, p.x);
+    mech_impulse_set(s, p.n, p.set, p.x);
     return MECH_RUNNING;
 }
 
 /* The same where some have friction: none of them rebounds, and what slips does so all the while. */
-int mech_blow_with_friction(mech_solver *s, int contact)
+int mech_impulse_with_friction(mech_solver *s, int contact)
 {
     hit hits[MECH_MOST_ROWS];
     int n = 0;
@@ -368,5 +368,5 @@ int mech_blow_with_friction(mech_solver *s, int contact)
         if (hits[n].aim < 0) hits[n].state = HIT_SPARED;
         n++;
     }
-    return fit_hits(s, n, hits) ? MECH_RUNNING : mech_blow_fastest(s, contact);
+    return fit_hits(s, n, hits) ? MECH_RUNNING : mech_impulse_fastest(s, contact);
 }

@@ -5,16 +5,16 @@
 #include "run.h"
 
 /* The contact that approaches fastest, with all that approach as fast. */
-int mech_blow_fastest(mech_solver *s, int contact);
+int mech_impulse_fastest(mech_solver *s, int contact);
 /* All that touch, as one problem of complementarity; `of_crowd`: of contacts without friction at hand; `with_friction`: where some
    have it, in a crowd; there `contact` hits alone where the others have no common solution. */
-int mech_blow_together(mech_solver *s);
-int mech_blow_of_crowd(mech_solver *s);
-int mech_blow_with_friction(mech_solver *s, int contact);
+int mech_impulse_together(mech_solver *s);
+int mech_impulse_of_crowd(mech_solver *s);
+int mech_impulse_with_friction(mech_solver *s, int contact);
 /* Whether row i is a constraint that is engaged. */
-int mech_blow_holds(const mech_solver *s, int i);
-void mech_blow_set(mech_solver *s, int n, const int *set, const mech_real *x);
+int mech_impulse_holds(const mech_solver *s, int i);
+void mech_impulse_set(mech_solver *s, int n, const int *set, const mech_real *x);
 /* What the impulses take out of the energy, and the size of its terms. */
-mech_real mech_blow_loss(const mech_solver *s, mech_real *size);
+mech_real mech_impulse_loss(const mech_solver *s, mech_real *size);
 
 #endif
