@@ -183,7 +183,7 @@ def _instead(module: object, name: str, made: Callable[[Any], Any]) -> Patch:
 
 def _no_name_of_a_name(patch: pytest.MonkeyPatch) -> None:
     """Displace at a closing joint the frame that is meant, and not the joint's own name of it."""
-    original = build.closure_rows
+    original = closures.closure_rows
 
     def rows(lowering: Any, model: Any, found: Any, *rest: Any) -> Any:
         joints = tuple(replace(joint, to=joint.target) for joint in found.closures)

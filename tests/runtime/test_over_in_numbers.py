@@ -52,6 +52,10 @@ def study(model: str, kind: str, **settings: Any) -> Findings:
     return found
 
 
+def rows_of(found: Findings, k: int = 0) -> list[Any]:
+    return list(found.tables[k].rows)
+
+
 def test_one_branch_at_the_values_that_are_asked_for() -> None:
     """k x = f."""
     spring = (
@@ -59,8 +63,8 @@ def test_one_branch_at_the_values_that_are_asked_for() -> None:
     )
     spring += "potential 2*x^2 - f*x; end S;"
     found = study(spring, "equilibria", over="f = -1 .. 2, 4")
-    (table,) = found.tables
-    rows = sorted(row[1:] for row in table.rows)
+    assert len(found.tables) == 1
+    rows = sorted(row[1:] for row in rows_of(found))
     assert rows == [(f, pytest.approx(f / 4, rel=1e-12), "stable") for f in (-1, 0, 1, 2)]
     assert "branches at 4 values of f" in text(found) and not found.remarks[1:]
 
@@ -72,7 +76,7 @@ def test_branches_of_equilibria() -> None:
     special, table = found.tables
     assert [row[0] for row in special.rows] == ["fork"]
     assert [name for name, _ in table.head] == ["branch", "w", "th", ""]
-    rows = sorted((w, th, word) for _, w, th, word in table.rows)
+    rows = sorted((w, th, word) for _, w, th, word in rows_of(found))
     wanted: list[tuple[float, float, str]] = []
     for w in (0.2, 0.7, 1, 1.2, 1.7, 2.2):
         if w == 1:
@@ -86,9 +90,7 @@ def test_branches_of_equilibria() -> None:
     assert "branches at 5 values of w" in text(found)
     assert not any("50 values" in remark for remark in found.remarks)
     usual = study(HOOP, "equilibria", over="w = 0.2 .. 0.8")
-    assert sorted({row[1] for row in usual.tables[0].rows}) == pytest.approx(
-        [0.2 + 0.06 * k for k in range(11)]
-    )
+    assert sorted({row[1] for row in rows_of(usual, 0)}) == pytest.approx([0.2 + 0.06 * k for k in range(11)])
     assert "50 values" in usual.remarks[-1]
 
 
@@ -96,7 +98,7 @@ def test_branches_of_equilibria() -> None:
 def test_a_fork_in_the_middle_of_the_range_is_no_line_of_equilibria() -> None:
     """The search begins there, too; a particle that nothing pushes on is still refused."""
     found = study(HOOP, "equilibria", over="w = 0 .. 2, 5")
-    assert [(kind, w) for kind, w, _ in found.tables[0].rows] == [("fork", pytest.approx(1, abs=1e-10))]
+    assert [(kind, w) for kind, w, _ in rows_of(found, 0)] == [("fork", pytest.approx(1, abs=1e-10))]
     free = "model F dimensionless; parameter f = 1; coordinate x = 0; coordinate y(min = -1, max = 1) = 0; "
     free += "kinetic 1/2*(der(x)^2 + der(y)^2); potential f*(x - y)^2; end F;"
     with pytest.raises(mechc.SimulationError, match="not isolated"):
@@ -108,7 +110,7 @@ def test_a_branch_with_folds_passes_a_value_several_times() -> None:
     """x^3 - x = f: three equilibria at f = 0, one at -1 and 1, folds at 3 x^2 = 1."""
     cubic = "model C dimensionless; parameter f = 0; coordinate x(min = -2, max = 2) = 0.5; kinetic 1/2*der(x)^2; "
     found = study(cubic + "potential x^4/4 - x^2/2 - f*x; end C;", "equilibria", over="f = -1 .. 1, 3")
-    rows = [row[1:] for row in found.tables[1].rows]
+    rows = [row[1:] for row in rows_of(found, 1)]
     end = 1.324717957244746  # x^3 - x = 1
     wanted = [
         (-1, -end, "stable"),
@@ -130,10 +132,10 @@ def test_steady_motions() -> None:
     (table,) = found.tables
     assert [name for name, _ in table.head] == ["der(phi)", "th", "error", ""]
     wanted = [(w, th) for w in (0.6, 1.1, 1.6, 2.1) for th in (*leans(w), math.pi)]
-    assert [(row[0], row[1]) for row in table.rows] == [
+    assert [(row[0], row[1]) for row in rows_of(found)] == [
         (pytest.approx(w), pytest.approx(th, abs=1e-10)) for w, th in wanted
     ]
-    assert [row[3] for row in table.rows[-4:]] == ["stable", "unstable", "stable", "unstable"]
+    assert [row[3] for row in rows_of(found)[-4:]] == ["stable", "unstable", "stable", "unstable"]
     change = "the steady motions change from 2 (1 stable) to 4 (2 stable)"
     assert found.remarks == (f"between der(phi) = 0.6 and 1.1 {change}",)
 

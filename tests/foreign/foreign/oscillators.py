@@ -28,7 +28,8 @@ T = dynamicsymbols._t
 
 def one_mass() -> Judge:
     q, u = dynamicsymbols("q u")
-    m, c, k, F = *symbols("m c k"), dynamicsymbols("F")
+    m, c, k = symbols("m c k")
+    F = dynamicsymbols("F")
     N, O = ReferenceFrame("N"), Point("O")
     O.set_vel(N, 0)
     P = O.locatenew("P", q * N.x)
