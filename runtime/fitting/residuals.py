@@ -49,6 +49,8 @@ class Computed(Struct, frozen=True, eq=False):
     values: tuple[Array, ...]
     derivatives: tuple[Array, ...]
     reason: str = ""
+    help: str = ""
+    """What helps where a motion is refused, whatever the values."""
 
 
 class Plan(Protocol):
@@ -148,7 +150,7 @@ class Motions:
             try:
                 found, slope = self._run(d, given, times)
             except SimulationError as error:
-                return Computed((), (), error.message)
+                return Computed((), (), error.message, error.help)
             if isinstance(found, str):
                 return Computed((), (), found)
             rows.append(found)

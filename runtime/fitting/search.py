@@ -80,10 +80,10 @@ class Search:
             if self._progress is not None:
                 self._progress(0.9 * (k + 1) / len(starts))
         if best is None:
-            reason = self.motions.at(starts[0]).reason
+            failed = self.motions.at(starts[0])
             raise SimulationError(
-                f"the motion cannot be computed where the search begins: {reason}",
-                help="begin nearer to what was measured: --set NAME=VALUE",
+                f"the motion cannot be computed where the search begins: {failed.reason}",
+                help=failed.help or "begin nearer to what was measured: --set NAME=VALUE",
             )
         return self._weighted(best)
 

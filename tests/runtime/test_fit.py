@@ -396,3 +396,23 @@ def test_impacts_move_with_the_parameters() -> None:
             path.append(e * speed * (t - second) - g * (t - second) ** 2 / 2)
     found = mechc.loads(BALL).fit({"time": times, "y": np.array(path)}, "e, g, y", tolerance=1e-10)
     assert [found["e"], found["g"], found["y"]] == pytest.approx([e, g, height], rel=1e-8)
+
+
+def test_a_motion_that_is_refused_says_what_helps() -> None:
+    """A table under a model with events is not differentiated, whatever the start: other values would not help."""
+    text = """
+model Rig
+  parameter c = 1 N.s/m;
+  input Length t(interpolation = "spline") = 0 m;
+  coordinate Length s;
+  drive s = t;
+  output f = c*der(s);
+  when time > 1.5 s then terminate("used up"); end when;
+  experiment(stop = 2 s);
+end Rig;
+"""
+    times = np.linspace(0, 2, 41)
+    data = {"time": times, "t": 0.05 * np.sin(3 * times), "f": 0.375 * np.cos(3 * times)}
+    with pytest.raises(mechc.SimulationError) as caught:
+        mechc.loads(text).fit(data, "c")
+    assert "formula of the time" in caught.value.help
