@@ -98,6 +98,7 @@ class UnitError(ValueError):
 # ---------------------------------------------------------------- the tables
 
 _PI = Fraction(math.pi)
+_INCH, _POUND, _STANDARD_GRAVITY = Fraction(254, 10_000), Fraction("0.45359237"), Fraction("9.80665")
 _PREFIXES: Mapping[str, Fraction] = {
     "f": Fraction(1, 10**15),
     "p": Fraction(1, 10**12),
@@ -146,6 +147,18 @@ _TABLE: Mapping[str, tuple[str, Fraction, int, str]] = {
     "Wb": ("kg m^2 s^-2 A^-1", Fraction(1), 0, "num"),
     "H": ("kg m^2 s^-2 A^-2", Fraction(1), 0, "pnum"),
     "T": ("kg s^-2 A^-1", Fraction(1), 0, "pnum"),
+    # of workshops and test benches; exact by definition
+    "Nm": ("kg m^2 s^-2", Fraction(1), 0, "numckM"),
+    "l": ("m^3", Fraction(1, 1000), 0, "umcdh"),
+    "%": ("", Fraction(1, 100), 0, ""),
+    "inch": ("m", _INCH, 0, ""),
+    "ft": ("m", 12 * _INCH, 0, ""),
+    "mph": ("m s^-1", 63360 * _INCH / 3600, 0, ""),
+    "gal": ("m^3", 231 * _INCH**3, 0, ""),
+    "lb": ("kg", _POUND, 0, ""),
+    "lbf": ("kg m s^-2", _POUND * _STANDARD_GRAVITY, 0, "k"),
+    "psi": ("kg m^-1 s^-2", _POUND * _STANDARD_GRAVITY / _INCH**2, 0, ""),
+    "hp": ("kg m^2 s^-3", 550 * 12 * _INCH * _POUND * _STANDARD_GRAVITY, 0, ""),
 }
 
 
@@ -181,14 +194,14 @@ PREFIXES: Mapping[str, tuple[str, ...]] = {symbol: tuple(row[3]) for symbol, row
 """Units -> the prefixes that each takes."""
 """Every single unit with its prefixes: what may stand between the dots and strokes."""
 
-_ONE = "(?:" + "|".join(sorted(_SYMBOLS, key=lambda s: (-len(s), s))) + r")(?![A-Za-z0-9_])"
+_ONE = "(?:" + "|".join(sorted(_SYMBOLS, key=lambda s: (-len(s), s))) + r")(?![A-Za-z0-9_%])"
 _EXPONENT = r"\^(?:-?\d{1,3}(?:\.\d{1,3})?(?!\.?\d|[A-Za-z_])|\(-?\d{1,3}/[1-9]\d{0,2}\))"
 
 UNIT_PATTERN = rf"{_ONE}(?:{_EXPONENT})?(?:[./]{_ONE}(?:{_EXPONENT})?)*"
 """Regular expression, without groups, of a unit in a model: ``kg.m^2/s``. For editors and tests;
 ``unit_end`` finds the same and need not compile it."""
 
-_STEP = re.compile(rf"([A-Za-z]+)(?![A-Za-z0-9_])({_EXPONENT})?")
+_STEP = re.compile(rf"([A-Za-z]+|%)(?![A-Za-z0-9_%])({_EXPONENT})?")
 
 
 def unit_end(text: str, start: int = 0) -> int:
@@ -209,12 +222,15 @@ _SPELLED_OUT: Mapping[str, str] = {
     "hertz": "Hz", "volt": "V", "ampere": "A", "amp": "A", "kelvin": "K", "tesla": "T", "coulomb": "C",
     "farad": "F", "henry": "H", "weber": "Wb", "ohm": "Ohm", "millimetre": "mm", "millimeter": "mm",
     "centimetre": "cm", "centimeter": "cm", "kilometre": "km", "kilometer": "km", "millisecond": "ms",
-    "turn": "rev", "revolution": "rev", "Nm": "N.m", "Ns": "N.s", "mps": "m/s", "kmh": "km/h",
+    "turn": "rev", "revolution": "rev", "Ns": "N.s", "mps": "m/s", "kmh": "km/h", "L": "l", "litre": "l",
+    "liter": "l", "percent": "%", "pound": "lb", "lbm": "lb", "foot": "ft", "feet": "ft", "inche": "inch",
+    "gallon": "gal", "horsepower": "hp", "kip": "klbf", "ksi": "klbf/inch^2", "ftlb": "ft.lbf", "lbft": "lbf.ft",
+    "inlb": "inch.lbf", "NM": "Nm", "kmph": "km/h", "kmps": "km/s",
     "kph": "km/h", "hz": "Hz", "n": "N", "j": "J", "w": "W", "k": "K", "S": "s", "M": "m", "KG": "kg",
 }  # fmt: skip
 
 
-_CUSTOMARY = ("lb", "lbs", "lbf", "ft", "in", "inch", "yd", "mi", "mph", "psi", "oz", "hp", "rpm")
+_CUSTOMARY = ("in", "yd", "mi", "oz", "ps")
 """Units that are no others misspelt, so that none is guessed for them."""
 
 
@@ -234,7 +250,8 @@ def suggest_unit(text: str) -> str:
         return ""
     if glued := re.fullmatch(_GLUED, text):
         return ".".join([glued[1], *re.findall(_FACTOR, glued[2])])
-    return closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 3)]) or ""
+    near = closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 4)]) or ""
+    return _SPELLED_OUT.get(near, near)
 
 
 @lru_cache(maxsize=1024)

@@ -57,8 +57,8 @@ def _kind(si: str) -> str:
 
 
 def _key(unit: Unit) -> str:
-    """Tell dimensions apart, angles from pure numbers, torques in N.m from energies; rates of angles are angles per time."""
-    torque = unit.dimension == _ENERGY and "N." in unit.symbol
+    """Tell dimensions apart, angles from pure numbers, torques (a force by a length) from energies; rates of angles are angles per time."""
+    torque = unit.dimension == _ENERGY and any(force in unit.symbol for force in ("N.", "Nm", "lbf"))
     return f"{unit.dimension}{' angle' if unit.angle else ''}{' torque' if torque else ''}"
 
 

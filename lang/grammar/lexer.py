@@ -57,7 +57,7 @@ _FOREIGN_SIGN = re.compile("|".join(re.escape(s) for s in sorted(_FOREIGN, key=l
 _MEANT: Mapping[str, str] = {
     "|": "an absolute value is written 'abs(x)', a length 'norm(v)', 'or' in words",
     "&": "write 'and'",
-    "%": "a remainder is written 'mod(x, y)', a comment begins with '//'",
+    "%": "a remainder is written 'mod(x, y)', five percent '5 %', a comment begins with '//'",
     "?": "a choice is written 'if c then a else b'",
     "'": "a derivative is written 'der(x)', a text \"...\"",
 }
@@ -67,8 +67,9 @@ _REORDERING = re.compile("[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 
 _BLANKS = re.compile(r"[ \t]+")
 _STRANGE_NAME = re.compile(r"[^\W\d\u00b2\u00b3][^\W\u00b2\u00b3]*")
-_GLUED = re.compile(r"((?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z_\u00b0]\w*)")
+_GLUED = re.compile(r"((?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z_\u00b0]\w*|%)")
 _MALFORMED = re.compile(r"0[xX][0-9A-Fa-f]+|[0-9][0-9_.]*(?:[eE][+-]?(?![0-9]))?")
+_PRIMES = re.compile(r"'+")
 _QUOTED = re.compile(r"'[^'\n]*'|[\u201c\u201d\u201e][^\u201c\u201d\u201e\"\n]*[\u201c\u201d\u201e]")
 
 
@@ -174,7 +175,7 @@ class _Lexer:
     def number(self, start: int, position: int) -> int:
         """Take a number and, after blanks on the same line, its unit."""
         text = self.text
-        if text.startswith((".", "\u00b0"), position):
+        if text.startswith((".", "\u00b0", "%"), position):
             return self.mend(start)
         blanks = _BLANKS.match(text, position)
         if blanks is not None:
@@ -216,6 +217,9 @@ class _Lexer:
             return self.foreign(start, match.end())
         if match := _STRANGE_NAME.match(text, start):
             return self.strange_name(start, match[0], match.end())
+        last = self.tokens[-1] if self.tokens else None
+        if last and last.end == start and last.kind in ("NAME", "RPAR", "RSQB") and text[start] == "'":
+            return self.primes(start, last)
         if match := _QUOTED.match(text, start):
             help = 'write "..." with the straight double quotes of the keyboard'
             self.error("E0122", "a text stands in double quotes", start, match.end(), help=help)
@@ -228,6 +232,15 @@ class _Lexer:
             return end
         self.unexpected(start)
         return start + 1
+
+    def primes(self, start: int, last: Token) -> int:
+        """Leave out the primes of ``x'`` and ``x''``."""
+        match = _PRIMES.match(self.text, start)
+        assert match is not None
+        order, name = len(match[0]), last.text if last.kind == "NAME" else ".."
+        help = f"write 'der({name})'" if order == 1 else f"write 'der({name}, {order})'"
+        self.error("E0121", "a derivative is not written by primes", start, match.end(), help=help)
+        return match.end()
 
     def unclosed_string(self, start: int) -> int:
         """Take the text up to the end of the line, or to the semicolon there."""
@@ -252,6 +265,8 @@ class _Lexer:
             unit = "deg" if word == "\u00b0" else self.text[begin:end]
             end = max(end, begin + 1)
             help = f"write '{number} {unit}'"
+            if len(word) == 1 and word.isalpha() and unit == word:
+                help += f"; a product is written '{number}*{word}'"
             message = f"a blank is missing between the number and the unit '{unit}'"
             if word == "\u00b0":
                 message = "the unit of degrees is 'deg'"

@@ -14,6 +14,7 @@ from mechc.suggest import closest
 from ..builtins import BUILTINS
 from ..grammar.keywords import ACTIONS, KEYWORDS, RESERVED, STATEMENTS
 from ..grammar.lexer import Token
+from ..grammar.tables import END
 from ..source import Span
 from ..units import NAMED_TYPES, suggest_unit, unit_end
 from .expected import OPERATORS, Finding, error, unexpected
@@ -191,6 +192,8 @@ def comparison_sign(s: Situation) -> Finding | None:
 def statement_without_keyword(s: Situation) -> Finding | None:
     """An equation or expression where a statement should begin."""
     first = s.tokens[s.first]
+    if s.token.kind == "LSQB" and s.at_beginning:
+        return _several_results(s)
     if first.text not in ("der", "pre") and (s.index == s.first or s.is_keyword(s.first)):
         return None
     if s.token.kind == "EQUAL" and s.index == s.first + 2 and s.previous:
@@ -207,6 +210,8 @@ def statement_without_keyword(s: Situation) -> Finding | None:
         if "REINIT" in s.expected:
             help = f"write 'reinit({first.text}(x), ..);' for a new value"
         return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
+    if (rate := _rate_in(s)) is not None:
+        return rate
     if s.token.kind not in ("EQUAL", "TILDE", "LPAR", "LSQB", "DOT", *OPERATORS):
         return None
     if s.token.kind != "LPAR" and s.index > s.first + 1 and s.tokens[s.index - 2].kind != "DOT":
@@ -217,6 +222,29 @@ def statement_without_keyword(s: Situation) -> Finding | None:
         help = f"write 'initial {whole} = ..;' for a known value, 'initial {whole} ~ ..;' for a guess"
         return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
     help = f"write 'let {left} = ..;', 'initial {left} = ..;' or 'constraint {left} = ..;'"
+    return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
+
+
+def _several_results(s: Situation) -> Finding:
+    """``[t, x] = ode45(..)``"""
+    end = next((t.start for t in s.tokens[s.index :] if t.kind in ("SEMICOLON", END)), s.token.end)
+    help = "a function has one value; a vector is written '{1, 2, 3}'"
+    if re.search(r"\b(ode\d+\w*|odeint|solve_ivp)\b", s.source.text[s.token.start : end]):
+        help = "a run integrates by itself: write energies and forces, and 'experiment(stop = 10 s);'"
+    return error("E0125", "a statement begins with a keyword", s.span(s.token), help=help), Panic()
+
+
+def _rate_in(s: Situation) -> Finding | None:
+    """An equation in which a rate has a factor or a term beside it: ``L*der(i) = u - R*i``, ``m*der(der(x)) = F``."""
+    first = s.tokens[s.first]
+    ends = (t.start for t in s.tokens[s.first :] if t.kind in ("SEMICOLON", END) or t.text == "=")
+    left = s.source.text[first.start : next(ends, first.end)].strip()
+    rate = re.search(r"\bder\s*\(\s*(der\s*\(\s*)?([\w.\[\]]+)\s*(,\s*2\s*)?\)", left)
+    if rate is None or (first.text in ("der", "pre") and rate.end() == len(left)):
+        return None
+    help = f"write 'equation der({rate[2]}) = ..;', solved for the rate"
+    if rate[1] or rate[3]:
+        help = f"accelerations follow from energies and forces: 'kinetic 1/2*m*der({rate[2]})^2;' and 'force .. on {rate[2]};'"
     return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
 
 
@@ -314,6 +342,9 @@ def missing_operator(s: Situation) -> Finding | None:
         help = f"a unit with nothing above its fraction is written with a power: '{before.text} {inverse}'"
     if before.text in BUILTINS:
         help = f"the argument of a function stands in parentheses: '{before.text}({token.text})'"
+    if before.text.endswith("%"):
+        divided = before.text.removesuffix("%").strip() or ".."
+        help = f"a remainder is written 'mod({divided}, {token.text})'"
     message = f"an operator is missing between '{before.text}' and '{token.text}'"
     return error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
 
@@ -341,6 +372,9 @@ def unit_behind_call(s: Situation) -> Finding | None:
 def unknown_unit(s: Situation) -> Finding | None:
     """A word behind a number, a brace or a parenthesis that is no unit."""
     before, token = s.previous, s.token
+    if before and before.kind == "NUMBER" and token.text == "in" and not s.accepts("IN"):
+        help = f"write '{before.text} inch'"
+        return error("E0112", "the unit of inches is 'inch'", s.span(token), help=help), Edit(delete=1)
     if before is None or token.kind != "NAME" or s.begins_line or token.text in KEYWORDS:
         return None
     if before.kind not in ("NUMBER", "RPAR", "RBRACE") or not s.accepts("STAR"):

@@ -11,6 +11,7 @@ from mechc.lang.diagnostics import CompileError
 from mechc.lang.read import read_source
 
 BODY = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n"
+CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
 
 
 @pytest.mark.parametrize(
@@ -27,6 +28,24 @@ BODY = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n"
         (BODY + "force -4 N/m*delay(x, 0.1 s) on x;", "E0209", ["no delayed values"]),
         (BODY + "force interp1(x, 1) on x;", "E0209", ["'table("]),
         (BODY + "force rand(1)*1 N on x;", "E0209", ["ensemble"]),
+        (BODY + "force sat(x, 1 m)*1 N/m on x;", "E0209", ["'clamp(..)'"]),
+        (BODY + "force lookup2d(x, x) on x;", "E0209", ["'table("]),
+        (BODY + "force noEvent(x)*1 N/m on x;", "E0209", ["leave it out"]),
+        (BODY + "force pid(x) on x;", "E0209", ["states"]),
+        (BODY + "[t, y] = ode45(f, [0 10], x);", "E0125", ["'experiment(stop = 10 s);'"]),
+        (BODY + "[t, y] = f(x);", "E0125", ["one value"]),
+        (BODY + "1 kg*x'' = -3 N/m*x;", "E0121", ["'der(x, 2)'"]),
+        (BODY + "let v = x';", "E0121", ["'der(x)'"]),
+        (BODY + "m*der(der(x)) = -3*x;", "E0125", ["'kinetic 1/2*m*der(x)^2;'"]),
+        (CIRCUIT + "L*der(i) = 5 V - R*i;", "E0125", ["'equation der(i) = ..;'"]),
+        (CIRCUIT + "equation L*der(i) = 5 V - R*i;", "E0421", ["'equation der(i) = (5 V - R*i)/L;'"]),
+        (CIRCUIT + "equation 5 V = R*i + L*der(i);", "E0421", ["'equation der(i) = ..;'"]),
+        (CIRCUIT + "equation 5 V/L = der(i);", "E0421", ["'equation der(i) = 5 V/L;'"]),
+        (BODY + "parameter w = 5 in;", "E0112", ["'5 inch'"]),
+        (BODY + "parameter b = 3; parameter a = 5 % b;", "E0110", ["'mod(5, b)'"]),
+        (BODY + "parameter b = 3; parameter a = b % 2;", "E0105", ["'mod(x, y)'"]),
+        (BODY + "parameter a = 5%;", "E0113", ["'5 %'"]),
+        (BODY + "parameter l = 3; parameter a = 2l;", "E0113", ["'2*l'"]),
     ],
 )
 def test_help_says_what_to_write(text: str, code: str, words: list[str]) -> None:

@@ -53,12 +53,29 @@ from mechc.lang.units import (
         ("N/m^(1/2)", "kg.m^(1/2)/s^2", 1),
         ("1", "1", 1),
         ("mol.cd.K", "K.mol.cd", 1),
+        ("Nm", "kg.m^2/s^2", 1),
+        ("kNm/rad", "kg.m^2/s^2", 1000),
+        ("ml/min", "m^3/s", Fraction(1, 60 * 10**6)),
+        ("%", "1", Fraction(1, 100)),
+        ("%/K", "1/K", Fraction(1, 100)),
+        ("inch", "m", Fraction("0.0254")),
+        ("ft", "m", Fraction("0.3048")),
+        ("mph", "m/s", Fraction("0.44704")),
+        ("gal", "m^3", Fraction("0.003785411784")),
+        ("lb", "kg", Fraction("0.45359237")),
+        ("lbf", "kg.m/s^2", Fraction("4.4482216152605")),
+        ("hp", "kg.m^2/s^3", Fraction("745.69987158227022")),
+        ("ft.lbf/rad", "kg.m^2/s^2", Fraction("1.3558179483314004")),
     ],
 )
 def test_dimension_and_factor(text: str, dimension: str, factor: Fraction) -> None:
     unit = parse_unit(text)
     assert str(unit.dimension) == dimension
     assert unit.factor == factor
+
+
+def test_pressures_of_workshops() -> None:
+    assert float(parse_unit("psi").factor) == pytest.approx(6894.757293168361, rel=1e-15)  # NIST SP 811
 
 
 def test_angles_are_numbers_that_remember() -> None:
@@ -79,7 +96,14 @@ def test_a_broken_power_of_a_prefix() -> None:
     [
         ("metres", "m"),
         ("Seconds", "s"),
-        ("Nm", "N.m"),
+        ("Nms", "N.m.s"),
+        ("litres", "l"),
+        ("lbs", "lb"),
+        ("inches", "inch"),
+        ("kip", "klbf"),
+        ("ftlb", "ft.lbf"),
+        ("kmph", "km/h"),
+        ("PS", ""),
         ("kG", "kg"),
         ("degrees", "deg"),
         ("newton/metre", "N/metre"),
@@ -100,11 +124,11 @@ def test_no_unit(text: str, suggestion: str) -> None:
 
 
 def test_words_and_letters_that_are_no_units() -> None:
-    for word in ("in", "at", "on", "to", "from", "x", "theta", "then", "l", "inch", "pi", "e"):
+    for word in ("in", "at", "on", "to", "from", "x", "theta", "then", "pi", "e", "%%", "%x", "lx"):
         assert unit_end(word) == 0
 
 
-@given(st.text(alphabet="mskgNraduh./^-()0123456789x ", max_size=12))
+@given(st.text(alphabet="mskgNraduhl%./^-()0123456789x ", max_size=12))
 def test_unit_end_is_the_longest_match_of_the_pattern(text: str) -> None:
     match = re.match(UNIT_PATTERN, text)
     assert unit_end(text) == (match.end() if match else 0)

@@ -12,7 +12,7 @@ from random_models.compiled import compiled
 from random_models.from_outside import chosen, differs_from_text
 from random_models.generator import generate
 from random_models.lists import element_by_element
-from random_models.measures import put_together
+from random_models.measures import SHOP, UNITS, put_together
 from random_models.mutants import texts
 from random_models.settings import settings
 from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, dim, statement
@@ -32,11 +32,11 @@ def test_units_are_what_they_are_by_definition() -> None:
     random, seen = Random(1), set()
     for _ in range(12000):
         d = random.choice((MASS, LENGTH, TIME, RATE, ENERGY, NUMBER, dim(0, 0, 1, 1), dim(1, 0, -2)))
-        text, size = put_together(d, random)
+        text, size = put_together(d, random, {**UNITS, **SHOP})
         unit = parse_unit(text)
         assert float(unit.factor / size) == pytest.approx(1, rel=1e-14), text
         assert unit.dimension.exponents == (*d, 0, 0, 0), text
-        seen |= set(re.findall("[A-Za-z]+", text))
+        seen |= set(re.findall("[A-Za-z]+|%", text))
     assert seen == set(UNIT_NAMES)
 
 

@@ -32,6 +32,11 @@ _ELSEWHERE = {
     "heaviside": "if",
     "saturate": "clamp",
     "limit": "clamp",
+    "sat": "clamp",
+    "saturation": "clamp",
+    "limiter": "clamp",
+    "dead_zone": "deadzone",
+    "backlash": "deadzone",
     "len": "norm",
     "length": "norm",
     "where": "if",
@@ -43,16 +48,49 @@ _INSTEAD = {
         "there are no delayed values; a state of first order lags: 'equation der(y) = (x - y)/T;'",
     ),
     **dict.fromkeys(
-        ("interp", "interp1", "interp1d", "lookup", "lookup1", "lookup1d", "lookuptable", "table1d"),
+        (
+            *(
+                "interp",
+                "interp1",
+                "interp1d",
+                "interp2",
+                "interp2d",
+                "lookup",
+                "lookup1",
+                "lookup1d",
+                "lookup2d",
+            ),
+            *(
+                "lookuptable",
+                "table1d",
+                "table2d",
+                "griddata",
+                "spline",
+                "pchip",
+                "combitable1d",
+                "combitable1ds",
+            ),
+        ),
         "a table is written 'table(x, {0, 1, 2} m, {0, 5, 7} N)'",
     ),
     **dict.fromkeys(
-        ("ode45", "ode15s", "odeint", "solve_ivp", "integrate"),
+        ("ode45", "ode15s", "ode23", "ode113", "odeint", "solve_ivp", "integrate", "simulate"),
         "a run integrates by itself: state energies and forces, and 'experiment(stop = 10 s);'",
     ),
     **dict.fromkeys(
         ("rand", "randn", "random", "noise", "normal"),
         "a model has no random numbers; 'mechc ensemble' draws values for many runs",
+    ),
+    **dict.fromkeys(
+        ("noevent", "smooth"), "leave it out: every relation is located, and no step goes across it"
+    ),
+    **dict.fromkeys(
+        ("edge", "change", "rising", "falling"),
+        "what happens once is written 'when condition then .. end when;'",
+    ),
+    **dict.fromkeys(
+        ("pid", "tf", "ss", "transferfunction", "lowpass", "pt1"),
+        "a controller or filter is a model with states: 'state y ~ 0; equation der(y) = (u - y)/T;'",
     ),
     **dict.fromkeys(("step", "unitstep"), "a step is written 'if time < 1 s then 0 N else 5 N'"),
 }

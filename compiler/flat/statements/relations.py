@@ -220,8 +220,8 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         )
     elif target is not None and target.role is Role.COORDINATE:
         help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
-    elif not isinstance(left, ast.Derivative) and any(isinstance(n, ast.Derivative) for n in nodes(left)):
-        help = "solve it for the rate: 'equation der(x) = ..;'"
+    elif not isinstance(left, ast.Derivative):
+        help = _solved(statement) or help
     name = left.operand.span.text if isinstance(left, ast.Derivative) else left.span.text
     return scope.fail(
         "E0421",
@@ -232,6 +232,24 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         else "this is not 'der(x)' of a state",
         help=help,
     )
+
+
+def _solved(statement: ast.Equation) -> str:
+    """Say how an equation that contains a rate is solved for it; an empty text where it contains none."""
+    for side, other in ((statement.left, statement.right), (statement.right, statement.left)):
+        rates = [n for n in nodes(side) if isinstance(n, ast.Derivative)]
+        if not rates:
+            continue
+        rate, rest = rates[0].span.text, other.span.text
+        match side:
+            case ast.Binary(operator="*", left=factor, right=ast.Derivative()):
+                divisor = factor.span.text if isinstance(factor, ast.Reference) else f"({factor.span.text})"
+                dividend = f"({rest})" if isinstance(other, ast.Binary) else rest
+                return f"solve it for the rate: 'equation {rate} = {dividend}/{divisor};'"
+            case ast.Derivative():
+                return f"write the rate on the left: 'equation {rate} = {rest};'"
+        return f"solve it for the rate: 'equation {rate} = ..;'"
+    return ""
 
 
 def _accelerated(left: ast.Expression) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import pi
 from random import Random
@@ -30,17 +30,28 @@ UNITS: dict[str, tuple[Fraction, Dim, str]] = {
     "Wb": (F(1), dim(1, 2, -2, -1), "num"), "H": (F(1), dim(1, 2, -2, -2), "pnum"),
     "T": (F(1), dim(1, 0, -2, -1), "pnum"),
 }  # fmt: skip
+_INCH, _POUND = F("0.0254"), F("0.45359237")
+SHOP: dict[str, tuple[Fraction, Dim, str]] = {
+    "Nm": (F(1), dim(1, 2, -2), "numckM"), "l": (F(1, 1000), dim(0, 3), "umcdh"), "%": (F(1, 100), dim(), ""),
+    "inch": (_INCH, dim(0, 1), ""), "ft": (F("0.3048"), dim(0, 1), ""), "mph": (F("0.44704"), dim(0, 1, -1), ""),
+    "gal": (F("0.003785411784"), dim(0, 3), ""), "lb": (_POUND, dim(1), ""),
+    "lbf": (F("4.4482216152605"), dim(1, 1, -2), "k"), "psi": (F("4.4482216152605") / _INCH**2, dim(1, -1, -2), ""),
+    "hp": (550 * F("0.3048") * F("4.4482216152605"), dim(1, 2, -3), ""),
+}  # fmt: skip
+"""Of workshops; sources: the agreement on yard and pound of 1959, NIST SP 811. Random models do without, so that they stay the same."""
 CANCELLING: dict[str, str] = {"K": "numkM", "mol": "numk", "cd": "mk"}
 """Units that no quantity here has: they stand above and below the stroke."""
 _BASE = ("kg", "m", "s", "A")
+
+Units = Mapping[str, tuple[Fraction, Dim, str]]
 
 Part = tuple[str, Fraction]
 """A unit with its exponent."""
 
 
-def sized(symbol: str, random: Random) -> tuple[str, Fraction]:
+def sized(symbol: str, random: Random, units: Units = UNITS) -> tuple[str, Fraction]:
     """Choose a prefix of a unit: its text, its size in SI."""
-    size, _, prefixes = UNITS[symbol]
+    size, _, prefixes = units[symbol]
     prefix = random.choice(("", *prefixes))
     return prefix + symbol, size * F(10) ** _TEN[prefix]
 
@@ -62,12 +73,12 @@ def measured(text: str) -> tuple[float, tuple[Fraction, ...]]:
     return size, tuple(exponents)
 
 
-def put_together(d: Dim, random: Random) -> tuple[str, Fraction]:
+def put_together(d: Dim, random: Random, units: Units = UNITS) -> tuple[str, Fraction]:
     """Write a unit of a dimension by any unit, and by what is missing then: its text, its size in SI."""
-    alike = [name for name, (_, own, _) in UNITS.items() if own == d]
-    symbol = random.choice(alike) if alike and random.random() < 0.6 else random.choice(list(UNITS))
-    name, size = sized(symbol, random)
-    own = UNITS[symbol][1]
+    alike = [name for name, (_, own, _) in units.items() if own == d]
+    symbol = random.choice(alike) if alike and random.random() < 0.6 else random.choice(list(units))
+    name, size = sized(symbol, random, units)
+    own = units[symbol][1]
     power = F(1) if symbol in alike else F(random.choice((1, 1, 1, -1, 2)))
     parts: list[Part] = [(name, power)]
     size **= int(power)
@@ -75,7 +86,9 @@ def put_together(d: Dim, random: Random) -> tuple[str, Fraction]:
         if exponent.denominator != 1:
             raise ValueError("rational exponents have no unit here")
         if exponent:
-            name, one = sized(_like(base, random), random) if abs(exponent) <= 3 else (base, F(1))
+            name, one = (
+                sized(_like(base, random, units), random, units) if abs(exponent) <= 3 else (base, F(1))
+            )
             parts.append((name, exponent))
             size *= one ** int(exponent)
     if random.random() < 0.1:
@@ -91,10 +104,10 @@ def put_together(d: Dim, random: Random) -> tuple[str, Fraction]:
     return written(parts, random), size
 
 
-def _like(base: str, random: Random) -> str:
+def _like(base: str, random: Random, units: Units) -> str:
     """Choose a unit of the dimension of a base unit."""
-    own = UNITS[base][1]
-    return random.choice([name for name, (_, there, _) in UNITS.items() if there == own])
+    own = units[base][1]
+    return random.choice([name for name, (_, there, _) in units.items() if there == own])
 
 
 def written(parts: Sequence[Part], random: Random) -> str:
