@@ -275,7 +275,11 @@ class Matter:
         return None
 
     def _closed(self, target: str) -> Sequence[Node]:
-        """Return the flag of the mode; what is never released is always closed."""
+        """Return the flag of the mode: a contact presses, a friction sticks; what is never released is always closed."""
+        if any(friction.name == target for friction in self._model.frictions):
+            sticks = self.graph.symbol(f"sticks({target})")
+            self._lowering.questions.modes[sticks] = None
+            return [sticks]
         switched = switched_names(self._model) | {contact.name for contact in self._model.contacts}
         if target not in switched:
             return [self.graph.one]

@@ -13,11 +13,12 @@ from ..graph import Node
 class Regularized(Struct, frozen=True):
     """Friction as a smooth force: ``side`` tanh(s/v_stick) times its limit. ``creep``: the speed of sliding where it
     is below v_stick, and so takes the place of sticking, else 0; None with the second direction of a surface; ``unit``
-    its unit."""
+    its unit. ``sticks``: 1 where nothing slips, of a slip that is prescribed; else None."""
 
     side: Node
     creep: Node | None
     unit: str
+    sticks: Node | None = None
 
 
 class Mode(Struct, frozen=True):

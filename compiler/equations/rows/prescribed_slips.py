@@ -36,9 +36,10 @@ def with_prescribed_slips(
         slips = substitute(system.graph, [rate for (rate,) in rates], driven)
         if not moving.isdisjoint(system.graph.support(*slips)):
             continue
+        sticks = _at_rest(system.graph, slips)
         for rows, side in zip(group, _sides(system.graph, slips), strict=True):
             assert rows.mode is not None
-            known[rows.name] = replace(rows.mode, smooth=Regularized(side, None, ""))
+            known[rows.name] = replace(rows.mode, smooth=Regularized(side, None, "", sticks))
         reporter.note(
             "N0724",
             f"the slip of friction '{name}' is prescribed, so its force at rest cannot be known",
@@ -55,6 +56,19 @@ def with_prescribed_slips(
             for rows in system.constraints
         ),
     )
+
+
+def sticking(system: MechanicalSystem) -> dict[Node, Node]:
+    """Return what stands for the flags of frictions whose slips are prescribed: 1 where nothing slips."""
+    modes = (rows.mode for rows in system.constraints)
+    return {m.flag: m.smooth.sticks for m in modes if m and m.smooth and m.smooth.sticks is not None}
+
+
+def _at_rest(graph: Graph, slips: list[Node]) -> Node:
+    square = graph.zero
+    for slip in slips:
+        square = graph.add(square, graph.mul(slip, slip))
+    return graph.select(graph.less(graph.zero, square), graph.zero, graph.one)
 
 
 def _sides(graph: Graph, slips: list[Node]) -> list[Node]:

@@ -24,6 +24,7 @@ from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies
 from ..rows.modes import check_count, friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
+from ..rows.prescribed_slips import sticking
 from ..rows.residual import constraint_rates, residual
 from ..rows.signs import Side
 from .accelerations import accelerations, massless
@@ -98,7 +99,7 @@ def solve_system(
         for n, rows in enumerate(system.constraints)
     ]
     raw = residual(system, multipliers)
-    still = resting(system)
+    still = {**resting(system), **sticking(system)}
     xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
     state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}
     before = {**state_rates, **driven, **still}

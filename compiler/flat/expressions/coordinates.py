@@ -103,7 +103,8 @@ def definition_of(flattening: Flattening, name: str) -> list[Expression]:
 
 
 def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
-    """Return the type of left - right of a constraint, or of a gap, and whether it is about velocities."""
+    """Return the type of left - right of a constraint, of a gap or of what a friction acts on, and whether it is about
+    velocities."""
     statement, scope = label.statement, label.scope
     if label.progress is Progress.OPEN:
         label.progress = Progress.WRONG
@@ -120,6 +121,9 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
         if isinstance(statement, ast.Contact):
             gap = scope.elaborate(statement.gap)
             result = gap.type, False
+        elif isinstance(statement, ast.Friction):
+            on = scope.elaborate(statement.on)
+            result = types.with_shape(types.numeric(on.type), on.type.shape), has_rates(scope.flattening, on)
         else:
             assert isinstance(statement, ast.Constraint | ast.Inequality)
             parts = statement.condition if isinstance(statement, ast.Inequality) else statement

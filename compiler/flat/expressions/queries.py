@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mechc.lang import ast
+from mechc.lang.diagnostics import Label
 from mechc.lang.units import Dimension
 from mechc.suggest import closest
 
@@ -77,7 +78,7 @@ def _per(call: Call, dimension: Dimension, per: Dimension) -> Dimension:
 
 
 def _multiplier(call: Call) -> Expression:
-    label = _label(call, CONSTRAINING, "a named constraint or contact")
+    label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     type, of_rates = constraint_dimension(label)
     interval = call.scope.flattening.interval
     if interval is not None:
@@ -95,8 +96,23 @@ def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: 
 
 
 def _closed(call: Call) -> Expression:
-    label = _label(call, CONSTRAINING, "a named constraint or contact")
+    label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
+    statement = label.statement
+    if isinstance(statement, ast.Friction) and any(_is_regularized(option) for option in statement.options):
+        raise call.scope.fail(
+            "E0212",
+            f"'closed' asks whether '{label.name}' sticks, and a regularized friction never does",
+            call.nodes[0].span,
+            labels=(Label(statement.span, "its law is smooth"),),
+            help=f"its output 'creep({label.name})' is the speed where it ought to stick",
+        )
     return _query(call, types.BOOLEAN, label.name)
+
+
+def _is_regularized(option: ast.Option) -> bool:
+    return (
+        option.name == "law" and isinstance(option.value, ast.String) and option.value.value == "regularized"
+    )
 
 
 def _power(call: Call) -> Expression:

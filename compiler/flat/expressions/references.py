@@ -347,8 +347,8 @@ def _rate_of(scope: Scope, name: str) -> str:
 
 # ---------------------------------------------------------------- named statements and components
 
-CONSTRAINING = ("constraint", "contact")
-"""Kinds of named statements that have a multiplier; the others have a power."""
+CONSTRAINING = ("constraint", "contact", "friction")
+"""Kinds of named statements that hold something and have a multiplier; the others have a power."""
 
 
 def question_of(kind: str, name: str) -> str:
