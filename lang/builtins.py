@@ -26,7 +26,10 @@ class Category(Enum):
 
 
 class Builtin(Struct, frozen=True):
-    """``least`` and ``most`` count the positional arguments; ``most`` None means any number."""
+    """``least`` and ``most`` count the positional arguments; ``most`` None means any number.
+
+    ``types``: what it takes and gives, in the words "angle", "number" and "whole", if these say all.
+    """
 
     name: str
     least: int
@@ -35,6 +38,7 @@ class Builtin(Struct, frozen=True):
     doc: str
     keywords: tuple[str, ...] = ()
     generators: bool = False
+    types: str = ""
 
     @property
     def arity(self) -> str:
@@ -52,27 +56,27 @@ _K, _Q, _W, _S = Category.KINEMATIC, Category.QUERY, Category.EVENT, Category.ST
 _F = Category.FIELD
 
 _ALL = (
-    Builtin("sin", 1, 1, _E, "sine of an angle"),
-    Builtin("cos", 1, 1, _E, "cosine of an angle"),
-    Builtin("tan", 1, 1, _E, "tangent of an angle"),
-    Builtin("asin", 1, 1, _E, "angle between -pi/2 and pi/2 whose sine is given"),
-    Builtin("acos", 1, 1, _E, "angle between 0 and pi whose cosine is given"),
-    Builtin("atan", 1, 1, _E, "angle between -pi/2 and pi/2 whose tangent is given"),
+    Builtin("sin", 1, 1, _E, "sine of an angle", types="angle -> number"),
+    Builtin("cos", 1, 1, _E, "cosine of an angle", types="angle -> number"),
+    Builtin("tan", 1, 1, _E, "tangent of an angle", types="angle -> number"),
+    Builtin("asin", 1, 1, _E, "angle between -pi/2 and pi/2 whose sine is given", types="number -> angle"),
+    Builtin("acos", 1, 1, _E, "angle between 0 and pi whose cosine is given", types="number -> angle"),
+    Builtin("atan", 1, 1, _E, "angle between -pi/2 and pi/2 whose tangent is given", types="number -> angle"),
     Builtin("atan2", 2, 2, _E, "angle of the point (x, y), written atan2(y, x)"),
-    Builtin("sinh", 1, 1, _E, "hyperbolic sine"),
-    Builtin("cosh", 1, 1, _E, "hyperbolic cosine"),
-    Builtin("tanh", 1, 1, _E, "hyperbolic tangent"),
-    Builtin("asinh", 1, 1, _E, "inverse hyperbolic sine"),
-    Builtin("acosh", 1, 1, _E, "inverse hyperbolic cosine"),
-    Builtin("atanh", 1, 1, _E, "inverse hyperbolic tangent"),
-    Builtin("exp", 1, 1, _E, "exponential function"),
-    Builtin("log", 1, 1, _E, "natural logarithm"),
-    Builtin("log10", 1, 1, _E, "decimal logarithm"),
+    Builtin("sinh", 1, 1, _E, "hyperbolic sine", types="number -> number"),
+    Builtin("cosh", 1, 1, _E, "hyperbolic cosine", types="number -> number"),
+    Builtin("tanh", 1, 1, _E, "hyperbolic tangent", types="number -> number"),
+    Builtin("asinh", 1, 1, _E, "inverse hyperbolic sine", types="number -> number"),
+    Builtin("acosh", 1, 1, _E, "inverse hyperbolic cosine", types="number -> number"),
+    Builtin("atanh", 1, 1, _E, "inverse hyperbolic tangent", types="number -> number"),
+    Builtin("exp", 1, 1, _E, "exponential function", types="number -> number"),
+    Builtin("log", 1, 1, _E, "natural logarithm", types="number -> number"),
+    Builtin("log10", 1, 1, _E, "decimal logarithm", types="number -> number"),
     Builtin("sqrt", 1, 1, _E, "square root"),
     Builtin("abs", 1, 1, _E, "absolute value"),
     Builtin("sign", 1, 1, _E, "-1, 0 or 1"),
-    Builtin("floor", 1, 1, _E, "largest whole number not above"),
-    Builtin("ceil", 1, 1, _E, "smallest whole number not below"),
+    Builtin("floor", 1, 1, _E, "largest whole number not above", types="number -> whole"),
+    Builtin("ceil", 1, 1, _E, "smallest whole number not below", types="number -> whole"),
     Builtin("mod", 2, 2, _E, "x - floor(x/y)*y"),
     Builtin(
         "div",

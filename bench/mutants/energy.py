@@ -113,7 +113,7 @@ FORCES = (
     ),
     Fault(
         "generated C: the second derivative of a 'table' has 3 in the place of 6",
-        edit("compiler/targets/c_forms.py", "return 2 * c2 + 6 * c3 * s;", "return 2 * c2 + 3 * c3 * s;"),
+        edit("compiler/graph/operations.py", "return 2 * c2 + 6 * c3 * s;", "return 2 * c2 + 3 * c3 * s;"),
         models.WIRE,
     ),
 )

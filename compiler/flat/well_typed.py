@@ -236,13 +236,8 @@ def _none(kinds: list[Type]) -> tuple[Shape, Dimension]:
 
 
 RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
-    **dict.fromkeys(
-        (
-            *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-            *("exp", "log", "log10", "atan2", "sign", "floor", "ceil", "div", "heading"),
-        ),
-        _none,
-    ),
+    **{name: _none for name, builtin in BUILTINS.items() if builtin.types},
+    **dict.fromkeys(("atan2", "sign", "div", "heading"), _none),
     **dict.fromkeys(("abs", "mod", "clamp", "deadzone", "min", "max"), _same),
     "sqrt": lambda k: ((), k[0].dimension ** Fraction(1, 2)),
     "dot": lambda k: ((), k[0].dimension * k[1].dimension),

@@ -45,10 +45,6 @@ def sinh(x: float) -> float:
         return math.copysign(math.inf, x)
 
 
-def sign(x: float) -> float:
-    return 1.0 if x > 0 else -1.0 if x < 0 else x
-
-
 def floor(x: float) -> float:
     return math.copysign(float(math.floor(x)), x) if math.isfinite(x) else x
 
@@ -67,14 +63,3 @@ def power(a: float, b: float) -> float:
         return -math.inf if a < 0.0 and b % 2.0 == 1.0 else math.inf
     except ValueError:
         return math.nan
-
-
-# C's fmin and fmax drop NaN; these keep it, like NumPy
-
-
-def minimum(a: float, b: float) -> float:
-    return a if a < b or a != a else b
-
-
-def maximum(a: float, b: float) -> float:
-    return a if a > b or a != a else b

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Final
 
@@ -10,7 +11,8 @@ from .angles import point_of
 from .arithmetic import Arithmetic, DivisionByZero
 from .field import hashed
 from .interning import NONE
-from .operations import CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, Parity
+from .operation import Operation, Parity
+from .operations import CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT
 from .reached import Node
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
@@ -43,6 +45,10 @@ class Graph(Arithmetic):
         return result
 
     # ------------------------------------------------------------------ functions
+
+    def apply(self, code: int, *arguments: Node) -> Node:
+        """Return an operation of the table on its arguments."""
+        return _CONSTRUCTORS[code](self, *arguments)
 
     def _opaque(
         self, code: int, a: Node, b: Node = NONE, c: Node = NONE, extra: tuple[int, ...] = ()
@@ -224,3 +230,19 @@ class Graph(Arithmetic):
         if self._code[condition] == ops.NOT:
             return self.select(self._left[condition], b, a)
         return self._opaque(SELECT, condition, a, b)
+
+
+def _constructor(row: Operation) -> Callable[..., Node]:
+    """Return the constructor of an operation: its own one in ``Graph``, or that of all functions of one or several arguments."""
+    own: Callable[..., Node] | None = getattr(Graph, row.build or row.name, None)
+    if own is not None:
+        return own
+    if row.arity == 1:
+        return lambda graph, a: graph._function(row.code, a)
+    if row.arity == 2:
+        return lambda graph, a, b: graph._binary(row.code, a, b)
+    return lambda graph, *arguments: graph._opaque(row.code, *arguments)
+
+
+_CONSTRUCTORS: Final = tuple(map(_constructor, OPERATIONS))
+"""By code."""

@@ -1,23 +1,34 @@
-"""The operations of the graph, one row each: what all of ``graph/`` knows of an operation stands there.
+"""The operations of the graph, one row each: everything that is known of one stands there, for all passes and targets.
 
 A code is a small int, so that the constructors and sweeps compare machine integers. Codes are dense
-and start with the two leaves; everything from ``ADD`` on counts as one operation. The texts of targets are
-theirs (``targets/*_forms.py``, ``symbolic/express.py``).
+and start with the two leaves; everything from ``ADD`` on counts as one operation. The columns are explained in operation.py.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
-from enum import Enum
 from fractions import Fraction
-from operator import attrgetter
+from operator import attrgetter, methodcaller
 from typing import Any, Final
 
-from msgspec import Struct
-
-from . import floats, fold
+from . import floats, fold, scalar_functions
+from .operation import (
+    ATOM,
+    BITWISE,
+    CHOICE,
+    COMPARISON,
+    LOGIC,
+    PRODUCT,
+    SUM,
+    UNARY,
+    Form,
+    Operation,
+    Parity,
+    Sign,
+    call,
+    infix,
+)
 
 CONST: Final = 0
 SYMBOL: Final = 1
@@ -58,44 +69,73 @@ NOT: Final = 35
 SELECT: Final = 36
 LOOKUP: Final = 37
 
-Partial = Callable[[Any, tuple[Any, ...], Any], Any]
-"""Derivative with respect to one argument: (graph, arguments, the node itself) -> node. (The graph is built on this
-table, which therefore does not know its type.)"""
+_BOTH: Final = (True, True, False)
 
+_SIGN: Final = """\
+static inline mech_real sign(mech_real x)
+{
+    return x > 0 ? 1 : x < 0 ? -1 : x;
+}
+"""
 
-class Parity(Enum):
-    """Behaviour of a unary function under a change of sign of its argument."""
+_MINIMUM: Final = """\
+static inline mech_real minimum(mech_real a, mech_real b)
+{
+    return a < b || a != a ? a : b;
+}
+"""
 
-    NONE = "none"
-    EVEN = "even"
-    ODD = "odd"
+_MAXIMUM: Final = """\
+static inline mech_real maximum(mech_real a, mech_real b)
+{
+    return a > b || a != a ? a : b;
+}
+"""
 
+_MODULO: Final = """\
+/* a - b floor(a/b): takes the sign of b. */
+static inline mech_real modulo(mech_real a, mech_real b)
+{
+    const mech_real r = fmod(a, b);
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r == 0 ? copysign(r, b) : r;
+}
+"""
 
-class Operation(Struct, frozen=True):
-    """One row of the table.
-
-    ``partials`` has one rule for each argument, or is empty where the derivative is zero everywhere
-    it exists (comparisons, logic, sign, floor). SELECT has none: its derivative is a SELECT of the
-    derivatives of its branches (differentiate.py).
-    """
-
-    code: int
-    name: str
-    arity: int
-    partials: tuple[Partial, ...] = ()
-    parity: Parity = Parity.NONE
-    value: Callable[..., Any] | None = None
-    """What it gives for floats; None: no function of numbers alone (leaves, tables)."""
-    digits: Callable[[Any], Callable[..., Any]] | None = None
-    """The same for many digits, from an mpmath context; None: ``value`` does for any kind of number."""
-    exact: Callable[..., Fraction | None] | None = None
-    """The result for constants where it is rational, else None. (The four kinds of arithmetic fold as they are built.)"""
-    regular: Callable[..., bool] | None = None
-    """Tells where it has a value and a derivative; None: everywhere. (abs and its like are defined everywhere.)"""
-    jumps: bool = False
-    """Its value jumps where it is regular: events are looked for there."""
-    build: str = ""
-    """Its constructor in ``Graph`` (node.py); empty: it has the name of the operation."""
+_LOOKUP: Final = """\
+/* Value (order 0) or derivative of the cubic through points {x, value, slope}; straight beyond the ends. */
+static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_real x)
+{
+    int low = 0, high = n - 1;
+    if (x != x)
+        return x;
+    if (x < points[0][0] || x >= points[high][0]) {
+        const mech_real *end = points[x < points[0][0] ? 0 : high];
+        return order == 0 ? end[1] + end[2] * (x - end[0]) : order == 1 ? end[2] : 0;
+    }
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (points[middle][0] <= x)
+            low = middle;
+        else
+            high = middle;
+    }
+    const mech_real *a = points[low], *b = points[high];
+    const mech_real h = b[0] - a[0], s = x - a[0];
+    const mech_real secant = (b[1] - a[1]) / h;
+    const mech_real c2 = (3 * secant - 2 * a[2] - b[2]) / h;
+    const mech_real c3 = (a[2] + b[2] - 2 * secant) / (h * h);
+    switch (order) {
+    case 0:
+        return a[1] + s * (a[2] + s * (c2 + s * c3));
+    case 1:
+        return a[2] + s * (2 * c2 + s * 3 * c3);
+    case 2:
+        return 2 * c2 + 6 * c3 * s;
+    default:
+        return 6 * c3;
+    }
+}
+"""
 
 
 def _one(g: Any, x: tuple[Any, ...], n: Any) -> Any:
@@ -118,10 +158,47 @@ def _square_plus(g: Any, a: Any, b: Any) -> Any:
 OPERATIONS: Final[tuple[Operation, ...]] = (
     Operation(CONST, "constant", 0),
     Operation(SYMBOL, "symbol", 0),
-    Operation(ADD, "add", 2, (_one, _one), value=operator.add),
-    Operation(SUB, "sub", 2, (_one, _minus_one), value=operator.sub),
-    Operation(MUL, "mul", 2, (lambda g, x, n: x[1], lambda g, x, n: x[0]), value=operator.mul),
-    Operation(NEG, "neg", 1, (_minus_one,), Parity.ODD, value=operator.neg),
+    Operation(
+        ADD,
+        "add",
+        2,
+        (_one, _one),
+        value=operator.add,
+        form=infix("+", SUM),
+        sympy=operator.add,
+        ball=operator.add,
+    ),
+    Operation(
+        SUB,
+        "sub",
+        2,
+        (_one, _minus_one),
+        value=operator.sub,
+        form=infix("-", SUM),
+        sympy=operator.sub,
+        ball=operator.sub,
+    ),
+    Operation(
+        MUL,
+        "mul",
+        2,
+        (lambda g, x, n: x[1], lambda g, x, n: x[0]),
+        value=operator.mul,
+        form=infix("*", PRODUCT),
+        sympy=operator.mul,
+        ball=operator.mul,
+    ),
+    Operation(
+        NEG,
+        "neg",
+        1,
+        (_minus_one,),
+        Parity.ODD,
+        value=operator.neg,
+        form=Form("-{}", UNARY, (UNARY + 1,)),
+        sympy=operator.neg,
+        ball=operator.neg,
+    ),
     Operation(
         DIV,
         "div",
@@ -130,6 +207,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.divide,
         digits=lambda context: operator.truediv,
         regular=lambda a, b: b != 0,
+        form=infix("/", PRODUCT),
+        sympy=operator.truediv,
+        ball=operator.truediv,
     ),
     Operation(
         SIN,
@@ -140,6 +220,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.quiet(math.sin),
         digits=attrgetter("sin"),
         exact=fold.sine,
+        ball=methodcaller("sin"),
     ),
     Operation(
         COS,
@@ -150,6 +231,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.quiet(math.cos),
         digits=attrgetter("cos"),
         exact=fold.cosine,
+        ball=methodcaller("cos"),
     ),
     Operation(
         TAN,
@@ -161,6 +243,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("tan"),
         exact=fold.only(0, 0),
         regular=lambda x: math.cos(x) != 0,
+        ball=methodcaller("tan"),
     ),
     Operation(
         ASIN,
@@ -172,6 +255,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("asin"),
         exact=fold.only(0, 0),
         regular=lambda x: abs(x) < 1,
+        sign=Sign.OF_ARGUMENT,
+        array="np.arcsin",
+        ball=methodcaller("asin"),
     ),
     Operation(
         ACOS,
@@ -182,6 +268,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("acos"),
         exact=fold.only(1, 0),
         regular=lambda x: abs(x) < 1,
+        sign=Sign.NEVER_NEGATIVE,
+        array="np.arccos",
+        ball=methodcaller("acos"),
     ),
     Operation(
         ATAN,
@@ -192,6 +281,10 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=math.atan,
         digits=attrgetter("atan"),
         exact=fold.only(0, 0),
+        sign=Sign.OF_ARGUMENT,
+        narrow=True,
+        array="np.arctan",
+        ball=methodcaller("atan"),
     ),
     Operation(
         SINH,
@@ -202,6 +295,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.sinh,
         digits=attrgetter("sinh"),
         exact=fold.only(0, 0),
+        sign=Sign.OF_ARGUMENT,
+        narrow=True,
+        ball=methodcaller("sinh"),
     ),
     Operation(
         COSH,
@@ -212,6 +308,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.quiet(math.cosh),
         digits=attrgetter("cosh"),
         exact=fold.only(0, 1),
+        sign=Sign.NEVER_NEGATIVE,
+        narrow=True,
+        ball=methodcaller("cosh"),
     ),
     Operation(
         TANH,
@@ -222,6 +321,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=math.tanh,
         digits=attrgetter("tanh"),
         exact=fold.only(0, 0),
+        sign=Sign.OF_ARGUMENT,
+        narrow=True,
+        ball=methodcaller("tanh"),
     ),
     Operation(
         ASINH,
@@ -232,6 +334,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=math.asinh,
         digits=attrgetter("asinh"),
         exact=fold.only(0, 0),
+        sign=Sign.OF_ARGUMENT,
+        array="np.arcsinh",
+        ball=methodcaller("asinh"),
     ),
     # its derivative: the product of two roots keeps the branch x >= 1 and both factors well conditioned near 1
     Operation(
@@ -243,6 +348,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("acosh"),
         exact=fold.only(1, 0),
         regular=lambda x: x > 1,
+        sign=Sign.NEVER_NEGATIVE,
+        array="np.arccosh",
+        ball=methodcaller("acosh"),
     ),
     Operation(
         ATANH,
@@ -254,6 +362,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("atanh"),
         exact=fold.only(0, 0),
         regular=lambda x: abs(x) < 1,
+        sign=Sign.OF_ARGUMENT,
+        array="np.arctanh",
+        ball=methodcaller("atanh"),
     ),
     Operation(
         EXP,
@@ -263,6 +374,9 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.quiet(math.exp),
         digits=attrgetter("exp"),
         exact=fold.only(0, 1),
+        sign=Sign.NEVER_NEGATIVE,
+        narrow=True,
+        ball=methodcaller("exp"),
     ),
     Operation(
         LOG,
@@ -273,6 +387,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("log"),
         exact=fold.only(1, 0),
         regular=lambda x: x > 0,
+        ball=methodcaller("log"),
     ),
     Operation(
         SQRT,
@@ -283,21 +398,48 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("sqrt"),
         exact=fold.root,
         regular=lambda x: x > 0,
+        sign=Sign.NEVER_NEGATIVE,
+        ball=methodcaller("sqrt"),
     ),
-    Operation(ABS, "abs", 1, (lambda g, x, n: g.sign(x[0]),), Parity.EVEN, value=abs, exact=abs),
+    Operation(
+        ABS,
+        "abs",
+        1,
+        (lambda g, x, n: g.sign(x[0]),),
+        Parity.EVEN,
+        value=abs,
+        exact=abs,
+        sign=Sign.NEVER_NEGATIVE,
+        kinks=True,
+        c="fabs",
+        python=call("abs", 1),
+        casadi="fabs",
+        sympy="Abs",
+        ball=abs,
+    ),
     Operation(
         SIGN,
         "sign",
         1,
         (),
         Parity.ODD,
-        value=floats.sign,
+        value=scalar_functions.sign,
         digits=attrgetter("sign"),
         exact=fold.sign,
         jumps=True,
+        sign=Sign.OF_ARGUMENT,
+        c_text=_SIGN,
+        python=scalar_functions.sign,
     ),
     Operation(
-        FLOOR, "floor", 1, value=floats.floor, digits=attrgetter("floor"), exact=fold.whole, jumps=True
+        FLOOR,
+        "floor",
+        1,
+        value=floats.floor,
+        digits=attrgetter("floor"),
+        exact=fold.whole,
+        jumps=True,
+        python=scalar_functions.floor,
     ),
     Operation(
         ATAN2,
@@ -311,6 +453,8 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         digits=attrgetter("atan2"),
         exact=lambda y, x: Fraction(0) if y == 0 and x > 0 else None,
         regular=lambda y, x: y != 0 or x > 0,
+        array="np.arctan2",
+        ball=lambda y, x: type(y).atan2(y, x),
     ),
     # at a tie both rules choose the second argument, so that the two partial derivatives sum to one
     Operation(
@@ -318,16 +462,26 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         "minimum",
         2,
         (lambda g, x, n: _less(g, x[0], x[1]), lambda g, x, n: g.select(g.less(x[0], x[1]), g.zero, g.one)),
-        value=floats.minimum,
+        value=scalar_functions.minimum,
         exact=min,
+        kinks=True,
+        c_text=_MINIMUM,
+        python=scalar_functions.minimum,
+        casadi="fmin",
+        sympy="Min",
     ),
     Operation(
         MAXIMUM,
         "maximum",
         2,
         (lambda g, x, n: _less(g, x[1], x[0]), lambda g, x, n: g.select(g.less(x[1], x[0]), g.zero, g.one)),
-        value=floats.maximum,
+        value=scalar_functions.maximum,
         exact=max,
+        kinks=True,
+        c_text=_MAXIMUM,
+        python=scalar_functions.maximum,
+        casadi="fmax",
+        sympy="Max",
     ),
     Operation(
         MODULO,
@@ -339,6 +493,11 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         exact=fold.modulo,
         regular=lambda a, b: b != 0,
         jumps=True,
+        c_text=_MODULO,
+        calls=("fmod", "copysign"),
+        python=infix("%", PRODUCT),
+        array="np.mod",
+        sympy="Mod",
     ),
     Operation(
         POW,
@@ -348,17 +507,111 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         value=floats.power,
         digits=attrgetter("power"),
         regular=lambda a, b: a > 0,
+        array="np.power",
+        casadi="power",
+        sympy="Pow",
     ),
-    Operation(LESS, "less", 2, value=operator.lt, exact=lambda a, b: Fraction(a < b), jumps=True),
     Operation(
-        LESS_EQUAL, "less_equal", 2, value=operator.le, exact=lambda a, b: Fraction(a <= b), jumps=True
+        LESS,
+        "less",
+        2,
+        value=operator.lt,
+        exact=lambda a, b: Fraction(a < b),
+        jumps=True,
+        condition=True,
+        form=infix("<", COMPARISON, groups=False),
+        sympy="Lt",
     ),
-    Operation(EQUAL, "equal", 2, value=operator.eq, exact=lambda a, b: Fraction(a == b), jumps=True),
-    Operation(AND, "and", 2, value=lambda a, b: bool(a) and bool(b), build="logical_and"),
-    Operation(OR, "or", 2, value=lambda a, b: bool(a) or bool(b), build="logical_or"),
-    Operation(NOT, "not", 1, value=operator.not_, build="logical_not"),
-    Operation(SELECT, "select", 3, value=lambda c, a, b: a if c else b),
-    Operation(LOOKUP, "lookup", 1, (lambda g, x, n: g.lookup_slope(n),)),
+    Operation(
+        LESS_EQUAL,
+        "less_equal",
+        2,
+        value=operator.le,
+        exact=lambda a, b: Fraction(a <= b),
+        jumps=True,
+        condition=True,
+        form=infix("<=", COMPARISON, groups=False),
+        sympy="Le",
+    ),
+    Operation(
+        EQUAL,
+        "equal",
+        2,
+        value=operator.eq,
+        exact=lambda a, b: Fraction(a == b),
+        jumps=True,
+        condition=True,
+        form=infix("==", COMPARISON, groups=False),
+        sympy="Eq",
+    ),
+    Operation(
+        AND,
+        "and",
+        2,
+        value=lambda a, b: bool(a) and bool(b),
+        build="logical_and",
+        condition=True,
+        conditions=_BOTH,
+        c=Form("{} && {}", LOGIC, (LOGIC + 1, LOGIC + 1)),
+        lanes=Form("{} & {}", ATOM, ()),
+        python=Form("{} & {}", BITWISE, (BITWISE + 1, BITWISE + 1)),
+        array="np.logical_and",
+        casadi="logic_and",
+        sympy="And",
+    ),
+    Operation(
+        OR,
+        "or",
+        2,
+        value=lambda a, b: bool(a) or bool(b),
+        build="logical_or",
+        condition=True,
+        conditions=_BOTH,
+        c=Form("{} || {}", LOGIC, (LOGIC + 1, LOGIC + 1)),
+        lanes=Form("{} | {}", ATOM, ()),
+        python=Form("{} | {}", BITWISE, (BITWISE + 1, BITWISE + 1)),
+        array="np.logical_or",
+        casadi="logic_or",
+        sympy="Or",
+    ),
+    Operation(
+        NOT,
+        "not",
+        1,
+        value=operator.not_,
+        build="logical_not",
+        condition=True,
+        conditions=(True, False, False),
+        c=Form("!{}", UNARY, (UNARY + 1,)),
+        lanes=Form("~{}", ATOM, ()),
+        python=scalar_functions.negation,
+        array="np.logical_not",
+        casadi="logic_not",
+        sympy="Not",
+    ),
+    Operation(
+        SELECT,
+        "select",
+        3,
+        value=scalar_functions.select,
+        conditions=(True, False, False),
+        c=Form("{} ? {} : {}", CHOICE, (LOGIC, CHOICE + 1, CHOICE + 1)),
+        lanes="pick",
+        python=scalar_functions.select,
+        array="np.where",
+        casadi="if_else",
+        sympy="Piecewise",
+    ),
+    Operation(
+        LOOKUP,
+        "lookup",
+        1,
+        (lambda g, x, n: g.lookup_slope(n),),
+        c_text=_LOOKUP,
+        python=scalar_functions.lookup,
+        array="np.vectorize(lookup, otypes=[float], excluded=[0, 1])",
+        jax="lookup",
+    ),
 )
 """The table, indexed by code."""
 

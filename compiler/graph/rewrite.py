@@ -85,8 +85,7 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     """Apply the operation of a node of ``source`` to arguments in ``target``."""
     code = source.op(n)
     if code != ops.LOOKUP:
-        built: Node = getattr(target, _CONSTRUCTORS[code])(*arguments)
-        return built
+        return target.apply(code, *arguments)
     index, order = source.table_of(n)
     if target is not source:
         index = target.add_table(source.tables[index])
@@ -94,7 +93,3 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     for _ in range(order):
         found = target.lookup_slope(found)
     return found
-
-
-_CONSTRUCTORS = tuple(row.build or row.name for row in ops.OPERATIONS)
-"""Their names, by code."""

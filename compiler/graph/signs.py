@@ -7,10 +7,6 @@ from collections.abc import Mapping, Sequence
 from . import operations as ops
 from .node import Graph, Node
 
-_NEVER_NEGATIVE = frozenset({ops.ABS, ops.SQRT, ops.EXP, ops.COSH, ops.ACOSH, ops.ACOS})
-_AS_ITS_ARGUMENT = frozenset({ops.TANH, ops.ATAN, ops.SINH, ops.ASINH, ops.SIGN, ops.ASIN, ops.ATANH})
-"""Functions that have the sign of their argument."""
-
 _Factors = tuple[int, frozenset[Node]]
 """Sign of a product, and the factors of unknown sign that stand in it an odd number of times."""
 
@@ -58,8 +54,8 @@ def _of(graph: Graph, n: Node, known: Mapping[Node, float], factors: Mapping[Nod
             return arguments[0]
         case ops.POW if arguments[0] == (1, frozenset()):
             return arguments[0]
-        case _ if code in _AS_ITS_ARGUMENT:
+        case _ if ops.OPERATIONS[code].sign is ops.Sign.OF_ARGUMENT:
             return arguments[0]
-        case _ if code in _NEVER_NEGATIVE:
+        case _ if ops.OPERATIONS[code].sign is ops.Sign.NEVER_NEGATIVE:
             return 1, frozenset()
     return 1, frozenset({n})

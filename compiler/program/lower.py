@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 from msgspec.structs import replace
 
 from ..equations.followers import followers
 from ..equations.model import Equations, Function, Slot, interface_of
 from ..graph import Graph, Node
-from ..graph.operations import (
-    ABS,
-    ATAN,
-    CONST,
-    COSH,
-    EXP,
-    FLOOR,
-    LESS,
-    LESS_EQUAL,
-    LOOKUP,
-    MAXIMUM,
-    MINIMUM,
-    MODULO,
-    SIGN,
-    SINH,
-    SYMBOL,
-    TANH,
-)
+from ..graph.operations import CONST, EQUAL, LOOKUP, OPERATIONS, SYMBOL
 from .connected import groups
 from .hoist import hoistable, rule_order
 from .model import (
@@ -45,10 +28,10 @@ from .model import (
 )
 from .schedule import schedule
 
-NARROW = (EXP, TANH, SINH, COSH, ATAN)
+NARROW = frozenset(row.code for row in OPERATIONS if row.narrow)
 """Operations whose results may change within a small part of the range of what they are of, and tables."""
 
-BENT = (ABS, SIGN, FLOOR, MINIMUM, MAXIMUM, MODULO, LESS, LESS_EQUAL)
+BENT = frozenset(row.code for row in OPERATIONS if row.kinks or row.jumps) - {EQUAL}
 """Operations whose results or derivatives jump; where events locate that, a discrete variable stands in their place. Tables
 have derivatives of second order that jump."""
 
@@ -102,7 +85,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
     )
 
 
-def _derived_by(functions: Sequence[ProgramFunction], codes: tuple[int, ...]) -> bool:
+def _derived_by(functions: Sequence[ProgramFunction], codes: Set[int]) -> bool:
     """Whether derivatives hold one of some operations, or a table, of what changes during a run."""
     wanted = {*codes, LOOKUP}
     return any(wanted & codes_of(body) for f in functions if f.name == "rhs" for body in f.bodies)

@@ -3,7 +3,7 @@ of one base as one power."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from fractions import Fraction
 from typing import Final
 
@@ -106,9 +106,7 @@ class Form:
             raise NoSeries(
                 f"its rates hold '{ops.OPERATIONS[code].name}', which has no Taylor series where its pieces meet"
             )
-        row = ops.OPERATIONS[code]
-        made: Callable[..., Node] = getattr(graph, row.build or row.name)
-        return made(*args)
+        return graph.apply(code, *args)
 
     def mul(self, x: Node, y: Node) -> Node:
         graph = self.graph
@@ -185,10 +183,5 @@ class Form:
 
 HALF: Final = Fraction(1, 2)
 
-PIECEWISE: Final = frozenset(
-    {
-        *(ops.ABS, ops.SIGN, ops.FLOOR, ops.MINIMUM, ops.MAXIMUM, ops.MODULO),
-        *(ops.LESS, ops.LESS_EQUAL, ops.EQUAL, ops.AND, ops.OR, ops.NOT),
-    }
-)
+PIECEWISE: Final = frozenset(row.code for row in ops.OPERATIONS if row.jumps or row.kinks or row.condition)
 """Operations without one series for all values of their arguments."""

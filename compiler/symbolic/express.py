@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
 from ..graph import Graph, Node, Table
-from ..graph import operations as ops
 from ..graph.evaluate import Numbers, evaluate
+from ..graph.operation import Operation
+from ..graph.operations import LOOKUP, OPERATIONS, SELECT
 from ..graph.smooth_roots import NOTHING
 
 
@@ -24,44 +26,18 @@ def _table(table: Table, x: sp.Expr, order: int) -> sp.Expr:
     return sp.Function("table" + "'" * order)(x)
 
 
+def _function(row: Operation) -> Callable[..., Any]:
+    if row.sympy is None:
+        return sp.Function(row.name)  # type: ignore[no-any-return]
+    made: Callable[..., Any] = getattr(sp, row.sympy or row.name) if isinstance(row.sympy, str) else row.sympy
+    return made
+
+
 SYMPY = Numbers(
     _number,
     {
-        ops.ADD: lambda a, b: a + b,
-        ops.SUB: lambda a, b: a - b,
-        ops.MUL: lambda a, b: a * b,
-        ops.NEG: lambda a: -a,
-        ops.DIV: lambda a, b: a / b,
-        ops.SIN: sp.sin,
-        ops.COS: sp.cos,
-        ops.TAN: sp.tan,
-        ops.ASIN: sp.asin,
-        ops.ACOS: sp.acos,
-        ops.ATAN: sp.atan,
-        ops.SINH: sp.sinh,
-        ops.COSH: sp.cosh,
-        ops.TANH: sp.tanh,
-        ops.ASINH: sp.asinh,
-        ops.ACOSH: sp.acosh,
-        ops.ATANH: sp.atanh,
-        ops.EXP: sp.exp,
-        ops.LOG: sp.log,
-        ops.SQRT: sp.sqrt,
-        ops.ABS: sp.Abs,
-        ops.SIGN: sp.sign,
-        ops.FLOOR: sp.floor,
-        ops.ATAN2: sp.atan2,
-        ops.MINIMUM: sp.Min,
-        ops.MAXIMUM: sp.Max,
-        ops.MODULO: sp.Mod,
-        ops.POW: sp.Pow,
-        ops.LESS: sp.Lt,
-        ops.LESS_EQUAL: sp.Le,
-        ops.EQUAL: sp.Eq,
-        ops.AND: sp.And,
-        ops.OR: sp.Or,
-        ops.NOT: sp.Not,
-        ops.SELECT: lambda c, a, b: sp.Piecewise((a, c), (b, True)),
+        **{row.code: _function(row) for row in OPERATIONS if row.arity and row.code not in (SELECT, LOOKUP)},
+        SELECT: lambda c, a, b: sp.Piecewise((a, c), (b, True)),
     },
     _table,
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -12,37 +11,8 @@ from ..graph.operations import OPERATIONS
 from ..program import Program
 from ..program.model import Literal, Load, Operate, ProgramFunction, Store
 
-
-def _method(name: str) -> Callable[[Any], Any]:
-    return operator.methodcaller(name)
-
-
-FORMS: Mapping[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": operator.neg,
-    "abs": abs,
-    **{
-        name: _method(name)
-        for name in (
-            "sin",
-            "cos",
-            "tan",
-            "exp",
-            "log",
-            "sqrt",
-            "sinh",
-            "cosh",
-            "tanh",
-            "asin",
-            "acos",
-            "atan",
-        )
-    },
-}
-"""By the names of operations. Others choose or jump, which balls cannot."""
+FORMS: Mapping[int, Callable[..., Any]] = {row.code: row.ball for row in OPERATIONS if row.ball is not None}
+"""By codes. Other operations choose or jump, which balls cannot."""
 
 
 def enclosure(program: Program) -> Callable[[str, Mapping[str, Sequence[Any]]], list[Any]]:
@@ -76,10 +46,9 @@ def _run(function: ProgramFunction, arrays: Mapping[str, Sequence[Any]], out: li
                 case Literal(number):
                     values.append(arb(fmpq(number.numerator, number.denominator)))
                 case Operate(code, operands):
-                    name = OPERATIONS[code].name
-                    if name not in FORMS:
-                        raise NotEnclosed(name)
-                    values.append(FORMS[name](*(values[k] for k in operands)))
+                    if code not in FORMS:
+                        raise NotEnclosed(OPERATIONS[code].name)
+                    values.append(FORMS[code](*(values[k] for k in operands)))
                 case Store(array, index, value, guarded):
                     values.append(None)
                     if not guarded:  # parameters are all given

@@ -11,12 +11,13 @@ from fractions import Fraction
 from typing import Final
 
 from ..graph import operations as ops
+from ..graph.operation import ATOM, CHOICE, COMPARISON, Form, call
 from ..program import series as taylor
 from ..program.model import Literal, Load, Operate, Program, Store
 from ..program.series import NEXT, padded
 from ..verification import verified
 from .c_series import EXPAND, loaded, name_of, results, sides_of
-from .expressions import ATOM, CHOICE, COMPARISON, Dialect, Form, call, lines
+from .expressions import Dialect, lines
 from .literal import with_true_pi
 
 MOST_OPERATIONS: Final = 1300

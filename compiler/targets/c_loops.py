@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
+from ..graph.operation import ATOM
 from ..program.loops.rolled import (
     Carried,
     Carry,
@@ -26,7 +27,7 @@ from ..verification import is_asked
 from .c_blocks import Copy, Way, are_sums, copies_of, copying, in_blocks, way_of
 from .c_forms import DIALECT
 from .c_sincos_batch import TURN, Ahead, ahead, is_cosine, is_turn, operands_of
-from .expressions import ATOM, Text, applied, fitting
+from .expressions import Text, applied, fitting
 
 ON_STACK = 16_384
 """Most numbers of a workspace that lies on the stack, of which threads may have little."""

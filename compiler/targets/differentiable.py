@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import keyword
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -18,6 +19,7 @@ from .c import used_tables
 from .expressions import Dialect
 from .literal import Form as LiteralForm
 from .literal import constant
+from .python_forms import Named
 from .python_text import function_lines, quantities, quoted, string, strings
 
 EXPORTED: Final = (
@@ -47,7 +49,7 @@ class Library(Struct, frozen=True):
     name: str
     dialect: Dialect
     functions: Mapping[int, str]
-    own: Mapping[int, str]
+    copied: Mapping[int, Named]
     imports: tuple[str, ...]
     package: str
     always: tuple[str, ...]
@@ -62,7 +64,7 @@ CASADI: Final = Library(
     "CasADi",
     casadi_forms.DIALECT,
     casadi_forms.FUNCTIONS,
-    casadi_forms.OWN,
+    casadi_forms.COPIED,
     ("from collections.abc import Mapping, Sequence", "{pi}from typing import Any\n"),
     "casadi",
     ("Function", "SX", "reshape", "sumsqr", "vertcat", "vertsplit"),
@@ -79,7 +81,7 @@ JAX: Final = Library(
     "JAX",
     jax_forms.DIALECT,
     jax_forms.FUNCTIONS,
-    jax_forms.OWN,
+    jax_forms.COPIED,
     (
         "from collections.abc import Callable, Mapping",
         "from functools import wraps",
@@ -123,26 +125,37 @@ def _lines(
     codes = {s.code for s in statements if type(s) is Operate}
     if any(type(s) is Lookup for s in statements):
         codes.add(ops.LOOKUP)
-    called = {library.functions[code] for code in codes & library.functions.keys()}
-    own = [library.own[code] for code in sorted(codes & library.own.keys())]
     parts = dict(_parts(library))
+    copied = [library.copied[code] for code in sorted(codes & library.copied.keys())]
+    named = [
+        library.functions[code] for code in sorted(codes & library.functions.keys() - library.copied.keys())
+    ]
+    own = [name for name in named if f"where {name} is called" in parts]
     reserved = frozenset(
-        (*keyword.kwlist, *keyword.softkwlist, "pi", *library.functions.values(), *library.own.values())
+        (*keyword.kwlist, *keyword.softkwlist, "pi", *map(_last, library.functions.values()))
     )
     names = identifiers(program, reserved)
 
     yield from _docstring(program, library)
     yield "from __future__ import annotations\n"
-    with_pi = any(type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements)
+    with_pi = any("pi" in f.calls for f in copied) or any(
+        type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements
+    )
     yield "\n".join(library.imports).replace("{pi}", "from math import pi\n" if with_pi else "")
-    if imported := sorted(
-        {*library.always, *called, *(x for name in own for x in library.needed.get(name, ()))}
-    ):
-        yield f"from {library.package} import {', '.join(imported)}"
+    yield from _imports(
+        library.package,
+        {
+            *library.always,
+            *(name for name in named if name not in own),
+            *(x for name in own for x in library.needed.get(name, ())),
+            *(x for f in copied for x in f.calls if x != "pi"),
+        },
+    )
     yield ""
     yield from _tables(program, begin)
     yield from (parts[where] for where in ("before the functions",) if where in parts)
     yield from (parts[f"where {name} is called"] for name in own)
+    yield from (inspect.getsource(f.own) + "\n" for f in copied if f.own)
     for i, rows in used_tables(program):
         yield f"TABLE_{i} = ({rows.points!r}, {rows.values!r}, {rows.slopes!r})"
     yield ""
@@ -158,6 +171,20 @@ def _lines(
         yield parts.get("where there are energies", "")
     if program.constraints:
         yield parts.get("where there are constraints", "")
+
+
+def _last(name: str) -> str:
+    return name.rpartition(".")[2]
+
+
+def _imports(package: str, names: Iterable[str]) -> Iterator[str]:
+    """Yield the lines that import functions of a package, or of others where their whole names say so."""
+    modules: dict[str, list[str]] = {}
+    for name in sorted(names):
+        module, _, function = name.rpartition(".")
+        modules.setdefault(module or package, []).append(function)
+    for module, functions in sorted(modules.items()):
+        yield f"from {module} import {', '.join(functions)}"
 
 
 def _parts(library: Library) -> Iterator[tuple[str, str]]:

@@ -12,39 +12,14 @@ from typing import assert_never
 
 from msgspec import Struct
 
+from ..graph.operation import ATOM, PRODUCT, UNARY, Form
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, Value, operands_of
 from .literal import Constant
 from .sincos_batch import turn_groups, turn_places
 
-ATOM, UNARY, PRODUCT, SUM, BITWISE, COMPARISON, LOGIC, CHOICE = 100, 80, 70, 60, 50, 40, 30, 10
-"""Binding strength of what stands outermost in an expression."""
-
 INLINE = 46
 """Longest expression that is written inside another one."""
-
-
-class Form(Struct, frozen=True):
-    """How to write one operation.
-
-    ``binds``: the strength of the result; ``needs``: the least strength of each operand without
-    parentheses. ``condition``: the result is a truth value; ``conditions``: so is every operand marked.
-    """
-
-    template: str
-    binds: int
-    needs: tuple[int, ...]
-    condition: bool = False
-    conditions: tuple[bool, ...] = (False, False, False)
-
-
-def call(name: str, arity: int) -> Form:
-    return Form(f"{name}({', '.join(['{}'] * arity)})", ATOM, (0,) * arity)
-
-
-def infix(sign: str, binds: int, *, condition: bool = False) -> Form:
-    """Return the form of a binary operation that groups from left to right; comparisons do not group."""
-    return Form(f"{{}} {sign} {{}}", binds, (binds + condition, binds + 1), condition)
 
 
 class Dialect(Struct, frozen=True):

@@ -1,4 +1,4 @@
-"""Vectors of lanes in C: one row for each operation. What the functions do stands in ``runtime/kernel/ensemble``."""
+"""Vectors of lanes in C. What the functions of the table of operations do stands in ``runtime/kernel/ensemble``."""
 
 from __future__ import annotations
 
@@ -8,60 +8,28 @@ from typing import Final
 from msgspec import Struct
 
 from ..graph import operations as ops
+from ..graph.operation import Form, form_of
+from ..graph.operations import LOOKUP, OPERATIONS
+from . import c_forms
+
+_LANE_BY_LANE: Final = {1: "LANE_BY_LANE", 2: "LANE_BY_LANE_OF_TWO"}
 
 
-class LaneForm(Struct, frozen=True):
-    """How to write one operation of operands that are names. ``condition``: the result is a set of lanes; ``conditions``:
-    so is every operand marked."""
-
-    template: str
-    condition: bool = False
-    conditions: tuple[bool, ...] = (False, False, False)
-
-
-def _call(name: str, arity: int = 1) -> LaneForm:
-    return LaneForm(f"lane_{name}({', '.join(['{}'] * arity)})")
-
-
-_BOTH: Final = (True, True, False)
-
-FORMS: Final[Mapping[int, LaneForm]] = {
-    ops.ADD: LaneForm("{} + {}"),
-    ops.SUB: LaneForm("{} - {}"),
-    ops.MUL: LaneForm("{} * {}"),
-    ops.DIV: LaneForm("{} / {}"),
-    ops.NEG: LaneForm("-{}"),
-    ops.SIN: _call("sin"),
-    ops.COS: _call("cos"),
-    ops.TAN: _call("tan"),
-    ops.ASIN: _call("asin"),
-    ops.ACOS: _call("acos"),
-    ops.ATAN: _call("atan"),
-    ops.SINH: _call("sinh"),
-    ops.COSH: _call("cosh"),
-    ops.TANH: _call("tanh"),
-    ops.ASINH: _call("asinh"),
-    ops.ACOSH: _call("acosh"),
-    ops.ATANH: _call("atanh"),
-    ops.EXP: _call("exp"),
-    ops.LOG: _call("log"),
-    ops.SQRT: _call("sqrt"),
-    ops.ABS: _call("abs"),
-    ops.SIGN: _call("sign"),
-    ops.FLOOR: _call("floor"),
-    ops.ATAN2: _call("atan2", 2),
-    ops.MINIMUM: _call("minimum", 2),
-    ops.MAXIMUM: _call("maximum", 2),
-    ops.MODULO: _call("modulo", 2),
-    ops.POW: _call("pow", 2),
-    ops.LESS: LaneForm("{} < {}", True),
-    ops.LESS_EQUAL: LaneForm("{} <= {}", True),
-    ops.EQUAL: LaneForm("{} == {}", True),
-    ops.AND: LaneForm("{} & {}", True, _BOTH),
-    ops.OR: LaneForm("{} | {}", True, _BOTH),
-    ops.NOT: LaneForm("~{}", True, (True, False, False)),
-    ops.SELECT: LaneForm("lane_pick({}, {}, {})", False, (True, False, False)),
+FORMS: Final[Mapping[int, Form]] = {
+    row.code: form_of(
+        row, row.lanes if isinstance(row.lanes, Form) or row.form else f"lane_{row.lanes or row.name}"
+    )
+    for row in OPERATIONS
+    if row.arity and row.code != LOOKUP
 }
+"""Of operands that are names."""
+
+BY_LANE: Final[Mapping[int, str]] = {
+    row.code: f"{_LANE_BY_LANE[row.arity]}({row.name}, {c_forms.CALLED[row.code]})"
+    for row in OPERATIONS
+    if row.lanes is None
+}
+"""What defines functions of vectors by those of numbers."""
 
 
 class LaneNumbers(Struct, frozen=True):
@@ -74,7 +42,7 @@ class LaneNumbers(Struct, frozen=True):
     two: str
     fused_sum: str
     fused_difference: str
-    forms: Mapping[int, LaneForm]
+    forms: Mapping[int, Form]
 
 
 DOUBLES: Final = LaneNumbers(

@@ -17,7 +17,7 @@ from ..program import Program, ProgramFunction
 from ..program.chunk import split
 from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
 from .c_forms import OWN, literal
-from .lane_forms import AS_CONDITION, AS_NUMBER, DOUBLES, FORMS, SINGLES, LaneNumbers
+from .lane_forms import AS_CONDITION, AS_NUMBER, BY_LANE, DOUBLES, FORMS, SINGLES, LaneNumbers
 from .lane_series import moved_statement, series_functions, single_series
 from .literal import PI_DIGITS
 
@@ -101,6 +101,9 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str, endin
 def function_lines(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[str]:
     """Yield functions in lanes, with all that they call."""
     yield _PRELUDE.format(pi=PI_DIGITS)
+    used = {s.code for f in functions for body in f.bodies for s in body if type(s) is Operate}
+    for code in sorted(used & BY_LANE.keys()):
+        yield OWN.get(code, "").replace("mech_real", "double") + BY_LANE[code] + "\n"
     yield from _tables(program, functions)
     for function in functions:
         yield from _function(function, DOUBLES)

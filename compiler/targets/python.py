@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import keyword
-from bisect import bisect_right
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Final, NamedTuple
@@ -24,7 +24,7 @@ from ..graph import operations as ops
 from ..program import Program, ProgramFunction
 from ..program.model import Literal, Lookup, Operate
 from ..program.names import identifiers
-from . import scalar_functions, standalone, standalone_start
+from . import standalone, standalone_start
 from .alone import standing_alone
 from .c import used_tables
 from .description import make_problem
@@ -85,8 +85,8 @@ def load_arrays(
     t has n values, y the shape (ny, n); u, z and p are numbers. The result has the shape (n_out, n).
     """
     written = _File(program, {})
-    names: dict[str, Any] = {"np": np, "pi": np.pi, "bisect_right": bisect_right}
-    names["lookup"] = scalar_functions.lookup
+    names: dict[str, Any] = {"np": np, "pi": np.pi}
+    names |= {f.name: f.own or getattr(math, f.name) for f in written.used}
     over_arrays = {f.name: eval(f.array, names) for f in written.used}
     tables = {f"TABLE_{i}": (t.points, t.values, t.slopes) for i, t in used_tables(program)}
     namespace: dict[str, Any] = names | over_arrays | tables
@@ -163,7 +163,7 @@ class _File:
         program = self.program
         for f in self.used:
             if f.own:
-                yield inspect.getsource(getattr(scalar_functions, f.name)) + "\n"
+                yield inspect.getsource(f.own) + "\n"
         for i, table in used_tables(program):
             yield f"TABLE_{i} = ("
             for row in (table.points, table.values, table.slopes):
@@ -203,7 +203,8 @@ class _File:
         yield _as_start_state(standalone_start.assembled)
 
     def imports(self) -> Iterator[str]:
-        names = sorted([f.name for f in self.used if not f.own] + (["pi"] if self.uses_pi else []))
+        called = {f.name for f in self.used if not f.own}.union(*(f.calls for f in self.used))
+        names = sorted(called | ({"pi"} if self.uses_pi else set()))
         yield "from __future__ import annotations\n"
         yield "import argparse\nimport csv\nimport itertools\nimport math\nimport types"
         if any(f.name == "lookup" for f in self.used):

@@ -1,93 +1,53 @@
-"""Python: one row for each operation, with the function that does it for numbers and for arrays."""
+"""Python: how the table of operations is written, for numbers and for arrays, constants and statements."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Final
+from typing import Any, Final
 
 from msgspec import Struct
 
-from ..graph import operations as ops
+from ..graph.operation import ATOM, COMPARISON, PRODUCT, UNARY, Form, Operation, form_of
+from ..graph.operations import OPERATIONS
 from ..program.model import Store
-from .expressions import (
-    ATOM,
-    BITWISE,
-    COMPARISON,
-    PRODUCT,
-    SUM,
-    UNARY,
-    Dialect,
-    Form,
-    call,
-    infix,
-    multiple_of_pi,
-)
+from .expressions import Dialect, multiple_of_pi
 from .literal import Form as LiteralForm
 from .literal import constant
 
-_BOTH: Final = (True, True)
-
 
 class Named(Struct, frozen=True):
-    """A function by which an operation is called in the text: its name, and where it comes from.
+    """A function by which an operation is called in the text.
 
-    ``own``: it stands in ``scalar_functions.py``, not in ``math``. ``array``: the NumPy form. ``condition``:
-    it yields a truth value.
+    ``own``: what it is copied from, None if it stands in ``math``. ``array``: the NumPy form. ``condition``:
+    it yields a truth value. ``calls``: functions of ``math`` that an own one calls.
     """
 
     name: str
-    arity: int
     array: str
-    own: bool = False
+    own: Callable[..., Any] | None = None
     condition: bool = False
+    calls: tuple[str, ...] = ()
+
+
+def _text(row: Operation) -> str | Form:
+    return row.python if isinstance(row.python, str | Form) else row.python.__name__
+
+
+def _named(row: Operation) -> Named:
+    own = None if isinstance(row.python, str | Form) else row.python
+    name = str(_text(row) or row.name)
+    array = f"np.vectorize({name}, otypes=[float])" if row.array is None else row.array or f"np.{row.name}"
+    return Named(name, array, own, row.condition, row.calls if own else ())
 
 
 FUNCTIONS: Final[Mapping[int, Named]] = {
-    ops.SIN: Named("sin", 1, "np.sin"),
-    ops.COS: Named("cos", 1, "np.cos"),
-    ops.TAN: Named("tan", 1, "np.tan"),
-    ops.ASIN: Named("asin", 1, "np.arcsin"),
-    ops.ACOS: Named("acos", 1, "np.arccos"),
-    ops.ATAN: Named("atan", 1, "np.arctan"),
-    ops.SINH: Named("sinh", 1, "np.sinh"),
-    ops.COSH: Named("cosh", 1, "np.cosh"),
-    ops.TANH: Named("tanh", 1, "np.tanh"),
-    ops.ASINH: Named("asinh", 1, "np.arcsinh"),
-    ops.ACOSH: Named("acosh", 1, "np.arccosh"),
-    ops.ATANH: Named("atanh", 1, "np.arctanh"),
-    ops.EXP: Named("exp", 1, "np.exp"),
-    ops.LOG: Named("log", 1, "np.log"),
-    ops.SQRT: Named("sqrt", 1, "np.sqrt"),
-    ops.ATAN2: Named("atan2", 2, "np.arctan2"),
-    ops.POW: Named("pow", 2, "np.power"),
-    ops.FLOOR: Named("floor", 1, "np.floor", own=True),
-    ops.SIGN: Named("sign", 1, "np.sign", own=True),
-    ops.MINIMUM: Named("minimum", 2, "np.minimum", own=True),
-    ops.MAXIMUM: Named("maximum", 2, "np.maximum", own=True),
-    ops.SELECT: Named("select", 3, "np.where", own=True),
-    ops.NOT: Named("negation", 1, "np.logical_not", own=True, condition=True),
-    ops.LOOKUP: Named("lookup", 3, "np.vectorize(lookup, otypes=[float], excluded=[0, 1])", own=True),
+    row.code: _named(row)
+    for row in OPERATIONS
+    if row.arity and not isinstance(row.python, Form) and (row.python or not row.form)
 }
 
-FORMS: Final[Mapping[int, Form]] = {
-    ops.ADD: infix("+", SUM),
-    ops.SUB: infix("-", SUM),
-    ops.MUL: infix("*", PRODUCT),
-    ops.DIV: infix("/", PRODUCT),
-    ops.MODULO: infix("%", PRODUCT),
-    ops.NEG: Form("-{}", UNARY, (UNARY + 1,)),
-    ops.ABS: call("abs", 1),
-    ops.LESS: infix("<", COMPARISON, condition=True),
-    ops.LESS_EQUAL: infix("<=", COMPARISON, condition=True),
-    ops.EQUAL: infix("==", COMPARISON, condition=True),
-    # these hold for arrays of truth values as well
-    ops.AND: Form("{} & {}", BITWISE, (BITWISE + 1, BITWISE + 1), True, _BOTH),
-    ops.OR: Form("{} | {}", BITWISE, (BITWISE + 1, BITWISE + 1), True, _BOTH),
-    **{code: call(f.name, f.arity) for code, f in FUNCTIONS.items() if code not in (ops.SELECT, ops.NOT)},
-    ops.SELECT: Form("select({}, {}, {})", ATOM, (0, 0, 0), False, (True, False, False)),
-    ops.NOT: Form("negation({})", ATOM, (0,), True, (True,)),
-}
+FORMS: Final[Mapping[int, Form]] = {row.code: form_of(row, _text(row)) for row in OPERATIONS if row.arity}
 
 
 def literal(number: Fraction) -> tuple[str, int]:

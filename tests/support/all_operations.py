@@ -6,8 +6,10 @@ import ctypes
 import itertools
 import math
 import random
+import re
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,23 +17,16 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from native_code import REPRODUCIBLE, Both, Floats, compile_c
 from sample_equations import equations
 
 from mechc.compiler.equations.model import Entry, Equations, Function
-from mechc.compiler.graph import Graph, Node, monotone_table, node
+from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
-from mechc.compiler.graph.operations import Operation
-from mechc.compiler.symbolic import express
-from mechc.compiler.targets import (
-    c_forms,
-    casadi_forms,
-    jax_forms,
-    lane_forms,
-    python_forms,
-    scalar_functions,
-)
+from mechc.compiler.graph.operation import Operation
+from mechc.compiler.targets import casadi_forms, jax_forms, python_forms
 from mechc.compiler.targets.c import emit_c
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,56 +47,55 @@ def file_of(module: ModuleType) -> str:
     return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else path.name
 
 
-def constructor(row: Operation) -> str:
-    return row.build or row.name
+@cache
+def lane_headers() -> tuple[str, ...]:
+    return tuple(p.read_text(encoding="utf-8") for p in (ROOT / "runtime/kernel/ensemble").glob("*.h"))
 
 
 def missing(row: Operation) -> list[str]:
-    """Return what an operation lacks, each with the file to go to."""
+    """Return what the row of an operation lacks: columns without a value that could be found."""
     lookup, found = row.code == ops.LOOKUP, []
 
-    def lacks(what: str, module: ModuleType) -> None:
-        found.append(f"operation '{row.name}' has no {what}: add it in {file_of(module)}")
+    def lacks(what: str, file: str = "") -> None:
+        found.append(f"operation '{row.name}' has no {what}: see its row in {file or file_of(ops)}")
 
-    if not hasattr(Graph, constructor(row)):
-        lacks(f"constructor Graph.{constructor(row)}", node)
     if row.value is None and not lookup:
-        lacks("'value', what it gives for floats,", ops)
+        lacks("'value', what it gives for floats")
     elif row.value is not None and row.digits is None and not all(truths(row)):
         given = [bool(k) if k else mpmath.mpf(1) / 3 for k in truths(row)]
         if isinstance(row.value(*given), float):
-            lacks("'digits', what it gives for many digits (its 'value' gives floats only),", ops)
-    if row.code not in c_forms.FORMS and not lookup:
-        lacks("row in FORMS", c_forms)
-    if row.code not in lane_forms.FORMS and not lookup:
-        lacks("row in FORMS", lane_forms)
-    if row.code not in python_forms.FORMS:
-        lacks("row in FORMS, or in FUNCTIONS", python_forms)
-    for forms in (casadi_forms, jax_forms):
-        if row.code not in forms.FORMS:
-            lacks("row in FUNCTIONS, OWN or ARITHMETIC", forms)
+            lacks("'digits', what it gives for many digits (its 'value' gives floats only)")
+    if row.form is None and isinstance(row.lanes, str) and not lookup:
+        name = f"lane_{row.lanes or row.name}"
+        if not any(re.search(rf"\b{name}\(|\({name[5:]}, ", text) for text in lane_headers()):
+            lacks(f"function '{name}' in the headers of lanes; lanes=None takes that of C lane by lane")
     named = python_forms.FUNCTIONS.get(row.code)
-    if named is not None and named.own and not hasattr(scalar_functions, named.name):
-        lacks(f"function '{named.name}', which is said to be mechc's own,", scalar_functions)
-    if named is not None and not named.own and not hasattr(math, named.name):
-        lacks(f"function '{named.name}' in Python's math; say own=True,", python_forms)
-    if row.code not in express.SYMPY.functions and not lookup:
-        lacks("row in SYMPY", express)
+    if named is not None and named.own is None and not hasattr(math, named.name):
+        lacks(f"function '{named.name}' in Python's math; 'python' may be an own function")
+    elif named is not None:
+        known = {"np": np, named.name: named.own or getattr(math, named.name)}
+        try:
+            eval(named.array, known)
+        except (AttributeError, NameError):
+            lacks(f"function '{named.array}' of arrays; array=None takes that of Python for each element")
+    if row.form is None:
+        for name, forms in (("casadi", casadi_forms), ("jax", jax_forms)):
+            if row.code in forms.COPIED and (named is None or named.own is None):
+                lacks(f"own function in Python, which {name}=None would copy")
+    if isinstance(row.sympy, str) and not hasattr(sympy, row.sympy or row.name) and not lookup:
+        lacks("function of SymPy; sympy=None makes an undefined one")
     return found
 
 
 def truths(row: Operation) -> tuple[bool, ...]:
     """Tell which arguments are truth values."""
-    if row.code == ops.SELECT:
-        return (True, False, False)
-    return (row.code in (ops.AND, ops.OR, ops.NOT),) * row.arity
+    return row.conditions[: row.arity]
 
 
 def apply(graph: Graph, row: Operation, arguments: Sequence[Node]) -> Node:
     if row.code == ops.LOOKUP:
         return graph.lookup(graph.add_table(TABLE), *arguments)
-    built: Node = getattr(graph, constructor(row))(*arguments)
-    return built
+    return graph.apply(row.code, *arguments)
 
 
 def points(row: Operation, numbers: Sequence[float], count: int = 0) -> list[tuple[float, ...]]:

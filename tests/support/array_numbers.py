@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -26,7 +27,11 @@ def _interpolate_array(table: Table, x: Any, order: int) -> Any:
 
 
 _INFIX = {ops.DIV: np.true_divide, ops.MODULO: np.remainder, ops.AND: np.logical_and, ops.OR: np.logical_or}
-_NAMED = {code: eval(f.array, {"np": np}) for code, f in FUNCTIONS.items() if code != ops.LOOKUP}
+_NAMED = {
+    code: eval(f.array, {"np": np, f.name: f.own or getattr(math, f.name)})
+    for code, f in FUNCTIONS.items()
+    if code != ops.LOOKUP
+}
 
 ARRAYS = Numbers(
     float,

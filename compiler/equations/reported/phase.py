@@ -38,21 +38,14 @@ SINGULAR = 1e-10
 """Share of its usual value below which the determinant of a mass matrix vanishes."""
 
 _FUNCTIONS = frozenset(
-    {
-        *(ops.TAN, ops.EXP, ops.LOG, ops.SINH, ops.COSH, ops.TANH, ops.ASIN, ops.ACOS, ops.ATAN, ops.ASINH),
-        *(
-            ops.ACOSH,
-            ops.ATANH,
-            ops.ATAN2,
-            ops.POW,
-            ops.LOOKUP,
-            ops.ABS,
-            ops.MINIMUM,
-            ops.MAXIMUM,
-            ops.SELECT,
-        ),
-    }
+    row.code
+    for row in ops.OPERATIONS
+    if (row.partials or row.code == ops.SELECT)
+    and not row.form
+    and not row.jumps
+    and row.code not in (ops.SIN, ops.COS, ops.SQRT)
 )
+"""All that is neither arithmetic nor a jump, but for those that are looked at apart."""
 
 
 class Phase(Struct, frozen=True):

@@ -34,8 +34,6 @@ WAVES = frozenset({ops.SIN, ops.COS, ops.TAN})
 TURN = 1.0
 """Most that one step turns the argument of a wave, in rad."""
 
-JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.EQUAL, ops.SIGN, ops.LESS, ops.LESS_EQUAL})
-
 
 class Jumps(Exception):
     """A law is not continuous in a force: ``symbol``."""
@@ -84,7 +82,7 @@ def take_laws_out(
     entering = set(graph.support(*formulas.values())) if formulas else set()
     assert not entering & others, "a law of forces contains an acceleration or a multiplier"
     for n in graph.reach(list(formulas.values())):
-        if graph.op(n) in JUMPING and (jumping := [s for s in forces if s in graph.support(n)]):
+        if graph.op(n) in ops.JUMPING and (jumping := [s for s in forces if s in graph.support(n)]):
             raise Jumps(jumping[0])
     return result, Laws(formulas, tuple(s for s in forces if s in entering))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+from mechc.lang.builtins import BUILTINS
 from mechc.lang.source import Span
 
 from .. import types
@@ -15,23 +16,26 @@ from .signature import Call
 Rule = Callable[[Call], Expression]
 
 
-def _angle_to_number(call: Call) -> Expression:
-    call.number(0, "an angle or a number")
-    return call.apply(types.NUMBER)
+def _of_numbers(types_of: str) -> Rule:
+    """Return the rule of a function of angles and numbers, from what ``Builtin.types`` says."""
+    given, _, result = types_of.partition(" -> ")
+    words = given.split(", ")
+
+    def rule(call: Call) -> Expression:
+        for k, word in enumerate(words):
+            if word == "angle":
+                call.number(k, "an angle or a number")
+            else:
+                call.number(k)
+        return _folded_whole(call) if result == "whole" else call.apply(RESULTS[result])
+
+    return rule
 
 
-def _number_to_angle(call: Call) -> Expression:
-    call.number(0)
-    return call.apply(types.ANGLE)
+RESULTS = {"number": types.NUMBER, "angle": types.ANGLE}
 
 
-def _number_to_number(call: Call) -> Expression:
-    call.number(0)
-    return call.apply(types.NUMBER)
-
-
-def _number_to_whole(call: Call) -> Expression:
-    call.number(0)
+def _folded_whole(call: Call) -> Expression:
     value = constant(call.arguments[0])
     if isinstance(value, Fraction):
         folded = constant(call.apply(types.INTEGER))
@@ -284,12 +288,7 @@ def _initial(call: Call) -> Expression:
 
 
 RULES: dict[str, Rule] = {
-    **dict.fromkeys(("sin", "cos", "tan"), _angle_to_number),
-    **dict.fromkeys(("asin", "acos", "atan"), _number_to_angle),
-    **dict.fromkeys(
-        ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "log", "log10"), _number_to_number
-    ),
-    **dict.fromkeys(("floor", "ceil"), _number_to_whole),
+    **{name: _of_numbers(builtin.types) for name, builtin in BUILTINS.items() if builtin.types},
     **dict.fromkeys(("clamp", "deadzone"), _alike),
     **dict.fromkeys(("min", "max"), _extreme),
     "atan2": _atan2,

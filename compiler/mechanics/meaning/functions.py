@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+from mechc.lang.builtins import BUILTINS
+
 from ...graph import Graph, Node
 from ...graph import vector as v3
+from ...graph.operations import DIV, EQUAL, LESS, LESS_EQUAL, MODULO, NOT, OPERATIONS
 from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.planar import Planar
 from ..kinematics.pose import Rotate, Translate, Turn
@@ -17,12 +20,8 @@ Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
 """(kinematics, total time derivative, arguments) -> value"""
 
 
-def _unary(name: str) -> Rule:
-    return lambda k, rate, a: getattr(k.graph, name)(node(a[0]))
-
-
-def _binary(name: str) -> Rule:
-    return lambda k, rate, a: getattr(k.graph, name)(node(a[0]), node(a[1]))
+def _operation(code: int) -> Rule:
+    return lambda k, rate, a: k.graph.apply(code, *map(node, a))
 
 
 def _each_binary(name: str) -> Rule:
@@ -232,29 +231,22 @@ FUNCTIONS: dict[str, Rule] = {
     "divide": lambda k, rate, a: each(k.graph.div, _numbers(k, a[0]), a[1]),
     "negate": lambda k, rate, a: each(k.graph.neg, _numbers(k, a[0])),
     "power": _power,
-    "less": _binary("less"),
-    "less_equal": _binary("less_equal"),
+    "less": _operation(LESS),
+    "less_equal": _operation(LESS_EQUAL),
     "greater": lambda k, rate, a: k.graph.less(node(a[1]), node(a[0])),
     "greater_equal": lambda k, rate, a: k.graph.less_equal(node(a[1]), node(a[0])),
-    "equal": _binary("equal"),
+    "equal": _operation(EQUAL),
     "not_equal": lambda k, rate, a: k.graph.logical_not(k.graph.equal(node(a[0]), node(a[1]))),
     "and": _fold("logical_and"),
     "or": _fold("logical_or"),
-    "not": _unary("logical_not"),
+    "not": _operation(NOT),
     # elementary
-    **{
-        name: _unary(name)
-        for name in (
-            *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-            *("exp", "log", "sqrt", "abs", "sign", "floor"),
-        )
-    },
+    **{row.name: _operation(row.code) for row in OPERATIONS if row.name in BUILTINS and row.code != DIV},
     "log10": lambda k, rate, a: k.graph.div(k.graph.log(node(a[0])), k.graph.log(k.graph.constant(10))),
     "ceil": lambda k, rate, a: k.graph.neg(k.graph.floor(k.graph.neg(node(a[0])))),
-    "atan2": _binary("atan2"),
     "min": _fold("minimum"),
     "max": _fold("maximum"),
-    "mod": lambda k, rate, a: k.graph.modulo(node(a[0]), node(a[1])),
+    "mod": _operation(MODULO),
     "div": _quotient,
     "clamp": lambda k, rate, a: _clamp(k.graph, node(a[0]), node(a[1]), node(a[2])),
     "deadzone": lambda k, rate, a: _deadzone(k.graph, node(a[0]), node(a[1])),

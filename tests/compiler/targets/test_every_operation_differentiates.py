@@ -15,7 +15,7 @@ from mechc.compiler.graph import Graph
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.differentiate import gradient
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.graph.operations import Operation
+from mechc.compiler.graph.operation import Operation
 from mechc.compiler.program import lower
 
 EVERY = pytest.mark.parametrize("row", ROWS, ids=[row.name for row in ROWS])

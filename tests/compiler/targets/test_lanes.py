@@ -11,7 +11,7 @@ from all_operations import ROWS, SPECIAL, build, points, truths
 from native_code import Both, Floats, bits
 
 from mechc.compiler.graph import operations as ops
-from mechc.compiler.graph.operations import Operation
+from mechc.compiler.graph.operation import Operation
 from mechc.compiler.lanes import lane_sources
 from mechc.compiler.program.model import Body, Load, Operate, Store
 from mechc.compiler.targets.lane_forms import DOUBLES, FORMS

@@ -17,6 +17,9 @@ def sign(x: float) -> float:
     return 1.0 if x > 0.0 else -1.0 if x < 0.0 else x
 
 
+# C's fmin and fmax drop NaN; these keep it, like NumPy
+
+
 def minimum(a: float, b: float) -> float:
     return a if a < b or a != a else b
 
