@@ -113,4 +113,7 @@ def _row(option: click.Option) -> str:
 
 
 if __name__ == "__main__":
+    from own_installation import require_own_installation
+
+    require_own_installation()
     (HERE / "commands.md").write_text(page(), encoding="utf-8")

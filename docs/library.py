@@ -120,4 +120,7 @@ def _sentence(text: str) -> str:
 
 
 if __name__ == "__main__":
+    from own_installation import require_own_installation
+
+    require_own_installation()
     (HERE / "library.md").write_text(page(), encoding="utf-8")

@@ -55,4 +55,7 @@ def _meaning(text: str) -> str:
 
 
 if __name__ == "__main__":
+    from own_installation import require_own_installation
+
+    require_own_installation()
     (HERE / "units.md").write_text(page(), encoding="utf-8")

@@ -152,7 +152,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         "dashed": {"linestyle": "--"},
         "dotted": {"linestyle": ":"},
         "points": {"linestyle": "", "marker": "o", "markersize": 4},
-        "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0},
+        "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0, "rasterized": True},
     }
     if panel.landscape is not None:
         _landscape(axes, panel.landscape, colours)

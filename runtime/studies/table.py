@@ -108,6 +108,7 @@ STUDIES = {
         Kind(
             "optimum", "By which values is a goal of the motion greatest, or least?", "kinds.optimum:Optimum"
         ),
+        Kind("diagram", "What does it settle to, over a parameter?", "kinds.diagram:Diagram"),
         Kind(
             "hysteresis",
             "How does a motion follow a parameter that goes slowly up and down: where does it jump?",

@@ -26,6 +26,7 @@ LONGER: dict[str, dict[str, Any]] = {
     "sweep": {"stop": 30_000},
     "virial": {"stop": 3_000},
     "hysteresis": {"over": "u = 0 .. 1, 30", "hold": 30},
+    "diagram": {"over": "u = 0 .. 1, 30", "hold": 30},
 }
 """Settings with which the kernel is at work for a moment at least."""
 

@@ -22,7 +22,7 @@ EXPECTED: dict[str, dict[str, str]] = {
     **{
         name: {"terminate": SAYS, "assert": SAYS, "failure": SAYS}
         for name in (
-            "simulate", "sweep", "ensemble", "fit", "virial", "floquet", "scattering", "optimum", "hysteresis",
+            "simulate", "sweep", "ensemble", "fit", "virial", "floquet", "scattering", "optimum", "hysteresis", "diagram",
             "threshold", "lyapunov", "volume", "section", "symmetries", "invariants", "kinematics", "action",
         )
     },
@@ -40,6 +40,7 @@ EXPECTED: dict[str, dict[str, str]] = {
 PLACES = {
     "scattering": ("x > -5", "x < -5"),
     "hysteresis": ("x > 0.5", "x < 0.5"),
+    "diagram": ("x > 0.5", "x < 0.5"),
     "steady": ("phi > 1", "phi < 1"),
     "inertia": ("time >= 1 s", "time < 1 s"),
     "kinematics": ("time >= 1 s", "time < 1 s"),
@@ -48,6 +49,7 @@ PLACES = {
 
 SINGULAR = {
     "hysteresis": "state Real w = 0; equation der(w) = 1/(1 - time)^2;",
+    "diagram": "state Real w = 0; equation der(w) = 1/(1 - time)^2;",
     "kinematics": "force 0.001 N.s^2/(1 s - time)^2 on x;",
 }
 

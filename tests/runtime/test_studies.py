@@ -147,6 +147,7 @@ NEEDED: dict[str, dict[str, Any]] = {
     "fit": {"data": {"time": [0.0, 1.0, 2.0], "x": [1.0, 0.5, -0.4]}, "vary": "x"},
     "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2"},
     "hysteresis": {"over": "c = 1 .. 2, 3", "hold": 1},
+    "diagram": {"over": "c = 1 .. 2, 3", "hold": 1},
     "threshold": {"over": "x = 1 .. 2, 3", "reaches": "x = -1"},
 }
 """Settings without which some studies are not asked."""

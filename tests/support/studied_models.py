@@ -49,7 +49,9 @@ model Particle
   potential 1/(x^2 + y^2);
 end Particle;
 """,
-    "hysteresis": """\
+    **dict.fromkeys(
+        ("hysteresis", "diagram"),
+        """\
 model Lag
   dimensionless;
   parameter u = 0;
@@ -57,6 +59,7 @@ model Lag
   equation der(x) = u - x;
 end Lag;
 """,
+    ),
     "steady": """\
 model Orbit
   dimensionless;
@@ -76,6 +79,7 @@ SETTINGS: Mapping[str, Mapping[str, str | float]] = {
     "fit": {"data": "data.csv", "vary": "x"},
     "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
     "hysteresis": {"over": "u = 0 .. 1, 3", "hold": 3},
+    "diagram": {"over": "u = 0 .. 1, 3", "hold": 3, "every": 0.1},
     "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
     "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
     "curves": {"over": "k = 0 .. 2"},

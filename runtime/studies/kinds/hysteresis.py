@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
-from ...case import find_setting, inputs_at
 from ...integrate.interruption import NotedInterruptions
-from ...outcome import ENDED, Outcome, SimulationError
+from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
-from ...start.initial import assemble
 from ..findings import Curve, Findings, Panel, Table
-from ..flow.pieces import column_at
-from ..runs.simulate import plan_run, run_from
+from ..flow.carried_sweep import CarriedSweep, interval_of, refuse_states
+from ..runs.simulate import Plan
 from ..study import Study
 
 COUNT = 41
@@ -61,19 +56,19 @@ class Hysteresis(Study, frozen=True, kw_only=True):
                 "a slow sweep needs what goes up and down, and how long each value is held",
                 help='say --over "w = 0.5 .. 1.5" --hold "60*2*pi/w"',
             )
-        over = self.over[0]
-        if find_setting(problem, over.name).array == "y":
-            raise SimulationError(
-                f"'{over.name}' is part of the state, which is carried over",
-                help="sweep a parameter or a constant input",
-            )
+        over, hold = self.over[0], self.hold
+        refuse_states(problem, over)
         seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
         values = np.linspace(over.low, over.high, over.count or COUNT)
+
+        def held(plan: Plan, y: Array) -> float:
+            return interval_of(plan, y, hold, "the time for which a value is held")
+
         with NotedInterruptions() as interrupted:
-            sweep = _Sweep(problem, self, over, seen, interrupted)
-            up = sweep.branch(values, (0.0, 0.5))
-            down = sweep.branch(values[::-1], (0.5, 1.0)) if sweep.goes_on else []
-        return _findings(problem, sweep, up, down)
+            sweep = CarriedSweep(problem, self, over, held, interrupted)
+            up = _branch(sweep, seen, values, (0.0, 0.5))
+            down = _branch(sweep, seen, values[::-1], (0.5, 1.0)) if sweep.goes_on else []
+        return _findings(problem, sweep, seen, up, down)
 
 
 class Held(Struct, frozen=True):
@@ -87,93 +82,27 @@ class Held(Struct, frozen=True):
     unsettled: float
 
 
-class _Sweep:
-    """The motion that is carried from value to value."""
-
-    def __init__(
-        self, problem: Problem, study: Hysteresis, over: Range, seen: Formula, interrupted: Callable[[], bool]
-    ) -> None:
-        self.problem, self.study, self.over, self.seen = problem, study, over, seen
-        self.interrupted = interrupted
-        self.y: Array | None = None
-        self.z: Array | None = None
-        self.outcome, self.message, self.goes_on = Outcome.COMPLETED, "", True
-        self.last: Solution | None = None
-
-    def branch(self, values: Array, part: tuple[float, float]) -> list[Held]:
-        found: list[Held] = []
-        for k, value in enumerate(values):
-            if self.interrupted():
-                self.outcome, self.goes_on = Outcome.INTERRUPTED, False
-                self.message = f"interrupted at {self.over.name} = {value:g}"
-                return found
-            solution = self._held(float(value))
-            if solution.outcome not in ENDED or solution.outcome is Outcome.TERMINATED:
-                self.outcome, self.goes_on = solution.outcome, False
-                self.message = f"ended at {self.over.name} = {value:.6g}: {solution.message}"
-                return found
-            found.append(self._seen(float(value), solution))
-            if self.study.progress is not None:
-                self.study.progress(part[0] + (part[1] - part[0]) * (k + 1) / len(values))
-        return found
-
-    def _held(self, value: float) -> Solution:
-        study = self.study
-        options = replace(
-            study, values={**study.values, self.over.name: value}, start=0.0, stop=0.0, every=None,
-            estimate_error=False, progress=None, max_steps=None, stiff_after=None,
-        )  # fmt: skip
-        case = plan_run(self.problem, options).case
-        y = case.y0 if self.y is None else self._carried(case.p)
-        hold = study.hold
-        if isinstance(hold, Formula):
-            hold = float(column_at(case, hold.name)(np.array([case.begin]), y[None, :])[0])
-        assert hold is not None
-        if not (math.isfinite(hold) and hold > 0):
-            raise SimulationError(f"the time for which a value is held is positive, it is {hold:g}")
-        plan = plan_run(self.problem, replace(options, stop=case.begin + hold))
-        z = plan.case.z if self.z is None else self.z
-        solution = run_from(plan, y, z)
-        self.last = solution
-        final = solution.final()
-        self.y = np.array([final[q.name] for q in self.problem.states])
-        for k, quantity in enumerate(self.problem.states):
-            if quantity.kind == "account":
-                self.y[k] = 0.0
-        self.z = plan.case.z.copy()
-        for k, quantity in enumerate(self.problem.discretes):
-            if quantity.kind == "discrete":  # what holds, sticks and switches follows from the state
-                self.z[k] = float(solution[quantity.name][-1])
-        return solution
-
-    def _carried(self, p: Array) -> Array:
-        """Return the state of the motion so far, on the constraints as they are now."""
-        problem, before = self.problem, self.y
-        assert before is not None
-        if not problem.assembly or self.last is None:
-            return before
-        case = plan_run(problem, replace(self.study, start=0.0, stop=0.0, every=None)).case
-        free = np.zeros(len(before), dtype=bool)
-        return assemble(
-            problem, case.functions, case.begin, before, free, inputs_at(case, case.begin), case.z, p,
-            reproducible=self.study.reproducible,
-        ).y  # fmt: skip
-
-    def _seen(self, value: float, solution: Solution) -> Held:
-        end = float(solution.time[-1])
-        t = np.linspace(end - SEEN * (end - float(solution.time[0])), end, SAMPLES)
-        x = solution(t)[self.seen.name]
-        early, late = x[: SAMPLES // 2], x[SAMPLES // 2 :]
-        change = max(
-            abs(np.ptp(early) - np.ptp(late)) / 2,
-            abs(early.max() - late.max()),
-            abs(early.min() - late.min()),
-        )
-        return Held(value, float(x.min()), float(x.max()), float(x.mean()), float(x.std()), float(change))
+def _branch(sweep: CarriedSweep, seen: Formula, values: Array, part: tuple[float, float]) -> list[Held]:
+    return [_seen(value, solution, seen) for value, _, solution in sweep.motions(values, part)]
 
 
-def _findings(problem: Problem, sweep: _Sweep, up: list[Held], down: list[Held]) -> Findings:
-    over, seen = sweep.over, sweep.seen
+def _seen(value: float, solution: Solution, seen: Formula) -> Held:
+    end = float(solution.time[-1])
+    t = np.linspace(end - SEEN * (end - float(solution.time[0])), end, SAMPLES)
+    x = solution(t)[seen.name]
+    early, late = x[: SAMPLES // 2], x[SAMPLES // 2 :]
+    change = max(
+        abs(np.ptp(early) - np.ptp(late)) / 2,
+        abs(early.max() - late.max()),
+        abs(early.min() - late.min()),
+    )
+    return Held(value, float(x.min()), float(x.max()), float(x.mean()), float(x.std()), float(change))
+
+
+def _findings(
+    problem: Problem, sweep: CarriedSweep, seen: Formula, up: list[Held], down: list[Held]
+) -> Findings:
+    over = sweep.over
     unit = _unit(problem, seen.name)
     both = [*up, *down]
     quantity = _told(both)
