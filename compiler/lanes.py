@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from mechc.runtime.ensembles.lanes import Wanted
-from mechc.runtime.native.build import build_shared, lane_flags
+from mechc.runtime.ensembles.lanes import NoLanes, Wanted
+from mechc.runtime.native.build import build_shared, find_compiler, lane_flags
 from mechc.runtime.native.kernel import kernel_sources
 
 from .program.model import Program
@@ -21,6 +21,9 @@ def build_lanes(program: Program, wanted: Wanted, method: str, width: int | None
 
     Raises NoLanes, BuildError, CompilerMissing.
     """
+    compiler = find_compiler()
+    if compiler is not None and compiler.in_process:
+        raise NoLanes("gcc or clang compiles them, and neither was found")
     flags = lane_flags() if width is None else (*lane_flags(), f"-DMECH_LANE_WIDTH={width}")
     return build_shared(lane_sources(emit_lanes(program, wanted, method)), flags, name="lanes")
 

@@ -1,4 +1,4 @@
-"""From a program to something that can be run: through the C compiler where there is one."""
+"""From a program to something that can be run, by a C compiler or in Python."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from msgspec.structs import replace
 
 from mechc.runtime.functions import with_code
-from mechc.runtime.native.build import build_shared, built_once, find_compiler, model_flags
+from mechc.runtime.native.build import build_shared, built_once, model_flags
 from mechc.runtime.problem import Problem
 
 from .outline import Summary, summary_of
@@ -30,22 +30,18 @@ SERIES = ("series.h",)
 
 def make_problem(
     program: Program,
-    target: Literal["auto", "c", "python"] = "auto",
+    target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
 ) -> Problem:
-    """Return the functions of a program, ready to be called.
-
-    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says. Raises CompilerMissing
-    (target ``c``) and BuildError.
-    """
+    """Return the functions of a program, ready to be called. Raises CompilerMissing and BuildError."""
     return problem_of(summary_of(program), lambda: program, target, reproducible=reproducible)
 
 
 def problem_of(
     summary: Summary,
     program: Callable[[], Program],
-    target: Literal["auto", "c", "python"] = "auto",
+    target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
     kept_as: str = "",
@@ -63,7 +59,7 @@ def problem_of(
 def _made(
     summary: Summary,
     program: Callable[[], Program],
-    target: Literal["auto", "c", "python"],
+    target: Literal["c", "python"],
     reproducible: bool,
     kept_as: str,
 ) -> Problem:
@@ -76,9 +72,7 @@ def _made(
         return _in_python(program())
     flags = model_flags(reproducible, summary.loops)
 
-    def build() -> Path | None:
-        if target == "auto" and find_compiler() is None:
-            return None
+    def build() -> Path:
         return build_shared(_written(program(), reproducible), flags)
 
     if kept_as:
@@ -86,7 +80,7 @@ def _made(
         library = built_once(known, flags, build)
     else:
         library = build()
-    return _in_python(program()) if library is None else with_code(summary.description, library=library)
+    return with_code(summary.description, library=library)
 
 
 def _in_python(program: Program) -> Problem:

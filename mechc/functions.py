@@ -30,7 +30,7 @@ class Frame(Struct, frozen=True):
 class Functions(ModelFunctions):
     """See ``ModelFunctions``; ``frame`` gives what is known of a frame or point of the model."""
 
-    def __init__(self, model: CompiledModel, target: Any = "auto") -> None:
+    def __init__(self, model: CompiledModel, target: Any = "c") -> None:
         if model.compilation.equations.curve is not None:
             raise UsageMistake(f"'{model.name}' is a curve and does not move: it has no functions of a state")
         problem = model.problem(target, parts={"functions"})

@@ -236,13 +236,13 @@ class CompiledModel:
 
     def problem(
         self,
-        target: Target = "auto",
+        target: Target = "c",
         *,
         method: str = "",
         reproducible: bool = False,
         parts: Collection[str] = (),
     ) -> Problem:
-        """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
+        """Return the functions of the model ready to be called, compiled by a C compiler.
 
         ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on

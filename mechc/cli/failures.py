@@ -119,11 +119,7 @@ def show_runtime_error(error: BaseException) -> bool:
         case BuildError() | ResultsFileError():
             say("error", str(error))
         case CompilerMissing():
-            say(
-                "error",
-                str(error),
-                f"{COMPILER_HELP}; 'mechc run --target python' does without where nothing switches",
-            )
+            say("error", str(error), COMPILER_HELP)
         case _:
             return False
     return True

@@ -218,7 +218,5 @@ def kept(keep_all: bool, target: str) -> frozenset[str]:
     if not keep_all:
         return frozenset()
     from ..compiler.equations.needs import EVERYTHING
-    from ..runtime.native.build import find_compiler
 
-    in_python = target == "python" or (target == "auto" and find_compiler() is None)
-    return EVERYTHING - {"events"} if in_python else EVERYTHING
+    return EVERYTHING - {"events"} if target == "python" else EVERYTHING

@@ -128,9 +128,9 @@ if TYPE_CHECKING:
 @click.option("--reproducible", is_flag=True, help="The same bits on every machine, in C and in Python.")
 @click.option(
     "--target",
-    type=click.Choice(["auto", "c", "python"]),
-    default="auto",
-    help="Run as compiled C or on Python; auto takes C where there is a compiler.",
+    type=click.Choice(["c", "python"]),
+    default="c",
+    help="Run as compiled C, or on Python.",
 )
 @ensemble_options
 @keep_all_option
@@ -274,8 +274,6 @@ def _run_all(
         import json
 
         click.echo(json.dumps(objects[0] if len(objects) == 1 else objects, indent=1, ensure_ascii=False))
-    elif not given["quiet"]:
-        _say_if_slow(sweep.solutions[-1], given)
     return code
 
 
@@ -311,18 +309,6 @@ def _objects(sweep: Runs[Solution], names: Sequence[str]) -> list[dict[str, obje
         solution.summary(names or None) | ({"sweep": dict(point)} if point else {})
         for point, solution in zip(sweep.points, sweep.solutions, strict=True)
     ]
-
-
-def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
-    """Say that compiled code would be faster where Python was not asked for."""
-    from .failures import COMPILER_HELP, say
-
-    if not solution.compiled and given["target"] == "auto":
-        say(
-            "note",
-            "no C compiler was found, so this ran on Python, which is much slower",
-            COMPILER_HELP,
-        )
 
 
 def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> list[str]:

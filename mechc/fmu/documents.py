@@ -59,7 +59,6 @@ def native_run(
     Raises CompileError (E0906) if it fails, SimulationError.
     """
     from ..requests.request import asked
-    from ..runtime.native.build import find_compiler
     from ..runtime.studies.kinds.motion import Simulate
     from ..session import answered
     from ..solution import Solution
@@ -73,7 +72,6 @@ def native_run(
             "step": step,
             "reproducible": True,
             "estimate_error": False,
-            "target": "c" if find_compiler() else "python",
         },
     )
     ran, solution = answered(model, question)

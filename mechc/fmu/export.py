@@ -12,14 +12,12 @@ from msgspec import Struct
 
 from ..lang.diagnostics import CompileError, Reporter
 from ..requests.parse_values import UsageMistake
-from ..runtime.native.build import CompilerMissing
 
 if TYPE_CHECKING:
     from ..compiler.equations.model import Equations
     from ..compiler.targets.fmu.export import Made
     from ..compiler.targets.fmu.variables import Start
     from ..model import CompiledModel
-    from ..requests.parse_values import Target
     from ..solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
@@ -103,23 +101,17 @@ def fmu_packages(model: CompiledModel, options: FmuOptions) -> list[Made]:
 
     checked_identifier(model.name)
     platforms = () if options.sources_only else chosen_platforms(options.platforms)
-    try:
-        compiler = find_compiler()
-    except CompilerMissing:
-        if not options.sources_only:
-            raise
-        compiler = None
-    if compiler is None and platforms:
+    compiler = find_compiler()
+    if platforms and (compiler is None or compiler.in_process):  # which hides no functions from other FMUs
         raise Reporter().fail(
             "E0902",
-            "the binary of an FMU needs a C compiler, and none was found",
+            "the binary of an FMU needs gcc, clang or zig, and none was found",
             None,
             help="install gcc or clang, or: pip install ziglang; --sources-only writes an FMU without binaries",
         )
-    target: Target = "c" if compiler else "python"
 
     def start_with(method: str) -> Start:
-        problem = model.problem(target, method=method, reproducible=True)
+        problem = model.problem(method=method, reproducible=True)
         return start_of(problem, options.experiment, model.settings)
 
     first = start_with(model.method(options.experiment))

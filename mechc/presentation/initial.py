@@ -20,7 +20,7 @@ def initial_text(
     experiment: str | None,
     *,
     explain: bool,
-    target: Target = "auto",
+    target: Target = "c",
     style: Style = PLAIN,
 ) -> str:
     """Return the consistent initial state; with ``explain`` what was wanted, and by how much it was moved.

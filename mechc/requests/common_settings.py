@@ -20,7 +20,7 @@ AROUND = ("experiment", "inputs", "target", "progress", "to")
 
 def check_around(given: Mapping[str, Any]) -> None:
     """Raise UsageMistake for what stands around a question and is of a wrong kind."""
-    one_of(given.get("target") or "auto", TARGETS, "target")
+    one_of(given.get("target") or "c", TARGETS, "target")
     if not isinstance(given.get("inputs") or {}, Mapping):
         raise UsageMistake(
             f"'inputs' are CSV files by the names of inputs, not {given['inputs']!r}",

@@ -14,8 +14,8 @@ from ..suggest import closest
 
 Scalar = float | int | bool | str
 
-Target = Literal["auto", "c", "python"]
-"""What runs a model: compiled C, Python, or C where there is a compiler."""
+Target = Literal["c", "python"]
+"""What runs a model: compiled C, or Python."""
 TARGETS: tuple[str, ...] = get_args(Target)
 
 

@@ -21,7 +21,7 @@ class Asked(Struct, frozen=True):
     """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
 
     ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
-    what runs it: compiled C, Python, or C where there is a compiler; ``to`` is the file (``Streamed``) that a run grows.
+    what runs it: compiled C, or Python; ``to`` is the file (``Streamed``) that a run grows.
     ``lasts``: whoever puts the question again has this very value, and it names nothing that may have changed meanwhile.
     """
 
@@ -29,7 +29,7 @@ class Asked(Struct, frozen=True):
     experiment: str | None = None
     given: Mapping[str, object] = field(default_factory=dict)
     inputs: Mapping[str, str | Path] = field(default_factory=dict)
-    target: Target = "auto"
+    target: Target = "c"
     progress: Progress | None = None
     to: Any = None
     lasts: bool = False

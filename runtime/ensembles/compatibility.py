@@ -40,7 +40,8 @@ class Facts(Struct, frozen=True):
 
     def same_bits_as(self, sender: Facts) -> bool:
         """Whether both compile a text to the same instructions."""
-        return self.runs_code_of(sender) and self.compiler in (sender.compiler, None)
+        lacks_one = self.compiler is None or self.compiler.in_process  # and takes the code of the sender
+        return self.runs_code_of(sender) and (lacks_one or self.compiler == sender.compiler)
 
 
 def own_facts() -> Facts:

@@ -87,7 +87,7 @@ class Posed:
         if problem.library is None:
             raise SimulationError(
                 "an ensemble runs in compiled code",
-                help="it needs a C compiler (pip install ziglang brings one), and no target = python",
+                help="leave out target = python",
             )
         self.functions = load_functions(problem)
         self.case = self._case()

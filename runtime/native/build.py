@@ -1,4 +1,4 @@
-"""C sources to a shared library, by the C compiler of this machine, kept in the cache by content.
+"""C sources to a shared library, by a C compiler of this machine or the one that comes along, kept in the cache by content.
 
 The key of an entry holds the sources, the flags, the compiler with its version, and, for code of this
 processor only, the processor. A build goes to a folder of its own and what it made is renamed at its end, so that two
@@ -14,12 +14,12 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TypeVar
 
 from .cache import prune_when_due
 from .cache_key import cache_key
-from .compiler import NAMES, NATIVE, Compiler, compiler_by_its_file
+from .compiler import LIBTCC, NAMES, NATIVE, Compiler, compiler_by_its_file
 from .kept_files import build_folder, find_entry, keep_entry
+from .libtcc import compile_in_process, find_libtcc
 
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
 _FAST = (NATIVE, "-ffp-contract=fast")
@@ -30,8 +30,6 @@ _UNORDERED = ("-DMECH_UNORDERED", "-fopenmp-simd")
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
-
-Built = TypeVar("Built", Path, "Path | None")
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
@@ -88,18 +86,19 @@ def lane_flags() -> tuple[str, ...]:
 
 
 def find_compiler() -> Compiler | None:
-    """Find a C compiler: environment ``CC``, then cc, gcc, clang, then ziglang's.
+    """Find a C compiler: environment ``CC``, then cc, gcc, clang, then ziglang's, then the one that comes with mechc.
 
     Raises ``CompilerMissing`` if ``CC`` is set and does not answer.
     """
-    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", "")) or _assumed
+    found = _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+    return _assumed or found if found is None or found.in_process else found
 
 
 _assumed: Compiler | None = None
 
 
 def assume_compiler(compiler: Compiler | None) -> None:
-    """Let a process without a compiler find what this one has compiled elsewhere, for the same machine."""
+    """Let a process without a compiler of its machine find what this one has compiled elsewhere, for the same machine."""
     global _assumed
     _assumed = compiler
 
@@ -113,7 +112,10 @@ def _find_compiler(chosen: str, path: str) -> Compiler | None:
             command_line = (*shlex.split(chosen),)
         except ValueError as error:
             raise CompilerMissing(f"the environment says CC={chosen}, which is no command: {error}") from None
-        found = _ask(command_line) if command_line else None
+        if command_line == LIBTCC:
+            found = find_libtcc()
+        else:
+            found = _ask(command_line) if command_line else None
         if found is None:
             raise CompilerMissing(f"the environment says CC={chosen}, which cannot be run")
         return found
@@ -126,7 +128,7 @@ def _find_compiler(chosen: str, path: str) -> Compiler | None:
             return found
     if importlib.util.find_spec("ziglang"):
         return _ask((sys.executable, "-m", "ziglang", "cc"))
-    return None
+    return find_libtcc()
 
 
 def _ask(command: tuple[str, ...]) -> Compiler | None:
@@ -182,13 +184,16 @@ def build_shared(
         with _around(name), build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
-            _compile(compiler, sources, flags, folder, ("-o", file, *link))
+            if compiler.in_process:
+                _compile_in_process(sources, flags, folder / file)
+            else:
+                _compile(compiler, sources, flags, folder, ("-o", file, *link))
             library = keep_entry(folder / file, stem, suffix)
         prune_when_due()
     return library
 
 
-def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Built]) -> Built:
+def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Path]) -> Path:
     """Give what ``build`` gives, from the cache under the name of what is ``known`` of it beforehand.
 
     So that sources need not be written or read to look for what was compiled of them, nor the compiler asked: one library under
@@ -201,8 +206,6 @@ def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[
     found = find_entry(stem, LIBRARY_SUFFIX)
     if found is None:
         built = build()
-        if built is None:
-            return built
         with build_folder() as folder:
             copy = folder / built.name
             try:
@@ -213,6 +216,13 @@ def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[
                 shutil.copyfile(built, copy)
             found = keep_entry(copy, stem, LIBRARY_SUFFIX)
     return found
+
+
+def _compile_in_process(sources: Mapping[str, str], flags: Sequence[str], library: Path) -> None:
+    files = [library.parent / name for name in sources if name.endswith(".c")]
+    said = compile_in_process(files, flags, library)
+    if said:
+        raise BuildError((*LIBTCC, *flags), said, library.parent)
 
 
 def _compile(

@@ -10,12 +10,20 @@ NATIVE = "-march=native"
 NAMES = ("cc", "gcc", "clang")
 """Compilers that are looked for, in this order."""
 
+LIBTCC = ("libtcc",)
+"""The command of the one that comes with mechc (``libtcc.py``); ``CC=libtcc`` chooses it."""
+
 
 class Compiler(Struct, frozen=True):
     """A C compiler that answers: its command line and what it says of its version."""
 
     command: tuple[str, ...]
     version: str
+
+    @property
+    def in_process(self) -> bool:
+        """Whether it is the library that comes with mechc."""
+        return self.command == LIBTCC
 
 
 def compiler_by_its_file() -> Compiler | None:

@@ -190,7 +190,7 @@ class _Rest:
         if problem.hybrid is not None and case.functions.struct is None:
             raise SimulationError(
                 f"'{problem.name}' switches, and what holds at a state is found by the compiled kernel",
-                help="this needs a C compiler: mechc doctor",
+                help="leave out target = python",
             )
 
     def energy(self, y: Array) -> float:

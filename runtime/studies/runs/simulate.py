@@ -135,8 +135,7 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     if problem.hybrid is not None and not method.in_kernel:
         raise SimulationError(
             f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
-            "Only the compiled kernel locates these: take one of its methods, and a C compiler "
-            "(pip install ziglang brings one)"
+            "Only the compiled kernel locates these: take one of its methods, and leave out target = python"
         )
     nominal = nominal_of(case)
     return Plan(options, case, method, nominal)
