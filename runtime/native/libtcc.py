@@ -23,7 +23,7 @@ from .compiler import LIBTCC, Compiler
 HEADERS = Path(__file__).with_name("headers")
 _SHARED_LIBRARY = 4
 """TCC_OUTPUT_DLL"""
-_OPTIONS = "-nostdlib -nostdinc -Werror=implicit-function-declaration -D__ATOMIC_RELAXED=0"
+_OPTIONS = "-nostdlib -nostdinc -Werror=implicit-function-declaration"
 _VECTORS = ("-DMECH_SIMD", "-DMECH_UNORDERED")
 """What is done side by side elsewhere."""
 
@@ -32,6 +32,7 @@ _SIGNATURES = {
     "tcc_delete": (None, (c_void_p,)),
     "tcc_set_error_func": (None, (c_void_p, c_void_p, c_void_p)),
     "tcc_set_options": (c_int, (c_void_p, c_char_p)),
+    "tcc_define_symbol": (None, (c_void_p, c_char_p, c_char_p)),
     "tcc_set_output_type": (c_int, (c_void_p, c_int)),
     "tcc_add_sysinclude_path": (c_int, (c_void_p, c_char_p)),
     "tcc_add_file": (c_int, (c_void_p, c_char_p)),
@@ -61,11 +62,13 @@ def compile_in_process(files: Iterable[Path], flags: Iterable[str], library: Pat
     tcc = _load(place / "libtcc.so")
     said: list[str] = []
     listener = _Listener(lambda _, text: said.append(text.decode(errors="replace")))
-    defined = (flag for flag in flags if flag.startswith("-D") and flag not in _VECTORS)
+    defined = [flag[2:] for flag in flags if flag.startswith("-D") and flag not in _VECTORS]
     state = tcc.tcc_new()
     try:
         tcc.tcc_set_error_func(state, None, listener)
-        tcc.tcc_set_options(state, " ".join((_OPTIONS, *defined)).encode())
+        tcc.tcc_set_options(state, _OPTIONS.encode())
+        for name, _, value in (definition.partition("=") for definition in ("__ATOMIC_RELAXED=0", *defined)):
+            tcc.tcc_define_symbol(state, name.encode(), value.encode() or None)
         tcc.tcc_set_output_type(state, _SHARED_LIBRARY)
         for folder in (HEADERS, place / "tcc" / "include"):
             tcc.tcc_add_sysinclude_path(state, os.fsencode(folder))

@@ -224,7 +224,7 @@ def test_what_is_built_asks_for_the_c_library_itself(tmp_path: Path, monkeypatch
         "a.h": "int two(void);\n",
         "b.c": "int two(void) { return 2; }\n",
     }
-    file = build_shared(sources, ("-DVALUE=40", "-march=native"))
+    file = build_shared(sources, ("-DVALUE=(40 + 0)", "-march=native"))
     assert b"libm.so.6\0" in file.read_bytes()
     function = ctypes.CDLL(str(file)).f
     function.restype, function.argtypes = ctypes.c_double, (ctypes.c_double,)
