@@ -286,6 +286,38 @@ def parse_unit(text: str) -> Unit:
     return Unit(text, dimension, factor * Fraction(scale) if scale != 1.0 else factor, angle == 1)
 
 
+_SIGNS = str.maketrans(
+    {
+        "°": "deg",
+        "µ": "u",
+        "μ": "u",
+        "²": "^2",
+        "³": "^3",
+        "·": ".",
+        "⋅": ".",
+        "*": ".",
+        "Ω": "Ohm",
+        " ": ".",
+    }
+)
+"""Signs that instruments write in units, and what the language writes."""
+
+
+def parse_written_unit(text: str) -> Unit:
+    """Read a unit as instruments and spreadsheets write it: ``°/s``, ``µm``, ``m/s²``, ``Nm``, ``sec``. Raises UnitError."""
+    plain = re.sub(r"\s*([/.*^])\s*", r"\1", text.strip()).translate(_SIGNS)
+    try:
+        return parse_unit(plain)
+    except UnitError:
+        meant = _SPELLED_OUT.get(plain) if len(plain) > 2 or plain in ("Nm", "Ns") else None
+        meant = meant or _SPELLED_OUT.get(plain.casefold().removesuffix("s") if len(plain) > 3 else "")
+        if glued := re.fullmatch(_GLUED, plain):
+            meant = ".".join([glued[1], *re.findall(_FACTOR, glued[2])])
+        if meant is None:
+            raise
+        return parse_unit(meant)
+
+
 def _unit_error(text: str) -> UnitError:
     for word in re.findall(r"(?<![\w^])[^\W\d_]+", text):
         if word not in _SYMBOLS:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from .lang.diagnostics import CompileError as CompileError
     from .presentation.render import render as render
     from .requests.parse_values import UsageMistake as UsageMistake
+    from .requests.tables import table_file as table_file
     from .runtime.outcome import SimulationError as SimulationError
     from .solution import Solution as Solution
 
@@ -31,6 +32,7 @@ __all__ = [
     "load",
     "loads",
     "render",
+    "table_file",
 ]
 
 _HOMES = {
@@ -42,6 +44,7 @@ _HOMES = {
     "render": "mechc.presentation.render",
     "SimulationError": "mechc.runtime.outcome",
     "UsageMistake": "mechc.requests.parse_values",
+    "table_file": "mechc.requests.tables",
 }
 
 

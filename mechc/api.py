@@ -36,8 +36,8 @@ class Options(TypedDict, total=False):
 
     ``sensitivity`` names parameters, initial values and inputs in which the motion is differentiated
     (``Solution.sensitivity``); with ``condition`` the run tells how small changes of its start grow
-    (``Solution.condition``); with ``constants`` constants of the motion are found and checked like the energy. ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
-    name of the input; ``progress`` is called with the fraction done. ``to``: a CSV, NPZ or JSON file for results that are too many to
+    (``Solution.condition``); with ``constants`` constants of the motion are found and checked like the energy. ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` tables by the
+    name of the input: CSV files, frames of pandas, ``(times, values)``, or functions of the time; ``progress`` is called with the fraction done. ``to``: a CSV, NPZ or JSON file for results that are too many to
     be kept in memory: it is written while the run goes on, and the rows of the run lie in files beside it.
     """
 
@@ -47,7 +47,7 @@ class Options(TypedDict, total=False):
     every: float | str | None
     tolerance: float | None
     method: str | None
-    inputs: Mapping[str, str | Path]
+    inputs: Mapping[str, Any]
     estimate_error: bool
     sensitivity: str | Collection[str] | None
     condition: bool

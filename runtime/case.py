@@ -20,7 +20,7 @@ from mechc.suggest import suggest
 from .allowed_values import check_parameters, check_state
 from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
-from .inputs import Table, constant
+from .inputs import Signal, Table, constant
 from .limits_of_time import TimeSpan, check_finite, check_size, check_stated_stop
 from .memo import once
 from .outcome import SimulationError
@@ -67,7 +67,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
 
     experiment: str | None = None
     values: Mapping[str, float] = field(default_factory=dict)
-    inputs: Mapping[str, Table] = field(default_factory=dict)
+    inputs: Mapping[str, Table | Signal] = field(default_factory=dict)
     start: Annotated[float | None, settable("First output time.", "time")] = None
     begin: float | None = None
     stop: Annotated[
@@ -178,7 +178,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     begin = span.begin
     tables: dict[int, Table] = {}
     if problem.inputs or options.inputs:
-        tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
+        tables = _tables(problem, options, span, {s.index: v for s, v in chosen.items() if s.array == "u"})
         tables = with_derivatives(problem, tables, begin, span.stop)
     if started is None or begin != 0 or tables:
         started = initial_state(problem, functions, begin, p, tables)
@@ -381,7 +381,13 @@ def _parameters(problem: Problem, functions: Functions, chosen: Mapping[Setting,
     return p
 
 
-def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int, float]) -> dict[int, Table]:
+SHARE = 0.01
+"""Of the tolerance: how closely functions that are given as inputs are followed."""
+
+
+def _tables(
+    problem: Problem, options: SimulationOptions, span: TimeSpan, constants: Mapping[int, float]
+) -> dict[int, Table]:
     tables = {index: constant(value) for index, value in constants.items()}
     for name, table in options.inputs.items():
         setting = find_setting(problem, name)
@@ -389,5 +395,7 @@ def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int
             raise SimulationError(f"'{name}' is no input of '{problem.name}'")
         if name in options.values:
             raise SimulationError(f"the input '{name}' is given twice: as a value and as a table")
+        if isinstance(table, Signal):
+            table = table.table(name, span.begin, span.stop, SHARE * span.tolerance)
         tables[setting.index] = table
     return tables

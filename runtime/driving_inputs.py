@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .inputs import Table, derivatives
+from .inputs import Signal, Table, derivatives
 from .memo import once
 from .outcome import SimulationError
 from .problem import Array, Problem
@@ -44,6 +44,11 @@ def with_derivatives(
             continue
         table, name = tables[k], problem.inputs[k].name
         if table.times.size > 1:
+            if table.ends is not None:
+                raise SimulationError(
+                    f"'{name}' drives a coordinate, and its two derivatives are not known of a function",
+                    help="give a table, or state the formula in the model",
+                )
             if table.interpolation != "spline":
                 raise SimulationError(f"the table of '{name}' drives a coordinate, so it has to be a spline")
             _check_reach(name, table.times, begin, stop)
@@ -67,7 +72,7 @@ def _check_reach(name: str, times: Array, begin: float, stop: float) -> None:
     )
 
 
-def begin_of(problem: Problem, tables: Mapping[str, Table], start: float) -> float:
+def begin_of(problem: Problem, tables: Mapping[str, Table | Signal], start: float) -> float:
     """Return when the motion begins whose first output is at ``start``: at 0, or at a negative start.
 
     It begins at the start, too, where a table does: within a row of it, or anywhere behind if it drives a coordinate, which has
@@ -75,7 +80,7 @@ def begin_of(problem: Problem, tables: Mapping[str, Table], start: float) -> flo
     """
     driving = {problem.inputs[k].name for k in derived(problem)} if tables else set()
     for name, table in tables.items():
-        if table.times.size < 2:
+        if isinstance(table, Signal) or table.times.size < 2:
             continue
         first, row = table.times[0], table.times[1] - table.times[0]
         behind = start >= first * (1 - SLACK)

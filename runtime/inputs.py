@@ -1,8 +1,8 @@
-"""Inputs given as tables over time: their values, their kinks, and how they are read from a CSV file."""
+"""Inputs given over time, as tables or functions: their values, their kinks, and how tables are read from a sheet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from .outcome import SimulationError
 from .problem import Array
-from .sheets import read_sheet
+from .sheets import Sheet, is_time
 
 ConvertUnit = Callable[[str, str], float]
 """(input name or "time", unit as written) -> factor to SI; raises ``SimulationError`` for a wrong unit."""
@@ -21,7 +21,7 @@ class Table(Struct, frozen=True, eq=False):
 
     A time that stands twice is a jump, from the first of its values to the second.
     ``interpolation``: linear, step (holds the value of the row before) or spline (natural cubic). ``remarks``: what
-    readers of results should know of how it was read.
+    readers of results should know of how it was read. ``ends``: where steps end, None at its rows or, of a spline, its ends.
     """
 
     times: Array
@@ -29,6 +29,7 @@ class Table(Struct, frozen=True, eq=False):
     slopes: Array
     interpolation: str
     remarks: tuple[str, ...] = ()
+    ends: Array | None = None
 
     def __call__(self, t: Array) -> Array:
         """Evaluate at ``t``, continuous from the right."""
@@ -50,6 +51,8 @@ class Table(Struct, frozen=True, eq=False):
 
     def kinks(self) -> Array:
         """Times at which the value or its slope jumps: each must be the end of a step."""
+        if self.ends is not None:
+            return self.ends
         if self.times.size == 1:
             return self.times[:0]
         return self.times[[0, -1]] if self.interpolation == "spline" else self.times
@@ -138,23 +141,21 @@ def _spline_slopes(x: Array, v: Array) -> Array:
 
 
 def read_tables(
-    path: Path, interpolations: Mapping[str, str], convert: ConvertUnit, column: str | None = None
+    sheet: Sheet, interpolations: Mapping[str, str], convert: ConvertUnit, column: str | None = None
 ) -> dict[str, Table]:
-    """Read a CSV file with the header ``time [s],torque [N.m],...``: one table for each column.
+    """Make a table of each column of a sheet that is headed ``time [s],torque [N.m],...``.
 
     ``interpolations`` gives, for each input that exists, how its table is interpolated. With ``column`` the
     table is that of this input only: the column that has its name, or the only one beside the time whatever its header says.
     Raises ``SimulationError`` with file and line.
     """
-    sheet = read_sheet(path)
-    names = [name for name, _ in sheet.heads]
-    if names[0] != "time":
-        raise SimulationError(f"the first column of the table {path} is 'time [s]', not '{names[0]}'")
+    path, names = sheet.path, [name for name, _ in sheet.heads]
+    clock = time_column(sheet, names, interpolations)
     if column is None:
-        chosen = dict(enumerate(names[1:], start=1))
+        chosen = {k: name for k, name in enumerate(names) if k != clock}
     else:
-        chosen = {_column_of(path, names, column): column}
-    times = np.array(sheet.complete(0, "time")) * _factor(path, convert, "time", sheet.heads[0][1])
+        chosen = {_column_of(path, names, clock, column): column}
+    times = np.array(sheet.complete(clock, "time")) * _factor(path, convert, "time", sheet.heads[clock][1])
     tables: dict[str, Table] = {}
     for index, name in chosen.items():
         if name not in interpolations:
@@ -169,6 +170,27 @@ def read_tables(
     return tables
 
 
+def time_column(sheet: Sheet, names: Sequence[str], others: Collection[str]) -> int:
+    """Find the column of the time: the one called so, else one with a name for it that is none of ``others``. Raises
+    SimulationError."""
+    found = [k for k, name in enumerate(names) if name == "time"]
+    found = found or [k for k, name in enumerate(names) if is_time(name) and name not in others]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise SimulationError(
+            f"{sheet.path} has {'two' if len(found) == 2 else len(found)} columns '{names[found[0]]}'"
+            if len({names[k] for k in found}) == 1
+            else f"{sheet.path} has several columns for the time: {', '.join(repr(names[k]) for k in found)}",
+            help=f'say which: --columns "{names[found[0]]} = time"',
+        )
+    there = ", ".join(f"'{name}'" for name in names)
+    raise SimulationError(
+        f"{sheet.path} has no column 'time'; it has {there}",
+        help=f"its head is 'time [s],...', or say which it is: --columns \"{names[0]} = time\"",
+    )
+
+
 def _factor(path: Path, convert: ConvertUnit, name: str, unit: str) -> float:
     try:
         return convert(name, unit)
@@ -176,13 +198,71 @@ def _factor(path: Path, convert: ConvertUnit, name: str, unit: str) -> float:
         raise SimulationError(f"the table {path}: {error.message}", help=error.help) from error
 
 
-def _column_of(path: Path, names: Sequence[str], wanted: str) -> int:
+def _column_of(path: Path, names: Sequence[str], clock: int, wanted: str) -> int:
     """Find the column of an input: the only one beside the time, or the one that has its name."""
     if len(names) == 2:
-        return 1
+        return 1 - clock
     if names.count(wanted) != 1:
-        found = ", ".join(f"'{name}'" for name in names[1:]) or "none"
+        found = ", ".join(f"'{name}'" for k, name in enumerate(names) if k != clock) or "none"
         raise SimulationError(
             f"the table {path} needs one column beside the time, or one headed '{wanted}'; it has {found}"
         )
     return names.index(wanted)
+
+
+class Signal(Struct, frozen=True, eq=False):
+    """An input as a function of the time, both in SI."""
+
+    function: Callable[[float], float]
+
+    def table(self, name: str, begin: float, stop: float, tolerance: float) -> Table:
+        """Follow the function by cubics, one behind the other, as closely as ``tolerance`` of its largest value.
+
+        Where it jumps, and where its slope does, steps of a run end (``Table.ends``). Raises SimulationError.
+        """
+        edges = np.linspace(begin, stop, FIRST_PIECES + 1)
+        pieces, jumps, found = np.column_stack([edges[:-1], edges[1:]]), np.empty(0), []
+        largest = 0.0
+        while pieces.size:
+            a, b = pieces.T
+            h = b - a
+            v = self._values(name, np.column_stack([a, a + h / 3, a + 2 * h / 3, b]))
+            checks = self._values(name, a[:, None] + h[:, None] * _BETWEEN)
+            largest = max(largest, float(np.abs(v).max()), float(np.abs(checks).max()))
+            first, last = _SLOPES @ v.T
+            off = np.abs(np.column_stack([v[:, 0], first, v[:, 3], last]) @ _AT_CHECKS.T - checks).max(axis=1)
+            followed, small = off <= tolerance * largest, h <= SMALLEST_PIECE * (stop - begin)
+            found.append(np.column_stack([a, v[:, 0], first / h, b, v[:, 3], last / h])[followed])
+            jumps = np.append(jumps, b[small & ~followed])
+            a, b = pieces[~(followed | small)].T
+            pieces = np.concatenate([np.column_stack([a, (a + b) / 2]), np.column_stack([(a + b) / 2, b])])
+            if jumps.size > MOST_JUMPS or pieces.size > MOST_PIECES:
+                raise SimulationError(
+                    f"the function of '{name}' changes too often to be followed over the run, as noise does",
+                    help=f"give a table of '{name}'",
+                )
+        rows = np.concatenate(found)
+        t, value, slope = rows[np.argsort(rows[:, 0])].reshape(-1, 3).T.copy()
+        bends = np.abs(slope[2::2] - slope[1:-1:2]) > 1e-3 * np.abs(slope).max()
+        ends = np.concatenate([[begin, stop], jumps, t[2::2][bends]])
+        return Table(t, value, slope, "spline", ends=np.unique(ends))
+
+    def _values(self, name: str, times: Array) -> Array:
+        """Call the function at ``times`` [n, m]. Raises SimulationError for what is no finite number."""
+        values = np.array([float(self.function(t)) for t in times.ravel().tolist()]).reshape(times.shape)
+        if not np.isfinite(values).all():
+            k = int(np.argmin(np.isfinite(values)))
+            raise SimulationError(f"the function of '{name}' gives {values.flat[k]} at {times.flat[k]:g}")
+        return values
+
+
+FIRST_PIECES, MOST_PIECES, MOST_JUMPS = 64, 1_000_000, 10_000
+SMALLEST_PIECE = 1e-13
+"""Of a run: within it a function jumps."""
+_SLOPES = np.array([[-11.0, 18.0, -9.0, 2.0], [-2.0, 9.0, -18.0, 11.0]]) / 2
+"""Derivatives at both ends of the cubic through values at 0, 1/3, 2/3 and 1."""
+_BETWEEN = np.array([1 / 6, 1 / 2, 5 / 6])
+_AT_CHECKS = np.array(
+    [[(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2, s * s * (3 - 2 * s), s * s * (s - 1)] for s in _BETWEEN]
+)
+"""Hermite's cubic by value and slope at both ends."""

@@ -1,28 +1,58 @@
-"""Tables in text files: what heads their columns and the numbers below, each refused with its line of the file."""
+"""Tables in text files, as loggers and spreadsheets write them: what heads their columns, and the numbers below.
+
+How a file separates columns and writes numbers is found by reading it in each of the ways there are (``_WAYS``): the file is read
+in the one in which every cell below the heads is a number or missing. A file that can be read in two of them with different
+numbers is refused with both; what fits none is refused with the first line that does not fit.
+"""
 
 from __future__ import annotations
 
+import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
+from typing import NoReturn, TypeGuard
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from .outcome import SimulationError
 
 
+class Named(Struct, frozen=True):
+    """What a column is: its head in the file, or its number from 1 on; its unit there, "" where the file says it; its name."""
+
+    head: str
+    unit: str
+    name: str
+
+
+class Reading(Struct, frozen=True):
+    """How a file is to be read, where that is said; what is not said is recognised. ``skip``: lines to leave out at the top."""
+
+    columns: tuple[Named, ...] = ()
+    skip: int = 0
+    separator: str | None = None
+    decimal: str | None = None
+
+
+PLAIN = Reading()
+
+
 class Sheet(Struct, frozen=True):
     """``heads``: name and unit ("": none is written) of each column; ``columns``: its numbers, not-a-number where a cell is empty;
-    ``lines``: the line of the file on which each row stands."""
+    ``lines``: the line of the file on which each row stands. ``remarks``: how it was read, where that is not plain."""
 
     path: Path
     heads: tuple[tuple[str, str], ...]
     columns: tuple[list[float], ...]
     lines: list[int]
+    remarks: tuple[str, ...] = ()
+    from_file: bool = True
 
     def place(self, row: int) -> str:
-        return f"line {self.lines[row]} of {self.path}"
+        return f"{'line' if self.from_file else 'row'} {self.lines[row]} of {self.path}"
 
     def complete(self, column: int, name: str) -> list[float]:
         """Return a column whose cells all hold a number. Raises SimulationError."""
@@ -34,128 +64,488 @@ class Sheet(Struct, frozen=True):
                 )
         return values
 
-
-def read_sheet(path: Path) -> Sheet:
-    """Read a table: names and units in the first line, columns separated by commas. Raises SimulationError with file and line."""
-    rows = _rows(path)
-    if not rows:
-        raise SimulationError(f"{path} is empty: it begins with a line such as 'time [s],x [mm]'")
-    (first, names), *rows = rows
-    _check_head(path, first, names)
-    heads = tuple(_head(path, first, cell) for cell in names)
-    if unnamed := [k for k, (name, _) in enumerate(heads, start=1) if not name]:
-        trailing = "; the line ends with a comma" if unnamed == [len(heads)] else ""
-        raise SimulationError(f"line {first} of {path} has no name for column {unnamed[0]}{trailing}")
-    if not rows:
-        raise SimulationError(f"{path} has no rows below its first line")
-    for line, row in rows:
-        if len(row) != len(heads):
-            raise SimulationError(f"line {line} of {path} has {len(row)} cells, not {len(heads)}")
-    if not any(unit for _, unit in heads) and not any(
-        not cell.strip() or _value(cell.strip()) is not None for cell in rows[0][1]
-    ):
-        line, row = rows[0]
-        raise SimulationError(
-            f"line {line} of {path} holds no number but '{','.join(row)}'; units stand behind the names, in the first line",
-            help="as in 'time [s],x [mm]'",
+    def without_repeats(self) -> Sheet:
+        """Leave out rows that are equal to the row before them: loggers write a row twice."""
+        rows = list(zip(*self.columns, strict=True))
+        twice = {k for k in range(1, len(rows)) if _same(rows[k], rows[k - 1])}
+        if not twice:
+            return self
+        kept = [k for k in range(len(rows)) if k not in twice]
+        first = self.lines[min(twice)]
+        said = f"line {first} of {self.path.name} repeats the row before it"
+        if len(twice) > 1:
+            said = (
+                f"{len(twice)} rows of {self.path.name} repeat the row before them, the first in line {first}"
+            )
+        return replace(
+            self,
+            columns=tuple([values[k] for k in kept] for values in self.columns),
+            lines=[self.lines[k] for k in kept],
+            remarks=(*self.remarks, f"{said}: left out"),
         )
-    columns = tuple([_number(path, line, row[k]) for line, row in rows] for k in range(len(heads)))
-    return Sheet(path, heads, columns, [line for line, _ in rows])
 
 
-def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Return the cells of all lines that are not blank, with the numbers of these lines."""
-    import csv
+def _same(a: Sequence[float], b: Sequence[float]) -> bool:
+    return all(x == y or (x != x and y != y) for x, y in zip(a, b, strict=True))
 
+
+IsUnit = Callable[[str], bool]
+_TIMES = frozenset(
+    ("time", "times", "timestamp", "elapsed", "zeit", "temps", "tiempo", "tempo", "tid", "tijd")
+)
+"""What people call the time in a table, beside ``t``."""
+
+
+def is_time(name: str) -> bool:
+    """Whether a column of this name holds the time."""
+    return name == "t" or name.casefold() in _TIMES
+
+
+class _Way(Struct, frozen=True):
+    """One way to write a table: what separates columns ("": blanks), and the sign before decimals."""
+
+    separator: str
+    decimal: str
+
+    def __str__(self) -> str:
+        called = f"columns separated by {SEPARATORS[self.separator]}"
+        return called if self.decimal == "." else f"{called}, decimal commas"
+
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", "": "blanks"}
+_WAYS = [_Way(separator, decimal) for separator in SEPARATORS for decimal in ".,"]
+
+
+class _Fault(Exception):
+    """Why a file cannot be read in one way; ``good``: how many of its lines can be."""
+
+    def __init__(self, message: str, good: int, help: str = "") -> None:
+        super().__init__(message)
+        self.message, self.good, self.help = message, good, help
+
+
+class _Found(Struct, frozen=True):
+    """What a file holds, read in one way."""
+
+    way: _Way
+    heads: tuple[tuple[str, str], ...]
+    columns: tuple[list[float], ...]
+    lines: list[int]
+    cells: list[list[str]]
+    said: tuple[str, ...]
+
+
+def read_sheet(path: Path, reading: Reading = PLAIN, is_unit: IsUnit = lambda text: False) -> Sheet:
+    """Read a table. ``is_unit`` tells a row of units from one of names. Raises SimulationError with file and line."""
+    text, encoding = _text(path)
+    below = text
+    for _ in range(reading.skip):
+        below = below.partition("\n")[2]
+    if not below.strip():
+        raise SimulationError(
+            f"{path} is empty: it begins with a line such as 'time [s],x [mm]'"
+            if not text.strip()
+            else f"{path} has no line behind the first {reading.skip}"
+        )
+    ways = [
+        way
+        for way in _WAYS
+        if reading.separator in (None, way.separator)
+        and reading.decimal in (None, way.decimal)
+        and _possible(way, below, reading.decimal)
+    ]
+    found, faults = [], []
+    # those in which the last line holds numbers; the others only tell what is wrong where these fail
+    for way in sorted(ways, key=lambda way: not _ends_in_numbers(way, below)):
+        if found and not _ends_in_numbers(way, below):
+            break
+        try:
+            found.append(_read(path, below, reading.skip, way, reading, is_unit))
+        except _Fault as fault:
+            faults.append((bool(way.separator) and way.separator in below, fault.good, fault))
+    if not found:
+        if not faults:
+            raise SimulationError(f"{path} has none of the separators or decimals that are asked for")
+        *_, nearest = max(faults, key=lambda fault: fault[:2])  # the way in which most can be read
+        raise SimulationError(nearest.message, help=nearest.help)
+    first = found[0]
+    for other in found[1:]:
+        _refuse_two(path, first, other)
+    said = (*([str(first.way)] if first.way != _WAYS[0] else []), *encoding, *first.said)
+    remarks = (f"{path.name} is read as: {', '.join(said)}",) if said else ()
+    return _named(Sheet(path, first.heads, first.columns, first.lines, remarks), reading)
+
+
+def _text(path: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the text of a file, and its encoding if that is not UTF-8."""
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        data = path.read_bytes()
     except OSError as error:
         help = "" if path.suffix == ".csv" else "several names are one text, with commas: --vary A,B"
         raise SimulationError(f"cannot read {path}: {error.strerror}", help=help) from error
-    except UnicodeDecodeError as error:
-        wide = error.object[:2] in (b"\xff\xfe", b"\xfe\xff")
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise SimulationError(
-            f"cannot read {path}: "
-            + ("it is written in UTF-16" if wide else f"line {line} holds a character that is not UTF-8"),
-            help="save it as UTF-8",
-        ) from error
-    if "\0" in text:
-        raise SimulationError(f"cannot read {path}: it is no text")
-    reader = csv.reader(StringIO(text, newline=""), strict=True)
-    found: list[tuple[int, list[str]]] = []
-    line = 1
+    wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                found.append((line, row))
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise SimulationError(f"cannot read line {line} of {path}: {error}") from error
-    return found
-
-
-def _check_head(path: Path, line: int, names: Sequence[str]) -> None:
-    """Refuse what is no line of names, and columns that other signs separate."""
-    begin = names[0].strip()
-    for sign, called in ((";", "semicolons"), ("\t", "tabs")):
-        if len(names) == 1 and sign in begin:
+        text = data.decode("utf-16" if wide else "utf-8-sig")
+        said: tuple[str, ...] = ("UTF-16",) if wide else ()
+    except UnicodeDecodeError as error:
+        if wide:
             raise SimulationError(
-                f"line {line} of {path} is '{begin}': columns are separated by commas, not by {called}",
-                help="write commas between columns, and points in numbers: 0.5,1.25",
-            )
-    if begin[:1] in "#%" or all(_value(cell.strip()) is not None for cell in names):
-        what = f"begins with '{begin}'" if begin[:1] in "#%" else "holds numbers alone"
-        raise SimulationError(
-            f"line {line} of {path} {what}: the first line names the columns, as in 'time [s],x [mm]'"
+                f"cannot read {path}: it begins as UTF-16 and goes on otherwise", help="save it as UTF-8"
+            ) from error
+        text, said = data.decode("cp1252", errors="replace"), ("Latin-1",)
+    if "\0" in text:
+        raise SimulationError(f"cannot read {path}: it is no text", help="save it as UTF-8")
+    return text.replace("\r\n", "\n").replace("\r", "\n"), said
+
+
+# ---------------------------------------------------------------- one way to read
+
+
+def _possible(way: _Way, text: str, decimal: str | None) -> bool:
+    """Whether a text may be written in a way, by the signs in it."""
+    if way.decimal == "," and not decimal and "," not in text:
+        return False
+    if way.separator == way.decimal and '"' not in text:
+        return False  # nothing would tell the two apart
+    return way.separator in ",;" or way.separator in text
+
+
+def _ends_in_numbers(way: _Way, text: str) -> bool:
+    """Whether the last line that is no comment is one of numbers."""
+    end = len(text)
+    while end > 0:
+        begin = text.rfind("\n", 0, end) + 1
+        line = text[begin:end].strip()
+        if line and line[0] not in "#%":
+            cells = _words(line) if not way.separator else next(csv.reader([line], delimiter=way.separator))
+            return _is_data([_PARSERS[way.decimal](cell.strip()) for cell in cells])
+        end = begin - 1
+    return False
+
+
+def _read(path: Path, text: str, above: int, way: _Way, reading: Reading, is_unit: IsUnit) -> _Found:
+    """Read a text in one way. Raises _Fault."""
+    rows, comments = _rows(path, text, above, way)
+    parse = _PARSERS[way.decimal]
+    numbers: list[list[float]] = []
+    for _, cells in reversed(rows):
+        row = [parse(cell) for cell in cells]
+        if not _is_data(row):
+            break
+        numbers.append(row)
+    numbers.reverse()
+    data = rows[len(rows) - len(numbers) :]
+    upper = [
+        (line, cells, [parse(cell) for cell in cells]) for line, cells in rows[: len(rows) - len(numbers)]
+    ]
+    heads = _heads(path, upper, data, comments, is_unit, reading)
+    width = len(heads.names)
+    _check_names(path, way, heads)
+    for (line, cells), row in zip(data, numbers, strict=True):
+        if len(cells) < width or any(cells[width:]):
+            if all(len(others) > width and others[width] for _, others in data):
+                raise _Fault(f"line {heads.line} of {path} has no name for column {width + 1}", len(data))
+            raise _Fault(f"line {line} of {path} has {len(cells)} cells, not {width}", len(data) - 1)
+        del row[width:]
+    if way.decimal == "," and not reading.decimal and not any("," in c for _, cells in data for c in cells):
+        raise _Fault("no number has a decimal comma", 0)  # points alone are decimal points
+    marks = {c for _, cells in data for c in cells if c in MISSING and c and c.casefold() != "nan"}
+    marked = f"{' and '.join(map(repr, sorted(marks)))} for missing values"
+    return _Found(
+        way,
+        tuple(_head(path, heads, k, is_unit) for k in range(width)),
+        tuple(map(list, zip(*numbers, strict=True))),
+        [line for line, _ in data],
+        [cells for _, cells in data],
+        (*heads.said, marked) if marks else heads.said,
+    )
+
+
+Row = tuple[int, list[str]]
+
+
+def _rows(path: Path, text: str, above: int, way: _Way) -> tuple[list[Row], list[Row]]:
+    """Return the cells of all lines that are not blank, with the numbers of these lines; and those of comments."""
+    rows: list[Row] = []
+    comments: list[Row] = []
+    for line, cells in _cells(path, text, above, way):
+        if not any(cells):
+            continue
+        if cells[0][:1] in ("#", "%") and cells[0] not in MISSING:
+            comments.append((line, [cells[0].lstrip("#% "), *cells[1:]]))
+        else:
+            rows.append((line, cells))
+    return rows, comments
+
+
+_WORD = re.compile(r'"[^"]*"|(?:\[[^\]]*\]|\([^)]*\)|[^\s"\[(])+(?:\s+[\[(][^\])]*[\])])?')
+"""A cell between blanks; a unit in brackets belongs to the name before it."""
+
+
+def _words(line: str) -> list[str]:
+    return [word.strip('"') for word in _WORD.findall(line)]
+
+
+def _cells(path: Path, text: str, above: int, way: _Way) -> Iterator[Row]:
+    if not way.separator:
+        for line, words in enumerate(text.split("\n"), start=above + 1):
+            yield line, _words(words)
+        return
+    reader = csv.reader(StringIO(text, newline=""), delimiter=way.separator, strict=True)
+    line = above + 1
+    try:
+        for cells in reader:
+            yield line, [cell.strip() for cell in cells]
+            line = above + reader.line_num + 1
+    except csv.Error as error:
+        raise _Fault(f"cannot read line {line} of {path}: {error}", 0) from None
+
+
+MISSING = frozenset(
+    (
+        "",
+        "nan",
+        "NaN",
+        "NAN",
+        "-nan",
+        "-NaN",
+        "NA",
+        "N/A",
+        "n/a",
+        "#N/A",
+        "#NA",
+        "<NA>",
+        "NULL",
+        "null",
+        "None",
+    )
+) | {"-", "--", "---"}
+"""Cells that hold no number."""
+
+
+def _is_data(row: Sequence[float | None]) -> TypeGuard[list[float]]:
+    """Whether all cells of a row are numbers or missing, and at least one is a number."""
+    return None not in row and any(value == value for value in row)
+
+
+class _Heads(Struct, frozen=True):
+    """What stands above the numbers: names, units ("" where they are none or stand in the names), the line of the names."""
+
+    line: int
+    names: list[str]
+    units: list[str]
+    said: tuple[str, ...] = ()
+
+
+Upper = tuple[int, list[str], list[float | None]]
+
+
+def _heads(
+    path: Path,
+    upper: list[Upper],
+    data: list[Row],
+    comments: list[Row],
+    is_unit: IsUnit,
+    reading: Reading,
+) -> _Heads:
+    """Find the names of columns above the numbers. Raises _Fault."""
+    if not data:
+        _refuse_empty(path, upper)
+    width = max(len(_bare(cells)) for _, cells in data)
+    if not upper:
+        for line, cells in reversed(comments):  # as NumPy writes names
+            if line < data[0][0] and len(cells) == width:
+                return _Heads(line, cells, [""] * width, (f"heads in the comment of line {line}",))
+        numbered = [int(named.head) for named in reading.columns if named.head.isdecimal()]
+        if numbered:
+            if max(numbered) > width:
+                raise _Fault(f"{path} has no column {max(numbered)}, it has {width}", len(data))
+            return _Heads(data[0][0], [str(k + 1) for k in range(width)], [""] * width, ("no heads",))
+        raise _Fault(
+            f"line {data[0][0]} of {path} holds numbers alone: the first line names the columns, as in 'time [s],x [mm]'",
+            len(data),
+            'or say what they are: --columns "1 [s] = time, 2 [mm] = x"',
         )
+    line, cells, values = upper[-1]
+    _refuse_text(path, line, cells, values, len(data))
+    names, units, at = _bare(cells), [""] * len(_bare(cells)), len(upper) - 1
+    if at and _are_units(names, is_unit):
+        above = _bare(upper[at - 1][1])
+        if len(names) <= len(above) <= width and not _numbers(upper[at - 1][2]):
+            units = [_unwrapped(cell) for cell in names] + [""] * (len(above) - len(names))
+            names, at = above, at - 1
+    for first, others, numbers in upper[:at]:
+        if _is_data(numbers) and len(others) == width > 1:
+            raise _Fault(
+                f"line {upper[at][0]} of {path} names columns, and line {first} above it holds numbers already",
+                len(data),
+                f"--skip {upper[at][0] - 1} reads what stands below",
+            )
+    said = (f"heads in line {upper[at][0]}, what stands above left out",) if at else ()
+    if at < len(upper) - 1:
+        said += (f"units in line {line}",)
+    return _Heads(upper[at][0], names, units, said)
+
+
+def _refuse_empty(path: Path, upper: list[Upper]) -> NoReturn:
+    """Say why no numbers stand at the end of a file. Raises _Fault."""
+    for line, cells, values in upper[1:]:
+        _refuse_text(path, line, cells, values, 0)
+    if upper and any(_is_data(values) for _, _, values in upper):
+        line, cells, _ = upper[-1]
+        raise _Fault(f"line {line} of {path} holds '{cells[0]}' below the rows of numbers", 1, "leave it out")
+    raise _Fault(f"{path} has no rows below its first line", 0)
+
+
+def _refuse_text(path: Path, line: int, cells: list[str], values: list[float | None], good: int) -> None:
+    """Refuse a row that holds numbers and what is none. Raises _Fault."""
+    if _numbers(values) and None in values:
+        cell = cells[values.index(None)]
+        clock = re.search(r"\d:\d\d", cell)
+        raise _Fault(
+            f"line {line} of {path} holds '{cell}', which is no finite number",
+            good,
+            "the time is a column of numbers, as in 'time [s]'" if clock else "",
+        )
+
+
+def _numbers(values: Sequence[float | None]) -> bool:
+    return any(value is not None and value == value for value in values)
+
+
+def _bare(cells: list[str]) -> list[str]:
+    """Leave out empty cells at the end: the line ends with a separator."""
+    end = len(cells)
+    while end > 1 and not cells[end - 1]:
+        end -= 1
+    return cells[:end]
+
+
+def _unwrapped(cell: str) -> str:
+    text = cell[1:-1].strip() if cell[:1] + cell[-1:] in ("[]", "()") else cell
+    return "" if text == "-" else text
+
+
+def _are_units(cells: Sequence[str], is_unit: IsUnit) -> bool:
+    texts = [_unwrapped(cell) for cell in cells]
+    return any(texts) and all(not text or is_unit(text) for text in texts)
+
+
+def _check_names(path: Path, way: _Way, heads: _Heads) -> None:
+    """Refuse columns without a name, and names that hold what separates columns. Raises _Fault."""
+    if unnamed := [k for k, name in enumerate(heads.names, start=1) if not name]:
+        raise _Fault(f"line {heads.line} of {path} has no name for column {unnamed[0]}", 0)
+    outside = [re.sub(r"\[[^\]]*\]", "", name) for name in heads.names]
+    if (len(outside) == 1 or not way.separator) and any(set(name) & set(",;|\t") for name in outside):
+        raise _Fault(f"line {heads.line} of {path} names more columns than there are numbers below it", 0)
 
 
 _UNIT = re.compile(r"(.*?)\s*\[(?![0-9, ]+\])([^\[\]]*)\]")
 """A name and its unit; what holds numbers only is an index."""
+_LOOSE = re.compile(r"(?!der\b)(\S.*?)\s*(?:\(([^()]+)\)|/\s*(\S+))")
+"""A name with its unit in parentheses, or behind a stroke."""
 
 
-def header_of(cell: str) -> tuple[str, str]:
-    """Take ``torque [N.m]`` and ``u[1] [N]`` apart, as results are headed; a unit need not follow a blank."""
+def header_of(cell: str, is_unit: IsUnit = lambda text: False) -> tuple[str, str]:
+    """Take ``torque [N.m]``, ``u[1] [N]`` and, where ``is_unit`` knows the unit, ``F (N)`` and ``F / N`` apart."""
     text = cell.strip()
     match = _UNIT.fullmatch(text)
     if match is None and text.count("[") != text.count("]"):
         raise SimulationError(f"a column is headed 'name [unit]', not '{text}'")
     name, unit = match.groups() if match else (text, "")
+    if match is None and (loose := _LOOSE.fullmatch(text)) and is_unit((loose[2] or loose[3]).strip()):
+        name, unit = loose[1], loose[2] or loose[3]
     return "".join(name.split()), unit.strip()
 
 
-def _head(path: Path, line: int, cell: str) -> tuple[str, str]:
+def _head(path: Path, heads: _Heads, k: int, is_unit: IsUnit) -> tuple[str, str]:
     try:
-        name, unit = header_of(cell)
+        name, unit = header_of(heads.names[k], is_unit)
     except SimulationError as error:
-        raise SimulationError(f"line {line} of {path}: {error.message}") from None
-    if not unit and (match := _PARENTHESES.fullmatch(cell.strip())):
-        raise SimulationError(
-            f"line {line} of {path} heads a column '{cell.strip()}'; a unit stands in brackets: '{match[1]} [{match[2]}]'"
-        )
-    return name, unit
+        raise _Fault(f"line {heads.line} of {path}: {error.message}", 1) from None
+    return name, unit or heads.units[k]
 
 
-_PARENTHESES = re.compile(r"(?!der\b)(\S.*?)\s+\(([^()]+)\)")
+# ---------------------------------------------------------------- numbers
 
 
 def _value(text: str) -> float | None:
-    """Return the number that a cell holds, not-a-number for 'nan'; None for anything else, as for the ``1_0`` of Python."""
+    """Return the number that a cell holds, not-a-number for a missing one; None for anything else, as for the ``1_0`` of Python."""
     try:
         value = float(text)
     except ValueError:
-        return None
+        if text in MISSING:
+            return float("nan")
+        return float(text.replace(",", "")) if _COMMAS.fullmatch(text) else None
     return None if "_" in text or not text.isascii() or abs(value) == float("inf") else value
 
 
-def _number(path: Path, line: int, cell: str) -> float:
-    """Return the number of a cell, not-a-number for an empty one. Raises SimulationError."""
-    text = cell.strip()
-    value = _value(text) if text else float("nan")
-    if value is None:
-        raise SimulationError(f"line {line} of {path} holds '{text}', which is no finite number")
-    return value
+_COMMAS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?", re.ASCII)
+_CONTINENTAL = re.compile(r"[+-]?(?:\d+|\d{1,3}(?:\.\d{3})+)?(?:,\d*)?(?:[eE][+-]?\d+)?", re.ASCII)
+
+
+def _continental(text: str) -> float | None:
+    """Return the number of a cell with a decimal comma; points may stand between thousands."""
+    if text in MISSING:
+        return float("nan")
+    return _value(text.replace(".", "").replace(",", ".")) if _CONTINENTAL.fullmatch(text) else None
+
+
+_PARSERS: Mapping[str, Callable[[str], float | None]] = {".": _value, ",": _continental}
+
+
+def _refuse_two(path: Path, a: _Found, b: _Found) -> None:
+    """Refuse a file that two ways read, with different numbers."""
+    if a.heads == b.heads and len(a.lines) == len(b.lines):
+        for k, name in enumerate(a.heads):
+            for row, (x, y) in enumerate(zip(a.columns[k], b.columns[k], strict=True)):
+                if not _same([x], [y]):
+                    raise SimulationError(
+                        f"line {a.lines[row]} of {path} holds '{a.cells[row][k]}' for '{name[0]}', which is {x:.12g} "
+                        f"({_signs(a.way)}) or {y:.12g} ({_signs(b.way)})",
+                        help='say which sign stands before decimals: --decimal "." or --decimal ","',
+                    )
+        return
+    raise SimulationError(
+        f"{path} can be read in two ways: {len(a.heads)} {a.way}, or {len(b.heads)} {b.way}",
+        help='say which: --separator ";" --decimal ","',
+    )
+
+
+def _signs(way: _Way) -> str:
+    return "with a decimal point" if way.decimal == "." else "with a decimal comma"
+
+
+# ---------------------------------------------------------------- names that are given
+
+
+def _named(sheet: Sheet, reading: Reading) -> Sheet:
+    """Give columns the names that the caller has for them. Raises SimulationError."""
+    heads = list(sheet.heads)
+    for asked in reading.columns:
+        k = _column(sheet, asked)
+        name, unit = sheet.heads[k]
+        if asked.unit and unit and asked.unit != unit:
+            raise SimulationError(f"the column '{name}' of {sheet.path} is in {unit}, not in {asked.unit}")
+        heads[k] = asked.name, unit or asked.unit
+    return replace(sheet, heads=tuple(heads))
+
+
+def _column(sheet: Sheet, asked: Named) -> int:
+    names = [name for name, _ in sheet.heads]
+    for same in (str.strip, str.casefold):
+        found = [k for k, name in enumerate(names) if same(name) == same("".join(asked.head.split()))]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise SimulationError(
+                f"{sheet.path} has {len(found)} columns '{asked.head}'",
+                help=f'name one by its number: --columns "{found[0] + 1} = {asked.name}"',
+            )
+    if asked.head.isdecimal() and 1 <= int(asked.head) <= len(names):
+        return int(asked.head) - 1
+    there = ", ".join(f"'{name}'" for name in names)
+    raise SimulationError(f"{sheet.path} has no column '{asked.head}'; it has {there}")
 
 
 def units_apart(units: Sequence[tuple[str, Mapping[str, str]]]) -> list[str]:

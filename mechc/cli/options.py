@@ -63,6 +63,42 @@ def method_names(_: click.Context, __: click.Parameter, begun: str) -> list[str]
     return [name for name in ("auto", *KERNEL_METHODS) if name.startswith(begun)]
 
 
+READING = "mechc.reading"
+"""Where a context keeps what is said of how tables are read."""
+
+
+def _said_of_reading(ctx: click.Context, parameter: click.Parameter, value: Any) -> None:
+    if value not in (None, "", 0):
+        ctx.meta.setdefault(READING, {})[parameter.name] = value
+
+
+def read_as_said(ctx: click.Context, files: list[str]) -> list[Any]:
+    """Return files with what is said of how they are read."""
+    said = ctx.meta.get(READING)
+    if not said:
+        return list(files)
+    from ..requests.parse_values import UsageMistake
+    from ..requests.tables import table_file
+
+    try:
+        return [table_file(file, **said) for file in files]
+    except UsageMistake as mistake:
+        raise click.UsageError(str(mistake), ctx) from None
+
+
+def data_files(ctx: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> tuple[Any, ...]:
+    """Take the files behind a model, read as is said."""
+    return tuple(read_as_said(ctx, list(files)))
+
+
+def _input_files(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, Any]:
+    given = _assignments(ctx, parameter, texts)
+    if not given and ctx.meta.get(READING) and not any(p.name == "data" for p in ctx.command.params):
+        named = ", ".join(f"--{name}" for name in ctx.meta[READING])
+        raise click.UsageError(f"{named}: there is no table to read; --input NAME=FILE.csv names one.", ctx)
+    return dict(zip(given, read_as_said(ctx, list(given.values())), strict=True))
+
+
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     """Turn ``name=value`` texts into a mapping; a name that is given twice is refused."""
     from ..requests.parse_values import UsageMistake, split_assignment
@@ -179,14 +215,47 @@ def set_option(function: F, *, bare: str = "is SI") -> F:
 
 
 def input_option(function: F) -> F:
+    """Add ``--input``, and what says how tables are read."""
+    said = [
+        click.option(
+            "--columns",
+            metavar='"HEAD = NAME, ..."',
+            help='What columns of tables are, where their heads say other things: "Kraft [kN] = force, Zeit = time".',
+            **_READING_OPTION,
+        ),
+        click.option(
+            "--skip",
+            type=click.IntRange(min=0),
+            metavar="N",
+            help="Leave out this many lines at the top of tables.",
+            **_READING_OPTION,
+        ),
+        click.option(
+            "--separator",
+            metavar="SIGN",
+            help="What separates columns of tables, if that is not to be recognised: , ; | tab blank.",
+            **_READING_OPTION,
+        ),
+        click.option(
+            "--decimal",
+            metavar="SIGN",
+            help="What stands before decimals in tables: . or ,",
+            **_READING_OPTION,
+        ),
+    ]
+    for option in reversed(said):
+        function = option(function)
     return click.option(
         "--input",
         "inputs",
         metavar="NAME=FILE.csv",
         multiple=True,
-        callback=_assignments,
-        help="Drive an input by a table whose first column is the time. May be repeated.",
+        callback=_input_files,
+        help="Drive an input by a table with a column of the time. May be repeated.",
     )(function)
+
+
+_READING_OPTION: dict[str, Any] = {"is_eager": True, "expose_value": False, "callback": _said_of_reading}
 
 
 def keep_all_option(function: F) -> F:

@@ -13,6 +13,7 @@ import click
 from .options import (
     PICTURES,
     Compiling,
+    data_files,
     ending,
     files_here,
     input_option,
@@ -160,7 +161,9 @@ def command_of(kind: Kind) -> click.Command:
 
 def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     if setting.kind == "data":  # files stand behind the model
-        return click.argument(setting.name, metavar="DATA.csv...", nargs=-1, shell_complete=files_here)
+        return click.argument(
+            setting.name, metavar="DATA.csv...", nargs=-1, callback=data_files, shell_complete=files_here
+        )
     name = setting.option.replace("_", "-")
     if setting.kind == "flag":
         return click.option(f"--{name}/--no-{name}", setting.name, default=None, help=setting.description)

@@ -18,6 +18,7 @@ from ..compiler.targets.fmu.inspect import KINDS, kinds_of
 from ..lang.units import UnitError, parse_unit
 from ..requests.input_tables import factor_of
 from ..requests.parse_values import UsageMistake, read_value_of, unknown_name
+from ..requests.tables import TableFile, absolute, sheet_of_file
 from ..runtime.inputs import Table, read_tables
 from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome, SimulationError
@@ -41,7 +42,7 @@ class Order(Struct, frozen=True):
     stop: float | None = None
     every: float | None = None
     values: Mapping[str, str] = {}
-    inputs: Mapping[str, str] = {}
+    inputs: Mapping[str, str | TableFile] = {}
 
 
 class Simulated(Struct, frozen=True):
@@ -60,7 +61,7 @@ def run_fmu(
     stop: float | None = None,
     every: float | None = None,
     values: Mapping[str, str] | None = None,
-    inputs: Mapping[str, str] | None = None,
+    inputs: Mapping[str, str | TableFile] | None = None,
     limits: Limits | None = None,
 ) -> Solution:
     """Simulate an FMU in a process of its own; numbers are in the units of its model description.
@@ -71,7 +72,7 @@ def run_fmu(
     SimulationError where the process of the file crashes or goes beyond its limits.
     """
     limits = limits or Limits(seconds=LONGEST_RUN)
-    files = {name: str(Path(file).absolute()) for name, file in (inputs or {}).items()}
+    files = {name: absolute(file) for name, file in (inputs or {}).items()}
     order = Order(path.absolute(), kind, stop, every, values or {}, files)
     with guarded(simulator, limits) as ask:
         reply = ask(order)
@@ -132,7 +133,7 @@ def simulated(order: Order) -> Simulated:
     return Simulated(problem, result, chosen, time.perf_counter() - begun)
 
 
-def input_signals(description: Any, files: Mapping[str, str]) -> Any:
+def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any:
     """Return the tables of inputs as fmpy takes them, in the units of the file; None without any. Raises UsageMistake, SimulationError."""
     if not files:
         return None
@@ -155,7 +156,7 @@ def input_signals(description: Any, files: Mapping[str, str]) -> Any:
             except UsageMistake as mistake:
                 raise SimulationError(mistake.message, help=mistake.help) from None
 
-        tables |= read_tables(Path(file), {name: "linear"}, convert, column=name)
+        tables |= read_tables(sheet_of_file(file).without_repeats(), {name: "linear"}, convert, column=name)
     times = next(iter(tables.values())).times
     if any(not np.array_equal(table.times, times) for table in tables.values()):
         times = np.unique(np.concatenate([table.times for table in tables.values()]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,14 +22,14 @@ def check_around(given: Mapping[str, Any]) -> None:
     one_of(given.get("target") or "c", TARGETS, "target")
     if not isinstance(given.get("inputs") or {}, Mapping):
         raise UsageMistake(
-            f"'inputs' are CSV files by the names of inputs, not {given['inputs']!r}",
+            f"'inputs' are tables or functions by the names of inputs, not {given['inputs']!r}",
             'as in inputs={"push": "push.csv"}',
         )
-    for name, file in (given.get("inputs") or {}).items():
-        if not isinstance(file, (str, os.PathLike)):
+    for name, what in (given.get("inputs") or {}).items():
+        if isinstance(what, (int, float)):
             raise UsageMistake(
-                f"the input '{name}' comes from a CSV file, not from {file!r}",
-                f"a value that stays is set, as in set={{'{name}': 3}}; a function of time is stated in the model",
+                f"the input '{name}' comes from a table or a function of the time, not from {what!r}",
+                f"a value that stays is set, as in set={{'{name}': {what!r}}}",
             )
     progress = given.get("progress")
     if progress is not None and not callable(progress):

@@ -1,19 +1,20 @@
-"""Tables of inputs from CSV files, and what units of columns are told by: in SI, or with a remark."""
+"""Inputs that tables, arrays or functions give, and what units of columns are told by: in SI, or with a remark."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from pathlib import Path
+from typing import Any
 
 from msgspec.structs import replace
 
-from ..lang.units import UnitError, parse_unit
-from ..runtime.inputs import Table, read_tables
+from ..lang.units import UnitError, parse_unit, parse_written_unit
+from ..runtime.inputs import Signal, Table, read_tables
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
 from ..runtime.sheets import units_apart
 from .parse_values import UsageMistake, elements_of, tidy, unknown_name
+from .tables import sheet_of
 
 LARGEST_ANGLE = 2 * math.pi
 """An angle beyond it that has no unit may be meant in degrees."""
@@ -25,9 +26,9 @@ def factor_of(source: str, name: str, wanted: str, unit: str) -> float:
         return 1.0
     column = f"the column '{name}'" + (f" of {source}" if source else "")
     try:
-        given, known = parse_unit(unit), parse_unit(wanted or "1")
+        given, known = parse_written_unit(unit), parse_unit(wanted or "1")
     except UnitError as error:
-        help = f"degrees are headed '{name} [deg]'" if unit == "°" else ""
+        help = f"did you mean {error.suggestion}?" if error.suggestion else ""
         raise UsageMistake(f"{column} is in {unit}: {error}", help) from None
     if given.dimension != known.dimension:
         raise UsageMistake(f"{column} is in {unit}, the model has it in {wanted or '1'}")
@@ -45,15 +46,19 @@ def bare_angle(source: str, name: str, wanted: str, unit: str, values: Iterable[
     ]
 
 
-def input_tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Table]:
-    """Read the CSV file of each input. Raises UsageMistake, SimulationError."""
+def input_tables(
+    problem: Problem, given: Mapping[str, Any], *, functions: bool = True
+) -> dict[str, Table | Signal]:
+    """Read what is given of each input: a file, a frame, arrays or, if ``functions`` may be, a function of the time. Raises
+    UsageMistake, SimulationError."""
     quantities = {q.name: q for q in problem.inputs}
-    tables: dict[str, Table] = {}
+    tables: dict[str, Table | Signal] = {}
+    remarks: list[str] = []
     units: list[tuple[str, dict[str, str]]] = []
-    for given, path in files.items():
-        elements = elements_of(tidy(given), quantities)
+    for name, what in given.items():
+        elements = elements_of(tidy(name), quantities)
         if not elements:
-            raise unknown_name("input", given, quantities)
+            raise unknown_name("input", name, quantities)
         written: dict[str, str] = {}
 
         def convert(name: str, unit: str, written: dict[str, str] = written) -> float:
@@ -67,16 +72,42 @@ def input_tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str,
 
         interpolations = {name: quantities[name].interpolation for name in elements}
         alone = elements[0] if len(elements) == 1 else None
-        found = read_tables(Path(path), interpolations, convert, column=alone)
+        sheet = sheet_of(what, elements[0])
+        if sheet is None:
+            if not callable(what) or alone is None:
+                raise UsageMistake(
+                    f"the input '{name}' comes from a table or a function of the time, not from {what!r}"
+                    if alone
+                    else f"'{name}' has {len(elements)} elements: give a function for each, as in '{elements[0]}'",
+                    f"a value that stays is set, as in set={{'{name}': 3}}",
+                )
+            if not functions:
+                raise UsageMistake(
+                    f"the input '{name}' is a function of Python, which an ensemble cannot keep with its members",
+                    "give its values: (times, values)",
+                )
+            tables[alone] = Signal(what)
+            continue
+        sheet = sheet.without_repeats()
+        found = read_tables(sheet, interpolations, convert, column=alone)
         if missing := [name for name in elements if name not in found]:
             raise SimulationError(
-                f"the table {path} has no column '{missing[0]}', which '{given}' stands for too"
+                f"the table {sheet.path} has no column '{missing[0]}', which '{name}' stands for too"
             )
-        for name, table in found.items():
-            remarks = bare_angle(str(path), name, quantities[name].unit, written[name], table.values)
-            tables[name] = replace(table, remarks=tuple(remarks))
-        units.append((str(path), {"time": written["time"]}))
-    if remarks := units_apart(units):
-        name, table = next(iter(tables.items()))
-        tables[name] = replace(table, remarks=(*table.remarks, *remarks))
+        source = str(sheet.path)
+        remarks += sheet.remarks
+        for one, table in found.items():
+            remarks += bare_angle(source, one, quantities[one].unit, written[one], table.values)
+            tables[one] = table
+        if sheet.from_file:
+            units.append((source, {"time": written["time"]}))
+    remarks += units_apart(units)
+    return _remarked(tables, remarks)
+
+
+def _remarked(tables: dict[str, Table | Signal], remarks: list[str]) -> dict[str, Table | Signal]:
+    """Let the first table tell how all of them were read."""
+    for name, table in tables.items():
+        if isinstance(table, Table) and remarks:
+            return {**tables, name: replace(table, remarks=tuple(dict.fromkeys(remarks)))}
     return tables

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..runtime.ensembles.members import NUMBERS, Axis, Listed, Spread
-from ..runtime.sheets import read_sheet
 from ..suggest import closest
 from .in_si import settings_in_si
 from .input_tables import bare_angle, factor_of
 from .parse_values import UsageMistake, read_value_of, tidy, unknown_name
+from .tables import TableFile, sheet_of_file
 
 _SIGN = re.compile(r"[=~]")
 _CALL = re.compile(r"(\w+)\s*\((.*)\)", re.S)
@@ -27,8 +27,10 @@ Varying = Axis | Spread | Listed
 def varying(setting: str, given: Any, units: Mapping[str, str]) -> tuple[Varying, ...]:
     """Read what differs between members. ``given``: a text, the path of a CSV file, or a mapping from names to texts, to
     numbers in SI or to lists of these; of several names, ``("a", "b")``, to rows [n, names] that belong together. ``units``: SI units of what may vary. Raises UsageMistake and SimulationError."""
-    if isinstance(given, Path) or (isinstance(given, str) and given.strip().lower().endswith(".csv")):
-        return (_of_file(Path(given), units),)
+    if isinstance(given, (Path, TableFile)) or (
+        isinstance(given, str) and given.strip().lower().endswith(".csv")
+    ):
+        return (_of_file(given, units),)
     if isinstance(given, str):
         return tuple(_of_text(setting, name, what, units) for name, what in _items(setting, given))
     if not isinstance(given, Mapping):
@@ -191,12 +193,13 @@ def _side_by_side(names: Sequence[str], given: Any, units: Mapping[str, str]) ->
     return Listed(tuple(names), tuple(units[name] for name in names), rows)
 
 
-def _of_file(path: Path, units: Mapping[str, str]) -> Listed:
+def _of_file(file: str | Path | TableFile, units: Mapping[str, str]) -> Listed:
     """Read members from a CSV file with the header ``l [m],theta [deg]``."""
-    sheet = read_sheet(path)
+    sheet = sheet_of_file(file)
+    path = sheet.path
     names: list[str] = []
     columns: list[Any] = []
-    remarks: list[str] = []
+    remarks = list(sheet.remarks)
     for k, (head, unit) in enumerate(sheet.heads):
         name = _known(head, units)
         factor = factor_of(path.name, name, units[name], unit)

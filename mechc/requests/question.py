@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from pathlib import Path
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.problem import Problem
@@ -46,7 +46,7 @@ def study(it: Asked, problem: Problem) -> Study:
     settings: dict[str, Any] = {n: _READ[kinds[n].kind](kinds[n], w, problem) for n, w in it.given.items()}
     return it.question(
         experiment=it.experiment,
-        inputs=input_tables(problem, it.inputs),
+        inputs=input_tables(problem, it.inputs, functions=not it.question.of_members),
         progress=it.progress,
         follower=it.to,
         **settings,
@@ -198,7 +198,7 @@ def _data(setting: Setting, given: Any, problem: Problem) -> tuple[Measured, ...
     """Read files, or mappings from names to columns in SI; one or several."""
     from .measured_data import measured_motion
 
-    one = isinstance(given, (str, Path, Mapping)) or hasattr(given, "columns")
+    one = isinstance(given, (str, PathLike, Mapping)) or hasattr(given, "columns")
     return tuple(measured_motion(what, problem) for what in ([given] if one else given))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, field
@@ -20,7 +19,7 @@ from .parse_values import Target
 class Asked(Struct, frozen=True):
     """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
 
-    ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
+    ``inputs`` are tables or functions by the name of the input; ``progress`` is called with the fraction done; ``target`` says
     what runs it: compiled C, or Python; ``to`` is the file (``Streamed``) that a run grows.
     ``lasts``: whoever puts the question again has this very value, and it names nothing that may have changed meanwhile.
     """
@@ -28,7 +27,7 @@ class Asked(Struct, frozen=True):
     question: type[Study]
     experiment: str | None = None
     given: Mapping[str, object] = field(default_factory=dict)
-    inputs: Mapping[str, str | Path] = field(default_factory=dict)
+    inputs: Mapping[str, Any] = field(default_factory=dict)
     target: Target = "c"
     progress: Progress | None = None
     to: Any = None

@@ -18,6 +18,7 @@ from mechc.lang.units import (
     Dimension,
     UnitError,
     parse_unit,
+    parse_written_unit,
     preferred_unit,
     to_si,
     unit_end,
@@ -184,3 +185,32 @@ def test_named_types() -> None:
 def test_conversion() -> None:
     assert to_si(Fraction(80), parse_unit("cm")) == Fraction(4, 5)
     assert to_si(Fraction(36), parse_unit("km/h")) == 10
+
+
+@pytest.mark.parametrize(
+    ("written", "plain"),
+    [
+        ("°", "deg"),
+        ("°/s", "deg/s"),
+        ("µm", "um"),
+        ("m/s²", "m/s^2"),
+        ("N·m", "N.m"),
+        ("Nm", "N.m"),
+        ("kNm", "kN.m"),
+        ("N m", "N.m"),
+        ("m s", "m.s"),
+        ("m / s", "m/s"),
+        ("sec", "s"),
+        ("degrees", "deg"),
+        ("mm", "mm"),
+    ],
+)
+def test_units_as_instruments_write_them(written: str, plain: str) -> None:
+    found, expected = parse_written_unit(written), parse_unit(plain)
+    assert (found.dimension, found.factor) == (expected.dimension, expected.factor)
+
+
+@pytest.mark.parametrize("text", ["S", "M", "k", "n", "mmm", "°C", "lb", ""])
+def test_no_unit_of_an_instrument(text: str) -> None:
+    with pytest.raises(UnitError):
+        parse_written_unit(text)

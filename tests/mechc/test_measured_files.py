@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.cli.main import mechc as mechc_command
+from mechc.runtime import inputs
 from mechc.runtime.outcome import SimulationError
 
 FOLLOW = """\
@@ -176,3 +180,154 @@ def test_data_that_begin_late_are_told(rig: mechc.Model) -> None:
     assert any("begin at t = 7 s" in said and "initial values at 0" in said for said in late.remarks)
     asked = rig.fit(data, "c", start=7)
     assert asked["c"] == pytest.approx(0.6, rel=1e-6) and not asked.remarks
+
+
+PENDULUM = """\
+model Pendulum
+  parameter l(min = 1 cm, max = 5 m) = 0.8 m;
+  parameter g = 9.81 m/s^2;
+  coordinate Angle theta = 20 deg;
+  kinetic 1/2*l^2*der(theta)^2*1 kg;
+  potential 1/2*1 kg*g*l*theta^2;
+end Pendulum;
+"""
+SWING = [(t, 20 * np.cos(3 * t)) for t in np.linspace(0, 2, 41)]
+"""Of g/l = 9/s^2."""
+
+
+def logged(folder: Path) -> Path:
+    """A file as a logger writes it: lines of its own, semicolons, decimal commas, a row of units, a code page."""
+    path = folder / "log.csv"
+    rows = "".join(f"{t:.3f};{a:.6f};{k}\n".replace(".", ",") for k, (t, a) in enumerate(SWING))
+    text = f"Messgerät 7\nDatum;28.11.2026\nAbtastrate;20 Hz\n\nZeit;Ausschlag;Nr\ns;°;-\n{rows}"
+    path.write_bytes(text.encode("latin-1"))
+    return path
+
+
+def test_a_file_of_a_logger_with_one_option(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.mech").write_text(PENDULUM)
+    path = logged(tmp_path)
+    run = CliRunner().invoke(
+        mechc_command,
+        ["fit", str(tmp_path / "pendulum.mech"), str(path), "--vary", "l", "--columns", "Ausschlag = theta"],
+        catch_exceptions=False,
+    )
+    found = next(line.split() for line in run.output.splitlines() if line.split()[:1] == ["l"])
+    assert run.exit_code == 0 and float(found[1]) == pytest.approx(9.81 / 9, rel=1e-6)
+    said = " ".join(run.output.split())
+    for words in (
+        "columns separated by semicolons, decimal commas, Latin-1, heads in line 5, what stands above left out, units in line 6",
+        "columns of log.csv that the model has not: Nr",
+    ):
+        assert words in said
+
+
+def test_files_that_need_a_word(tmp_path: Path) -> None:
+    model = mechc.loads(PENDULUM)
+    rows = "".join(f"{1000 * t:.1f}|{np.radians(a):.9f}\n" for t, a in SWING)
+    (tmp_path / "bare.csv").write_text(rows)
+    file = mechc.table_file(tmp_path / "bare.csv", columns="1 [ms] = time, 2 [rad] = theta", separator="|")
+    assert model.fit(file, "l")["l"] == pytest.approx(9.81 / 9, rel=1e-6)
+    (tmp_path / "near.csv").write_text("time,theeta\n0,0.3\n1,0.2\n")
+    with pytest.raises(mechc.UsageMistake, match=r"'theeta'.*--columns \"theeta = theta\""):
+        model.fit(tmp_path / "near.csv", "l")
+    (tmp_path / "none.csv").write_text("time,a,b\n0,0.3,1\n1,0.2,1\n")
+    with pytest.raises(mechc.UsageMistake, match=r"none of the columns of none.csv .* 'a', 'b'"):
+        model.fit(tmp_path / "none.csv", "l")
+    for wrong, message in (
+        ({"columns": "Zeit"}, "columns are named as in"),
+        ({"columns": "a = x, b = x"}, "two columns are called 'x'"),
+        ({"columns": "a = x [m]"}, "stands beside the head of the file"),
+        ({"separator": "x"}, "separated by"),
+        ({"decimal": "'"}, "before decimals"),
+        ({"skip": -1}, "number of lines"),
+    ):
+        with pytest.raises(mechc.UsageMistake, match=message):
+            mechc.table_file("x.csv", **wrong)  # type: ignore[arg-type]
+
+
+def test_options_of_reading_without_a_table(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.mech").write_text(PENDULUM)
+    run = CliRunner().invoke(mechc_command, ["run", str(tmp_path / "pendulum.mech"), "--skip", "3"])
+    assert run.exit_code == 2 and "--skip: there is no table to read" in run.output
+
+
+PUSHED = """\
+model Pushed
+  input Force push = 0 N;
+  input Real many[2] = {0, 0};
+  coordinate Length x;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*4 N/m*x^2;
+  force push + 1 N*(many[1] + many[2]) on x;
+  experiment(stop = 3 s, tolerance = 1e-10);
+end Pushed;
+"""
+T = np.linspace(0, 3, 31)
+
+
+def by_scipy(force: Callable[[float], float], breaks: tuple[float, ...] = ()) -> float:
+    """x at 3 s of x'' + 4 x = force, in pieces between its breaks."""
+    y = [0.0, 0.0]
+    for a, b in itertools.pairwise((0.0, *breaks, 3.0)):
+        middle = np.nextafter(b, a)
+        rates = lambda t, y, a=a, m=middle: [y[1], force(min(max(t, a), m)) - 4 * y[0]]  # noqa: E731
+        y = solve_ivp(rates, (a, b), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1].tolist()
+    return float(y[0])
+
+
+def test_inputs_as_arrays_and_frames() -> None:
+    model = mechc.loads(PUSHED)
+    expected = by_scipy(lambda t: float(np.interp(t, T, np.sin(T))), tuple(T[1:-1]))
+    table = np.column_stack([T, np.sin(T)])
+    for given in (
+        (T, np.sin(T)),
+        [list(T), list(np.sin(T))],
+        table,
+        {"time [ms]": 1000 * T, "push [kN]": np.sin(T) / 1000},
+        {"time": T, "other": 0 * T, "push": np.sin(T)},
+    ):
+        run = model.simulate(inputs={"push": given}, estimate_error=False)
+        assert run["x"][-1] == pytest.approx(expected, rel=1e-9)
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"t": T, "push [N]": np.sin(T)})
+    for given in (frame, frame.set_index("t")["push [N]"]):
+        run = model.simulate(inputs={"push": given}, estimate_error=False)
+        assert run["x"][-1] == pytest.approx(expected, rel=1e-9)
+
+
+def test_inputs_as_functions() -> None:
+    """A smooth one, one with a jump and one with a kink: steps end there; against SciPy in pieces."""
+    model = mechc.loads(PUSHED)
+    root = 2**0.5
+    for force, breaks in (
+        (lambda t: np.sin(5 * t) * np.exp(-t), ()),
+        (lambda t: 1.0 if t < root else -0.5, (root,)),
+        (lambda t: abs(t - root), (root,)),
+    ):
+        run = model.simulate(inputs={"push": force})
+        assert run["x"][-1] == pytest.approx(by_scipy(force, breaks), rel=1e-8)
+        assert run["push"] == pytest.approx([force(t) for t in run.time], abs=1e-10)
+    both = model.simulate(inputs={"many[1]": np.sin, "many[2]": lambda t: -np.sin(t)}, estimate_error=False)
+    assert abs(both["x"]).max() < 1e-9
+
+
+def test_inputs_that_are_refused(rig: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(inputs, "MOST_PIECES", 10_000)
+    model = mechc.loads(PUSHED)
+    for given, words in (
+        ({"push": 3}, "comes from a table or a function of the time, not from 3"),
+        ({"push": np.zeros((2, 3))}, "has two columns, time and value, not the shape"),
+        ({"push": (T, T[1:])}, "one number for each row"),
+        ({"push": {"a": T, "push": T}}, "has no column 'time'"),
+        ({"many": np.sin}, "has 2 elements: give a function for each, as in 'many\\[1\\]'"),
+        ({"push": lambda t: float("nan")}, "the function of 'push' gives nan at 0"),
+        ({"push": lambda t: hash(t) % 97}, "changes too often to be followed"),
+        ("push", "'inputs' are tables or functions by the names of inputs"),
+    ):
+        with pytest.raises((mechc.UsageMistake, SimulationError), match=words):
+            model.simulate(inputs=given)  # type: ignore[arg-type]
+    with pytest.raises(SimulationError, match="drives a coordinate, and its two derivatives are not known"):
+        rig.simulate(inputs={"stroke": np.sin})
+    with pytest.raises(mechc.UsageMistake, match="an ensemble cannot keep"):
+        rig.ensemble(vary="c = 0.5 N.s/m .. 0.6 N.s/m, 2", inputs={"push": np.sin}, keep="final(y)")
