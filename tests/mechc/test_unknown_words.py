@@ -16,11 +16,14 @@ MODEL = mechc.loads(TEXT)
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"target": "other"}, "there is no target 'other'; there are auto, c, python"),
+        ({"target": "other"}, "there is no target 'other'; there are c, python"),
         ({"target": "pyton"}, "there is no target 'pyton'; did you mean 'python'?"),
         ({"target": 3}, "there is no target 3"),
         ({"inputs": "push.csv"}, "'inputs' are tables or functions by the names of inputs, not 'push.csv'"),
-        ({"inputs": {"push": 3.0}}, "the input 'push' comes from a table or a function of the time, not from 3.0"),
+        (
+            {"inputs": {"push": 3.0}},
+            "the input 'push' comes from a table or a function of the time, not from 3.0",
+        ),
         ({"progress": "yes"}, "'progress' is called with the fraction done"),
         ({"experiment": 3}, "'experiment' is a name, not 3"),
         ({"set": "x"}, "'set' holds values by their names, not 'x'"),
