@@ -10,9 +10,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 from written_problems import compiled_driven, driven
 
-from mechc.runtime.case import SimulationOptions
 from mechc.runtime import inputs
-from mechc.runtime.inputs import Signal, Table, make_table
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.inputs import Table, make_table
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Problem
 from mechc.runtime.sheets import read_sheet
