@@ -72,6 +72,7 @@ _ALL = (
     Builtin("exp", 1, 1, _E, "exponential function", types="number -> number"),
     Builtin("log", 1, 1, _E, "natural logarithm", types="number -> number"),
     Builtin("log10", 1, 1, _E, "decimal logarithm", types="number -> number"),
+    Builtin("erf", 1, 1, _E, "error function", types="number -> number"),
     Builtin("sqrt", 1, 1, _E, "square root"),
     Builtin("abs", 1, 1, _E, "absolute value"),
     Builtin("sign", 1, 1, _E, "-1, 0 or 1"),

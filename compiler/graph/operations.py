@@ -68,6 +68,7 @@ OR: Final = 34
 NOT: Final = 35
 SELECT: Final = 36
 LOOKUP: Final = 37
+ERF: Final = 38
 
 _BOTH: Final = (True, True, False)
 
@@ -153,6 +154,11 @@ def _less(g: Any, a: Any, b: Any) -> Any:
 
 def _square_plus(g: Any, a: Any, b: Any) -> Any:
     return g.add(g.mul(a, a), g.mul(b, b))
+
+
+def _erf_slope(g: Any, x: tuple[Any, ...], n: Any) -> Any:
+    """Return 2 exp(-x^2)/sqrt(pi)."""
+    return g.div(g.mul(g.two, g.exp(g.neg(g.mul(x[0], x[0])))), g.sqrt(g.constant(Fraction(math.pi))))
 
 
 OPERATIONS: Final[tuple[Operation, ...]] = (
@@ -611,6 +617,22 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         python=scalar_functions.lookup,
         array="np.vectorize(lookup, otypes=[float], excluded=[0, 1])",
         jax="lookup",
+    ),
+    Operation(
+        ERF,
+        "erf",
+        1,
+        (_erf_slope,),
+        Parity.ODD,
+        value=math.erf,
+        digits=attrgetter("erf"),
+        exact=fold.only(0, 0),
+        sign=Sign.OF_ARGUMENT,
+        narrow=True,
+        lanes=None,
+        array=None,
+        jax="jax.scipy.special.erf",
+        ball=methodcaller("erf"),
     ),
 )
 """The table, indexed by code."""

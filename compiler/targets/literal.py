@@ -64,12 +64,12 @@ def constant(number: Fraction) -> Constant:
     return Constant(Form.DECIMAL, _rounded_decimal(number, nearest))
 
 
-def with_true_pi(number: Fraction) -> Fraction:
+def with_true_pi(number: Fraction, pi: Fraction = Fraction(PI_DIGITS)) -> Fraction:
     """Return a constant with the digits of pi in the place of those of the double nearest to it, if it holds a power of that."""
     for power in _POWERS:
         factor = number / _PI**power
         if max(abs(factor.numerator), factor.denominator) < _LARGEST_FACTOR:
-            return factor * Fraction(PI_DIGITS) ** power
+            return factor * pi**power
     return number
 
 

@@ -72,9 +72,9 @@ def test_values_are_those_of_mpmath(row: Operation) -> None:
 
 
 def with_pi() -> Any:
-    """Return numbers of many digits in which pi has all of them, as in the code of references."""
-    numbers = multiprecision(mpmath.mp)
-    return replace(numbers, constant=lambda number: numbers.constant(with_true_pi(number)))
+    """Return numbers of many digits in which pi has all of them; the code of references has 41 of pi."""
+    numbers, pi = multiprecision(mpmath.mp), Fraction(mpmath.nstr(mpmath.pi, 60))
+    return replace(numbers, constant=lambda number: numbers.constant(with_true_pi(number, pi)))
 
 
 def check_derivatives(row: Operation) -> None:
