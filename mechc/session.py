@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from msgspec.structs import replace
 
@@ -23,8 +24,6 @@ from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .solution import Solution
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from .cluster_payload import SentQuestion
     from .runtime.ensembles.lanes import Wanted
     from .runtime.ensembles.recipe import Recipe
@@ -63,7 +62,13 @@ def _told(found: Answer) -> str:
     return answers.text(found)
 
 
-Told.teller = _told
+def _drawn(found: Answer, path: str | Path | None, ax: Any, style: str) -> Any:
+    from .presentation import answers
+
+    return answers.plotted(found, path, ax, style)
+
+
+Told.teller, Told.drawer = _told, _drawn
 
 
 def answer(model: CompiledModel, asked: Asked) -> Answer:

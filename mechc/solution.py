@@ -67,21 +67,37 @@ class Solution(ShownSolution):
         return other
 
     def plot(
-        self, path: str | Path | None = None, *, names: Sequence[str] = (), display: str | None = None
+        self,
+        path: str | Path | None = None,
+        *,
+        names: Sequence[str] = (),
+        display: str | None = None,
+        ax: Any = None,
+        style: str = "",
     ) -> Any:
         """Draw coordinates, phase portraits, paths and energies; return the Matplotlib figure.
 
         ``path`` writes the picture (png, pdf, svg); a text without such an ending names quantities, as ``names`` does, which limits
-        the picture to them: "r:theta" draws theta over r. ``display`` names units, "deg,mm". Raises KeyError for a name that there is not.
+        the picture to them: "r:theta" draws theta over r. ``display`` names units, "deg,mm"; ``style="paper"`` is for print. With ``ax``
+        (one of Matplotlib's axes, or one for each diagram of ``names``) it draws there and returns these. Raises KeyError for a name
+        that there is not.
         """
         from .presentation import plots
+        from .presentation.axes import figure_of, is_picture
         from .requests.question import names_in
 
         solution = self.shown_in(display) if display else self
-        if path is None:
-            return plots.figure(solution, names)
-        if plots.is_picture(Path(path)):
-            return plots.save(solution, Path(path), names)
-        if isinstance(path, Path):
-            raise UsageMistake(f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg")
-        return plots.figure(solution, [*names_in(path), *names])
+        if path is not None and not is_picture(Path(path)):
+            if isinstance(path, Path):
+                raise UsageMistake(
+                    f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg"
+                )
+            names, path = [*names_in(path), *names], None
+        made = (
+            plots.figure(solution, names, style)
+            if ax is None
+            else plots.draw_into(ax, solution, names, style)
+        )
+        if path is not None:
+            (made if ax is None else figure_of(ax)).savefig(path)
+        return made

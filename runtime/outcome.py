@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
+from pathlib import Path
 from typing import Any, ClassVar
 
 from msgspec import Struct
@@ -42,12 +43,23 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
 
 
 class Told:
-    """An answer that prints as people read it: who shows answers sets ``teller``; data know no words of their own."""
+    """An answer that prints and draws itself: who shows answers sets ``teller`` and ``drawer``; data know no words of their own."""
 
     teller: ClassVar[Callable[[Any], str] | None] = None
+    drawer: ClassVar[Callable[[Any, str | Path | None, Any, str], Any] | None] = None
 
     def __str__(self) -> str:
         return Told.teller(self) if Told.teller is not None else repr(self)
+
+    def plot(self, path: str | Path | None = None, *, ax: Any = None, style: str = "") -> Any:
+        """Draw the answer; return the Matplotlib figure, or the axes ``ax`` where they are given (one, or one for each diagram).
+
+        ``path`` writes the picture (png, pdf, svg); ``style="paper"`` is for print. Raises SimulationError where there is nothing to
+        draw.
+        """
+        if Told.drawer is None:
+            raise RuntimeError("nothing here draws: import mechc")
+        return Told.drawer(self, path, ax, style)
 
 
 class SimulationError(Exception):

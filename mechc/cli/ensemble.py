@@ -158,9 +158,7 @@ def _report(runs: Ensemble, given: dict[str, Any]) -> None:
 
 
 def _draw(runs: Ensemble, picture: str) -> None:
-    from ..presentation.ensemble import figure
-
-    figure(runs).savefig(picture)
+    runs.plot(picture)
 
 
 def _wrote(path: str, given: dict[str, Any]) -> None:

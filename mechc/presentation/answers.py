@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ..requests.parse_values import UsageMistake
 from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
 from ..shown import ShownSolution
+from .axes import COLOURS, Diagram, drawn, figure_of, is_picture, legend
 from .numbers import number, unit_in_brackets, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
     from ..runtime.studies.study import Answer
 
-WIDTH, HEIGHT, TALL = 8.0, 2.8, 6.0
+HEIGHT, TALL = 2.8, 6.0
 """Inches of a panel, and of a tall one."""
+MOST_DIAGRAMS, MOST_LABELS = 8, 12
+"""Of a sweep: quantities that are drawn, and runs whose values the legend names."""
 
 
 def text(answer: Answer, style: Style = PLAIN) -> str:
@@ -106,47 +113,82 @@ def _cell(cell: Cell) -> str:
     return number(cell)
 
 
+def plotted(answer: Answer, path: str | Path | None = None, ax: Any = None, style: str = "") -> Any:
+    """Draw an answer; return the Matplotlib figure, or the axes that were given. ``path`` writes the picture (png, pdf, svg)."""
+    if path is not None and not is_picture(Path(path)):
+        raise UsageMistake(f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg")
+    made = drawn(diagrams(answer), ax, style)
+    if path is not None:
+        (made if ax is None else figure_of(ax)).savefig(path)
+    return made
+
+
+def diagrams(answer: Answer) -> list[Diagram]:
+    """Return the diagrams of an answer. Raises SimulationError where there is nothing to draw."""
+    match answer:
+        case Ensemble():
+            from . import ensemble
+
+            return ensemble.diagrams(answer)
+        case Runs():
+            panels = _side_by_side(answer)
+        case Findings():
+            panels = answer.panels
+            if not panels:
+                raise SimulationError(
+                    f"this answer of '{answer.study}' is numbers and formulas: there is nothing to draw",
+                    help="leave --plot away",
+                )
+        case _:
+            raise AssertionError(f"no picture for {type(answer).__name__}")
+    return [
+        Diagram(TALL if panel.tall or panel.equal else HEIGHT, partial(_draw, panel=panel, colours=COLOURS))
+        for panel in panels
+    ]
+
+
 def save(answer: Answer, path: Path) -> None:
     """Write the picture of an answer (png, pdf, svg)."""
     if isinstance(answer, ShownSolution):
         from . import plots
 
         plots.save(answer, path)
-        return
-    if isinstance(answer, Ensemble):
-        from . import ensemble
+    else:
+        plotted(answer, path)
 
-        ensemble.figure(answer).savefig(path)
-        return
-    if not isinstance(answer, Findings):
-        raise AssertionError(f"no picture for {type(answer).__name__}")
-    if not answer.panels:
-        raise SimulationError(
-            f"this answer of '{answer.study}' is numbers and formulas: there is nothing to draw",
-            help="leave --plot away",
+
+def _side_by_side(runs: Runs[Any]) -> tuple[Panel, ...]:
+    """Return a diagram of each coordinate, or state where there are none, with a curve for each run of a sweep."""
+    first = runs.solutions[0]
+    quantities = [q for q in first.problem.states if q.kind == "coordinate"]
+    quantities = quantities or [q for q in first.problem.states if q.kind == "state"]
+    labels = [
+        ", ".join(f"{name} = {_value(value)}" for name, value in point.items()) for point in runs.points
+    ]
+    found = []
+    for quantity in quantities[:MOST_DIAGRAMS]:
+        unit, factor = (
+            first.shown_unit(quantity.name) if isinstance(first, ShownSolution) else (quantity.unit, 1.0)
         )
-    figure(answer).savefig(path)
+        curves = tuple(
+            Curve(label if len(labels) <= MOST_LABELS else "", run.time, run[quantity.name] * factor)
+            for label, run in zip(labels, runs.solutions, strict=True)
+        )
+        time = first.problem.time
+        found.append(Panel(quantity.name, time.name or "time", time.unit, quantity.name, unit, curves))
+    return tuple(found)
+
+
+def _value(value: float | bool | str) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def figure(found: Findings) -> Any:
     """Draw the panels of an answer below one another; return the Matplotlib figure."""
-    import matplotlib
-
-    from .axes import COLOURS, STYLE
-    from .notebook import Picture
-
-    with matplotlib.rc_context(STYLE):
-        heights = [TALL if panel.tall or panel.equal else HEIGHT for panel in found.panels] or [HEIGHT]
-        made = Picture(figsize=(WIDTH, sum(heights)), layout="constrained")
-        places = made.add_gridspec(len(heights), 1, height_ratios=heights)
-        for k, panel in enumerate(found.panels):
-            _draw(made.add_subplot(places[k, 0]), panel, COLOURS)
-    return made
+    return drawn(diagrams(found) if found.panels else [])
 
 
 def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
-    from .axes import legend
-
     styles: dict[str, dict[str, Any]] = {
         "line": {},
         "dashed": {"linestyle": "--"},
@@ -190,7 +232,6 @@ def _named(axes: Any, names: tuple[str, ...]) -> None:
 
 def _cells(axes: Any, curve: Curve, panel: Panel, colour: str) -> None:
     """Fill the cells of a grid round some of its places."""
-    import numpy as np
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
 
@@ -211,8 +252,6 @@ def _cells(axes: Any, curve: Curve, panel: Panel, colour: str) -> None:
 
 def _landscape(axes: Any, land: Landscape, colours: tuple[str, ...]) -> None:
     """Draw lines of equal value, and fill what is below the level."""
-    import numpy as np
-
     grid = (land.x, land.y, np.ma.masked_invalid(land.values))
     lowest = float(grid[2].min())
     if lowest < land.level:

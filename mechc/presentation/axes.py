@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..requests.parse_values import UsageMistake, one_of
 from .letters import axis_label
 
 if TYPE_CHECKING:
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     from ..shown import ShownSolution
 
 COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
+WIDTH = 8.0
+"""Inches of a picture."""
 SMOOTH = 2000
 """Points of a curve, where the solution can be computed between its output points."""
 FLATTEST = 0.5
@@ -50,6 +54,82 @@ STYLE: dict[Any, Any] = {
     "figure.dpi": 100,
     "savefig.dpi": 150,
 }
+
+PAPER: dict[Any, Any] = STYLE | {
+    "font.size": 8,
+    "font.family": "serif",
+    "mathtext.fontset": "cm",
+    "axes.titlesize": 8,
+    "axes.titleweight": "normal",
+    "axes.labelcolor": "black",
+    "axes.edgecolor": "black",
+    "axes.linewidth": 0.5,
+    "axes.grid": False,
+    "xtick.color": "black",
+    "ytick.color": "black",
+    "lines.linewidth": 0.9,
+    "legend.fontsize": 7,
+    "savefig.dpi": 300,
+}
+STYLES = {"": STYLE, "paper": PAPER}
+SIZES = {"": 1.0, "paper": 0.45}
+"""The looks of pictures by name, and how large they are: one of a paper is as wide as a column, 3.5 inches."""
+
+
+def style_named(name: str) -> dict[Any, Any]:
+    """Return the look of pictures by its name. Raises UsageMistake."""
+    one_of(name, tuple(STYLES), "style")
+    return STYLES[name]
+
+
+def is_picture(path: Path) -> bool:
+    """Whether a file has the ending of a picture that Matplotlib writes."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    return path.suffix.lower().removeprefix(".") in FigureCanvasBase.get_supported_filetypes()
+
+
+class Diagram(NamedTuple):
+    """One of the diagrams of a picture: its height in inches, and what draws it into axes."""
+
+    height: float
+    draw: Callable[[Any], None]
+
+
+def drawn(diagrams: Sequence[Diagram], ax: Any = None, style: str = "") -> Any:
+    """Draw diagrams below one another and return the Matplotlib figure, or into the axes that are given, and return these."""
+    import matplotlib
+
+    from .notebook import Picture
+
+    with matplotlib.rc_context(style_named(style)):
+        if ax is not None:
+            for axes, diagram in zip(given_axes(ax, len(diagrams)), diagrams, strict=True):
+                diagram.draw(axes)
+            return ax
+        size = SIZES[style]
+        heights = [size * diagram.height for diagram in diagrams]
+        made = Picture(figsize=(size * WIDTH, sum(heights)), layout="constrained")
+        places = made.add_gridspec(len(heights), 1, height_ratios=heights)
+        for place, diagram in zip(places, diagrams, strict=True):
+            diagram.draw(made.add_subplot(place))
+    return made
+
+
+def given_axes(ax: Any, count: int) -> list[Any]:
+    """Return the axes that a caller gives, as many as there are diagrams. Raises UsageMistake."""
+    axes = list(np.atleast_1d(ax).ravel())
+    if len(axes) != count:
+        raise UsageMistake(
+            f"the picture has {count} diagram{'s' * (count != 1)}, and {len(axes)} axes are given",
+            "give a list of axes, one for each diagram",
+        )
+    return axes
+
+
+def figure_of(ax: Any) -> Any:
+    """Return the figure of axes."""
+    return np.atleast_1d(ax).ravel()[0].figure
 
 
 class View:

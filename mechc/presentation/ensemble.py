@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ..runtime.ensembles.result import QUANTILES, Ensemble
+from .axes import Diagram
 from .numbers import number, unit_in_brackets
 from .style import PLAIN, Style, pad, width
 
-WIDTH, HEIGHT, SQUARE = 8.0, 3.2, 6.4
+HEIGHT, SQUARE = 3.2, 6.4
 MOST_FAMILY = 300
 """Curves that are drawn one by one; of more members the bands of quantiles are."""
 FEWEST_CELLS = 4
@@ -77,28 +79,20 @@ def _errors(runs: Ensemble) -> str:
     )
 
 
-def figure(runs: Ensemble) -> Any:
-    """Draw an ensemble; return the Matplotlib figure.
+def diagrams(runs: Ensemble) -> list[Diagram]:
+    """Return the diagrams of an ensemble.
 
     Series: curves side by side, or bands of quantiles of many. Numbers: a map over two dimensions, a line over one, else
     histograms, or points over the values that were drawn.
     """
-    import matplotlib
-
-    from .axes import STYLE
-    from .notebook import Picture
-
-    with matplotlib.rc_context(STYLE):
-        panels = [*runs.scalars, *runs.series]
-        height = SQUARE if panels and _square(runs) and not runs.series else HEIGHT
-        made = Picture(figsize=(WIDTH, height * len(panels)), layout="constrained")
-        places = made.subplots(len(panels), 1, squeeze=False)[:, 0]
-        for axes, column in zip(places, panels, strict=True):
-            if column in runs.series:
-                _over_time(axes, runs, column.name)
-            else:
-                _number(axes, runs, column.name)
-    return made
+    panels = [*runs.scalars, *runs.series]
+    height = SQUARE if panels and _square(runs) and not runs.series else HEIGHT
+    return [
+        Diagram(
+            height, partial(_over_time if column in runs.series else _number, runs=runs, name=column.name)
+        )
+        for column in panels
+    ]
 
 
 def _varied(runs: Ensemble) -> list[int]:

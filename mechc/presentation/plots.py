@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .axes import COLOURS, STYLE, View, equal_box, legend, title
+from ..requests.parse_values import UsageMistake
+from .axes import COLOURS, SIZES, View, equal_box, given_axes, legend, style_named, title
 from .letters import axis_label, letters, unit_label
 from .panels import Changes, Curves, Energies, Panel, Paths, Portrait, Scenery, curves_of, element, panels_of
 from .scenery import draw_scenery, point_name
@@ -32,7 +33,7 @@ LINE_CHARACTERS = 105
 """Width of the line below the panels, for each column."""
 
 
-def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
+def figure(solution: ShownSolution, names: Sequence[str] = (), style: str = "") -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities, ``a:b`` is one over another."""
     import matplotlib
 
@@ -41,14 +42,14 @@ def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
     solution = solution.in_picture()
     view = View(solution)
     panels = curves_of(solution, _chosen(solution, names)) if names else panels_of(solution)
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(style_named(style)):
         places, columns, rows = _places(panels)
-        result = Picture(
-            figsize=(5.2 * columns if columns > 1 else 7.0, 3.0 * rows + 0.5), layout="constrained"
-        )
+        width, size = (5.2 * columns if columns > 1 else 7.0), SIZES[style]
+        result = Picture(figsize=(size * width, size * (3.0 * rows + 0.5)), layout="constrained")
         problem = solution.problem
-        result.suptitle(problem.doc or problem.name, fontsize=11, x=0.01, ha="left", color="#111827")
-        line = "" if names else Stillness(solution).line()
+        if not style:
+            result.suptitle(problem.doc or problem.name, fontsize=11, x=0.01, ha="left", color="#111827")
+        line = "" if names or style else Stillness(solution).line()
         if line:
             text = "\n".join(textwrap.wrap(line, LINE_CHARACTERS * columns))
             result.supxlabel(text, fontsize=8, x=0.01, ha="left", color="#374151")
@@ -57,6 +58,20 @@ def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
             axes = result.add_subplot(grid[place], projection="3d" if _in_space(panel, solution) else None)
             _draw(axes, panel, view)
     return result
+
+
+def draw_into(ax: Any, solution: ShownSolution, names: Sequence[str], style: str = "") -> Any:
+    """Draw quantities of a solution into axes that are given, one for each diagram, and return these. Raises UsageMistake."""
+    import matplotlib
+
+    if not names:
+        raise UsageMistake("what is drawn into given axes has no default", 'say it: plot("theta", ax=ax)')
+    solution = solution.in_picture()
+    view, panels = View(solution), curves_of(solution, _chosen(solution, names))
+    with matplotlib.rc_context(style_named(style)):
+        for axes, panel in zip(given_axes(ax, len(panels)), panels, strict=True):
+            _draw(axes, panel, view)
+    return ax
 
 
 def _chosen(solution: ShownSolution, names: Sequence[str]) -> list[str]:
@@ -92,13 +107,6 @@ def _in_space(panel: Panel, solution: ShownSolution) -> bool:
         case Paths():
             return panel.dimension == 3
     return False
-
-
-def is_picture(path: Path) -> bool:
-    """Whether a file has the ending of a picture that Matplotlib writes."""
-    from matplotlib.backend_bases import FigureCanvasBase
-
-    return path.suffix.lower().removeprefix(".") in FigureCanvasBase.get_supported_filetypes()
 
 
 def save(solution: ShownSolution, path: Path, names: Sequence[str] = ()) -> None:

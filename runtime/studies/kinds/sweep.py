@@ -11,7 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...case import part_of
-from ...outcome import Outcome, SimulationError, worst
+from ...outcome import Outcome, SimulationError, Told, worst
 from ...problem import Problem
 from ...results.solution import Solution
 from ..runs.simulate import Run, is_as_stated, run
@@ -20,7 +20,7 @@ from ..study import swept_axes
 S_co = TypeVar("S_co", bound=Solution, covariant=True)
 
 
-class Runs(Struct, Generic[S_co], frozen=True):
+class Runs(Struct, Told, Generic[S_co], frozen=True):
     """Runs side by side: ``points[k]`` are the swept values by name, in SI, with which ``solutions[k]`` was made."""
 
     points: tuple[Mapping[str, float | bool | str], ...]
