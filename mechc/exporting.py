@@ -7,7 +7,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping
 from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from .model import CompiledModel
     from .runtime.case import Case
     from .runtime.problem import Problem, Setting
+    from .solution import Solution
 
 
 class Defaults(Struct, frozen=True):
@@ -59,26 +60,28 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
     model = with_weights(model)
-    program = model.compilation.program
     name = stem_of(model)
     match target:
         case "python" | "casadi" | "jax":
             module = Path(_MODULES[target].format(re.sub(r"\W", "_", name)))  # what Python can import
-            return _write({output or module: _module(model, program, target)})
+            return _write({output or module: _module(model, target)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
             refuse_driving_inputs(model, "a C program")
             defaults = defaults_of(model.problem("python"), model.settings)
+            model, run = _default_run(model) or (model, None)
+            if run is not None:
+                defaults = replace(defaults, method=method_of(model, run))
             parts = model.compilation.parts
-            program = program_with(model.compilation, parts_for(defaults.method))
+            program = program_with(model.compilation, {*parts, *parts_for(defaults.method)})
             if program.series is not None and program.series.refusal:
                 raise UsageMistake(
                     f"'{defaults.method}' cannot run this model: {program.series.refusal}",
                     "'dop853' and 'radau5' have no such limits",
                 )
-            files = c_files(program, defaults, parts)
+            files = c_files(with_own_sizes(program, run), defaults, parts)
             return _write({folder / file: text for file, text in files.items()})
         case _:
             raise UsageMistake(f"there is no target '{target}'", "python, c, casadi or jax")
@@ -105,8 +108,56 @@ _MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
 """Names of the modules; none is that of a library."""
 
 
-def _module(model: CompiledModel, program: Program, target: str) -> str:
+def exported_run(
+    model: CompiledModel, experiment: str | None, stop: float | None, **options: Any
+) -> tuple[CompiledModel, Solution]:
+    """Run what is exported, for what only a run tells: whether the model is stiff, passes singular positions, or has states
+    far below others of their unit. Return the model that ran, with what that took. Raises SimulationError."""
+    from .requests.request import asked
+    from .runtime.studies.kinds.motion import Simulate
+    from .session import answered
+    from .solution import Solution
+
+    given = {"experiment": experiment, "stop": stop, "reproducible": True, **options}
+    ran, solution = answered(model, asked(Simulate, {**given, "estimate_error": False}))
+    assert isinstance(solution, Solution)
+    return ran, solution
+
+
+def _default_run(model: CompiledModel) -> tuple[CompiledModel, Solution] | None:
+    """Run the default experiment; None where it cannot begin as the model is."""
+    from .runtime.case import find_experiment
+    from .runtime.outcome import SimulationError
+
+    experiment = find_experiment(model.problem("python"), None)
+    said = experiment is not None and "stop" in experiment.options
+    try:
+        return exported_run(model, None, None if said else Defaults().stop)
+    except SimulationError:
+        return None
+
+
+def method_of(model: CompiledModel, run: Solution) -> str:
+    """Return the method of a C program: that of the experiment, else the one that the run took; a run that changed to the
+    implicit one is begun with both at hand."""
+    said = model.method(None)
+    if said and said != "auto":
+        return said if said in KERNEL_METHODS else Defaults().method
+    return "auto" if run.statistics.jacobians else Defaults().method
+
+
+def with_own_sizes(program: Program, run: Solution | None) -> Program:
+    """Return a program that declares the nominal values of states which a run has found to stay far below those of others."""
+    sizes = run.motion.own_sizes if run is not None else {}
+    if not sizes:
+        return program
+    states = tuple(replace(e, nominal=sizes.get(e.name, e.nominal)) for e in program.arrays["y"])
+    return replace(program, arrays={**program.arrays, "y": states})
+
+
+def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
+    program = model.compilation.program
     if program.hybrid is not None:
         raise UsageMistake(
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which "
@@ -119,7 +170,8 @@ def _module(model: CompiledModel, program: Program, target: str) -> str:
         refuse_driving_inputs(model, "a Python module")
         from .compiler.targets.python import emit_python
 
-        return emit_python(program, model.settings)
+        _, run = _default_run(model) or (model, None)
+        return emit_python(with_own_sizes(program, run), model.settings)
     from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
 
     return emit_differentiable(program, CASADI if target == "casadi" else JAX, _begin(model))

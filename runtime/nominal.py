@@ -27,10 +27,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from msgspec.structs import replace
 
 from .memo import once
 from .problem import PURE, Array, Problem, Quantity
@@ -247,6 +248,14 @@ def sizes_of(problem: Problem) -> Sizes:
         [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
         problem.groups,
     )
+
+
+def with_nominal(problem: Problem, sizes: Mapping[str, float]) -> Problem:
+    """Return a problem whose states declare nominal values, by name."""
+    if not sizes:
+        return problem
+    states = tuple(replace(q, nominal=sizes.get(q.name, q.nominal)) for q in problem.states)
+    return replace(problem, states=states)
 
 
 def _range(quantity: Quantity) -> float:

@@ -58,24 +58,9 @@ def native_run(
 
     Raises CompileError (E0906) if it fails, SimulationError.
     """
-    from ..requests.request import asked
-    from ..runtime.studies.kinds.motion import Simulate
-    from ..session import answered
-    from ..solution import Solution
+    from ..exporting import exported_run
 
-    question = asked(
-        Simulate,
-        {
-            "experiment": experiment,
-            "stop": stop,
-            "tolerance": tolerance,
-            "step": step,
-            "reproducible": True,
-            "estimate_error": False,
-        },
-    )
-    ran, solution = answered(model, question)
-    assert isinstance(solution, Solution)
+    ran, solution = exported_run(model, experiment, stop, tolerance=tolerance, step=step)
     if solution.outcome is Outcome.FAILED:
         raise Reporter().fail(
             "E0906",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,15 +110,15 @@ def fmu_packages(model: CompiledModel, options: FmuOptions) -> list[Made]:
             help="install gcc or clang, or: pip install ziglang; --sources-only writes an FMU without binaries",
         )
 
-    def start_with(method: str) -> Start:
+    def start_with(method: str, sizes: Mapping[str, float]) -> Start:
         problem = model.problem(method=method, reproducible=True)
-        return start_of(problem, options.experiment, model.settings)
+        return start_of(problem, options.experiment, model.settings, sizes)
 
-    first = start_with(model.method(options.experiment))
+    first = start_with(model.method(options.experiment), {})
     model, run = native_run(model, options.experiment, first.case.stop)
     method = _method(model, options, run)
     # what the run has shown the model to need, its solver has as well
-    start = start_with(method)
+    start = start_with(method, run.motion.own_sizes)
     equations = equations_for(model, method)
     program = write_program(equations, start, method)
     files = documents(model, options.experiment, run)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.exporting import with_own_sizes
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
@@ -62,6 +63,7 @@ def page_of(facts: Facts, *, recorded: bool) -> str:
 
         compilation = facts.model.compilation
         program = program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
+        program = with_own_sizes(program, facts.solution)
         name = facts.experiment.name if facts.experiment else None
         parts = {"wasm": _packed(webassembly(program, facts.method, name))}
     return _joined(facts, facts.info(recorded=recorded), parts)

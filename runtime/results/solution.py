@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -53,7 +54,8 @@ class Motion(Struct, frozen=True, eq=False):
     times. ``as_stated``: the default experiment, with no value and no input changed. ``pictured``: the numbers of
     ``problem.scene`` at times, where somebody asked for a picture; ``states_at``: states and discrete variables at times,
     those among them that tell what touches and sticks. ``stopped``: why the run ended
-    before its end, if it did, and its companion.
+    before its end, if it did, and its companion. ``own_sizes``: nominal values of states that stay far below those of others, by
+    which the run was repeated.
     """
 
     problem: Problem
@@ -71,6 +73,7 @@ class Motion(Struct, frozen=True, eq=False):
     as_stated: bool = False
     pictured: Columns | None = None
     states_at: Callable[[Array], tuple[Array, Array | None]] | None = None
+    own_sizes: Mapping[str, float] = MappingProxyType({})
     sensitivities: Sensitivities | None = None
     condition: Condition | None = None
     sought: Callable[[], Branches] | None = None

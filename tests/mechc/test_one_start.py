@@ -15,7 +15,7 @@ from slow_params import slow_but
 
 import mechc
 from mechc.compiler.targets.python import emit_python
-from mechc.exporting import defaults_of
+from mechc.exporting import defaults_of, exported_run, method_of
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
@@ -57,14 +57,16 @@ def rows_of_run(model: mechc.Model, names: list[str]) -> tuple[Array, Array]:
     """Return the same columns of a run with the same method, which shows both sides of events, and its output times."""
     problem = model.problem("python")
     defaults = defaults_of(problem, model.settings)
-    compiled = model.problem("c", reproducible=True, method=defaults.method)
+    ran, first = exported_run(model, None, defaults.stop)
+    method = method_of(ran, first)
+    compiled = ran.problem("c", reproducible=True, method=method)
     options = SimulationOptions(
         values=model.settings,
         stop=defaults.stop,
         estimate_error=False,
         every=defaults.every,
         points=501,
-        method=defaults.method,
+        method=method,
         reproducible=True,
     )
     solution = simulate(compiled, options)

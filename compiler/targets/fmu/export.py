@@ -6,6 +6,7 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -54,9 +55,15 @@ class Made(Struct, frozen=True):
 
 
 def start_of(
-    problem: Problem, experiment: str | None = None, values: Mapping[str, float] | None = None
+    problem: Problem,
+    experiment: str | None = None,
+    values: Mapping[str, float] | None = None,
+    sizes: Mapping[str, float] = MappingProxyType({}),
 ) -> Start:
-    """Return what a run of the experiment begins with. Raises SimulationError."""
+    """Return what a run of the experiment begins with; ``sizes``: nominal values that a run has found, by name.
+
+    Raises SimulationError.
+    """
     functions = load_functions(problem)
     plan = find_experiment(problem, experiment)
     said = plan is not None and "stop" in plan.options
@@ -66,6 +73,8 @@ def start_of(
     case = prepare(problem, functions, options)
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
     nominal = nominal_of(case)
+    for i, state in enumerate(problem.states):
+        nominal[i] = sizes.get(state.name, nominal[i])
     given: dict[str, set[int]] = {"p": set(), "y": set(), "u": set()}
     for setting in plan.settings if plan else ():
         given[setting.array].add(setting.index)

@@ -9,19 +9,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from msgspec.structs import replace
 
+from ...case import SimulationOptions
 from ...ensembles.batches import Other
 from ...ensembles.device import MakeItems
 from ...ensembles.files import PiecesFolder
 from ...ensembles.kept import Kept, check_kept, kept_by_default
+from ...ensembles.kernel_arguments import TRIED
 from ...ensembles.lanes import CHOICES, Wanted
 from ...ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, members_of
 from ...ensembles.recipe import Make, Recipe
 from ...ensembles.result import Ensemble
 from ...ensembles.run import run_ensemble
+from ...nominal import with_nominal
 from ...outcome import SimulationError
 from ...problem import Problem
 from ...settings import settable
+from ..runs.own_size import sizes_in_run
+from ..runs.simulate import as_keywords, plan_run
 from ..study import Study, swept_axes
 
 if TYPE_CHECKING:
@@ -92,6 +98,8 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     make_items: MakeItems | None = None
     send: Callable[[EnsembleOf], Make] | None = None
     """Gives what makes the recipe of this question in another process."""
+    sizes: tuple[tuple[str, float], ...] = ()
+    """Nominal values of states that stay far below those of others, as a run of the first member that can run finds them."""
 
     def solve(self, problem: Problem) -> Ensemble:
         """Run all members. Raises SimulationError for members or things to keep that do not fit the model."""
@@ -113,8 +121,9 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         pieces = None
         if self.store:
             pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
-        recipe = self.recipe(problem)
-        with self._elsewhere(members) as elsewhere:
+        sized = replace(self, sizes=tuple(self._sizes(problem, members).items()))
+        recipe = sized.recipe(problem)
+        with sized._elsewhere(members) as elsewhere:
             found = run_ensemble(recipe, members, threads=self.threads, pieces=pieces, elsewhere=elsewhere)
         if pieces is not None and found.complete:
             pieces.remove()
@@ -139,19 +148,41 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
 
     def recipe(self, problem: Problem) -> Recipe:
         """Say how members are made."""
+
+        def sized(made: Problem | None) -> Problem | None:
+            return made if made is None else with_nominal(made, dict(self.sizes))
+
+        def other(one: Other) -> Other:
+            return replace(one, make=lambda: sized(one.make()))
+
         return Recipe(
-            problem,
+            with_nominal(problem, dict(self.sizes)),
             self,
             self.keep or kept_by_default(problem),
             self.errors,
             self.time_limit,
-            self.others,
+            tuple(map(other, self.others)) if self.sizes else self.others,
             self.few_steps,
             self.make_lanes,
             self.lanes,
             self.make_items,
             self.device,
         )
+
+    def _sizes(self, problem: Problem, members: Members) -> dict[str, float]:
+        """Give the nominal values of states that stay far below those of others in the first member that can run."""
+        if problem.library is None:
+            return {}
+        for k in range(min(TRIED, members.count)):
+            row = members.values(k, k + 1)[0].tolist()
+            values = {**self.values, **dict(zip(members.names, row, strict=True))}
+            given = {**as_keywords(self), "values": values, "progress": None, "estimate_error": False}
+            options = SimulationOptions(**{**given, "max_steps": self.few_steps or self.max_steps})
+            try:
+                return sizes_in_run(plan_run(problem, options))
+            except SimulationError:
+                continue
+        return {}
 
     @contextmanager
     def _elsewhere(self, members: Members) -> Iterator[Cluster | None]:
@@ -184,6 +215,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             "make_lanes",
             "make_items",
             "send",
+            "sizes",
             "time_limit",
             "workers",
             "cluster",

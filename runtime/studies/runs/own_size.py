@@ -22,7 +22,9 @@ from .companion import Plan, trajectory_of
 FAR = 1e-3
 """Share of its nominal value below which a state that has stayed there all the time was not measured by its own size."""
 SAME = 3
-"""What a motion reaches in both runs differs by less; else it was the error of the first one."""
+"""What a motion reaches in two runs differs by less; else it was an error of the first one, which is made again."""
+ROUNDS = 6
+"""Runs that are made at most: each one finds what a state reaches by a factor of about a tolerance better."""
 ROUNDING = 16 * EPSILON
 """Of what is computed from lengths of another part of the machine, which a state need not feel."""
 PLACES, SHAKES, SHARE = 8, 4, 1e-6
@@ -50,22 +52,54 @@ def by_own_size(
     small = _no_rounding(plan, main, reached, far) if far else []
     if not small:
         return plan, main, ()
-    nominal = np.array(plan.nominal)
-    nominal[small] = reached[small]
-    again, motion = replace(plan, nominal=nominal), main
+    again, motion, first = replace(plan, nominal=_with_sizes(plan.nominal, reached, small)), main, small[0]
     as_it_is = plan.method.fixed_step or main.statistics.jacobians > 0
-    if not as_it_is:
-        most = COSTLY * main.statistics.steps + AT_LEAST
+    rounds = 0 if as_it_is else ROUNDS
+    most = COSTLY * main.statistics.steps + AT_LEAST
+    for _ in range(rounds):
         bounded = replace(again, options=replace(plan.options, max_steps=most, stiff_after=None))
         motion = trajectory_of(bounded, plan.case.tolerance, plan.case.step, plan.options.dense, progress)
-        now = motion.reached[small] if motion.failure is None and motion.y.size else np.zeros(len(small))
-        if np.any(now < reached[small] / SAME) or np.any(now > reached[small] * SAME):
-            return plan, main, ()  # what the first run showed was its error
-    first = small[0]
-    q = plan.case.problem.states[first]
-    what = f"'{q.name}' stays below {reached[first]:.2g} {q.unit}, far below the {plan.nominal[first]:.2g} {q.unit} of others"
+        if motion.interrupted:
+            return again, motion, ()
+        now = motion.reached
+        if motion.failure is not None or not motion.y.size or np.any(now[small] > reached[small] * SAME):
+            return plan, main, ()
+        wrong = [i for i in small if now[i] < reached[i] / SAME]  # they had reached that by errors
+        reached = now
+        if not wrong:
+            break
+        if _no_rounding(again, motion, now, wrong) != wrong:
+            return plan, main, ()
+        small = wrong
+        again = replace(again, nominal=_with_sizes(again.nominal, reached, small))
+    else:
+        if rounds:
+            return plan, main, ()
+    q, size = plan.case.problem.states[first], reached[first]
+    what = f"'{q.name}' stays below {size:.2g} {q.unit}, far below the {plan.nominal[first]:.2g} {q.unit} of others"
     done = "errors are measured" if as_it_is else "the run was repeated with errors measured"
     return again, motion, (f"{what}: {done} against what it reaches",)
+
+
+def own_sizes(before: Plan, after: Plan) -> dict[str, float]:
+    """Give the nominal values, by name, that ``by_own_size`` has changed."""
+    changed = np.flatnonzero(before.nominal != after.nominal).tolist()
+    return {before.case.problem.states[i].name: float(after.nominal[i]) for i in changed}
+
+
+def sizes_in_run(plan: Plan) -> dict[str, float]:
+    """Run a plan, and give the nominal values of states that stay far below those of others, by which its run is repeated."""
+    if _sizeless(plan.case.problem) is None:
+        return {}
+    main = trajectory_of(plan, plan.case.tolerance, plan.case.step, False, None)
+    again, motion, _ = by_own_size(plan, main, None)
+    return own_sizes(plan, again) if motion is not main else {}
+
+
+def _with_sizes(nominal: Array, reached: Array, small: list[int]) -> Array:
+    sizes = np.array(nominal)
+    sizes[small] = reached[small]
+    return sizes
 
 
 def _small(sizeless: NDArray[np.bool_], nominal: Array, reached: Array) -> list[int]:

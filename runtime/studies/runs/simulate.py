@@ -38,7 +38,7 @@ from ..study import Study
 from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
 from .missed_feature_scan import estimated_as_closely, seen_between
-from .own_size import by_own_size
+from .own_size import by_own_size, own_sizes
 from .wakeup_scan import begins_unseen
 
 MAIN_SHARE = 0.36
@@ -198,6 +198,7 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     plan, main, looked = _looked_at(plan, main, progress)
     seen = seen_between(plan, main, progress)
     plan, main, sized = by_own_size(seen.plan, seen.main, progress)
+    sizes = own_sizes(seen.plan, plan) if main is not seen.main else {}
     case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
@@ -254,6 +255,7 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,
         states_at=state_at,
+        own_sizes=sizes,
         sought=branches_of(case, (times, states, modes), main.dense, state_at),
     )
     return Solution(motion)
