@@ -108,6 +108,9 @@ STUDIES = {
         Kind(
             "optimum", "By which values is a goal of the motion greatest, or least?", "kinds.optimum:Optimum"
         ),
+        Kind(
+            "spectrum", "Which frequencies does a motion hold, and how strongly?", "kinds.spectrum:Spectrum"
+        ),
         Kind("diagram", "What does it settle to, over a parameter?", "kinds.diagram:Diagram"),
         Kind(
             "hysteresis",
