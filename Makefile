@@ -13,12 +13,12 @@ EDITS  ?= 1000000
 SPELT  := README.md ARCHITECTURE.md CONTRIBUTING.md CHANGELOG.md SECURITY.md docs mechc lang compiler runtime stdlib examples bench editors
 MODELS ?= 1000
 
-.PHONY: demo test test-slow test-matrix fuzz fuzz-models check check-format check-lint check-spelling check-types check-floors format bench stability gallery docs fmu-gallery clean help
+.PHONY: kernel demo test test-slow test-matrix fuzz fuzz-models check check-format check-lint check-spelling check-types check-floors format bench stability gallery docs fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make test-matrix, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make docs, make stability, make fmu-gallery, make clean"
+	@echo "make test-slow, make test-matrix, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make docs, make stability, make fmu-gallery, make kernel, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -90,6 +90,11 @@ docs: $(VENV)/installed-docs
 
 fmu-gallery: $(VENV)/installed
 	$(BIN)/python -m bench.fmu_gallery
+
+# The kernels that pages hold, after a change of runtime/kernel or mechc/web/kernel
+kernel: $(VENV)/installed-dev
+	$(BIN)/python -m pip install --quiet "ziglang==$$($(BIN)/python -c 'from mechc.web.build_kernels import ZIG; print(ZIG)')"
+	$(BIN)/python -m mechc.web.build_kernels $(KERNELS)
 
 stability: $(VENV)/installed-dev
 	$(BIN)/python -m bench.stability

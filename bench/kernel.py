@@ -14,6 +14,7 @@ import mechc
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import contract
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
@@ -40,7 +41,7 @@ def timed(run: Callable[[], object], repeats: int) -> float:
 def preallocated(functions: Functions, p: Array) -> Callable[[float, Array], Array]:
     """The accelerations for scipy, called through ctypes into an array made before."""
     assert functions.struct is not None
-    call = native.MODEL_FUNCTION(functions.struct.rhs)
+    call = contract.MODEL_FUNCTION(functions.struct.rhs)
     size = functions.struct.nq + functions.struct.nv + functions.struct.nx
     state, out, empty = np.empty(size), np.empty(size), np.empty(0)
     y_at, out_at, empty_at, p_at = state.ctypes.data, out.ctypes.data, empty.ctypes.data, p.ctypes.data

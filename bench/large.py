@@ -22,7 +22,7 @@ from mechc.compiler.program import Program
 from mechc.compiler.targets.c import emit_c
 from mechc.lang.source import SourceFile
 from mechc.runtime.native.build import find_compiler, model_flags
-from mechc.runtime.native.kernel import ModelStruct
+from mechc.runtime.native.contract import ModelStruct
 
 from .machine import table, write
 from .systems import BARS, SPATIAL, STAR

@@ -16,7 +16,7 @@ from mechc.compiler.pipeline import compile_source
 from mechc.compiler.targets.c import emit_c
 from mechc.lang.source import SourceFile
 from mechc.runtime.native.build import find_compiler
-from mechc.runtime.native.kernel import ModelStruct
+from mechc.runtime.native.contract import ModelStruct
 
 from .large import BODIES, Library, built, rates
 from .machine import table, write

@@ -16,6 +16,7 @@ import mechc
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import contract
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
@@ -67,7 +68,7 @@ def dense_jacobian(functions: Functions, p: Array) -> Callable[[float, Array], A
     """The Jacobian of the model as scipy wants it, through ctypes into arrays made before."""
     assert functions.struct is not None
     struct = functions.struct
-    call = native.MODEL_FUNCTION(struct.jacobian)
+    call = contract.MODEL_FUNCTION(struct.jacobian)
     size, count = struct.nq + struct.nv + struct.nx, struct.n_jacobian
     rows, columns = (np.ctypeslib.as_array(at, (count,)) for at in (struct.jac_row, struct.jac_col))
     state, out, empty, full = np.empty(size), np.empty(count), np.empty(0), np.zeros((size, size))

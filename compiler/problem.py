@@ -98,8 +98,8 @@ def _in_python(program: Program) -> Problem:
 def _written(program: Program, reproducible: bool) -> dict[str, str]:
     """Return the C text of a program and the headers that it includes, by their names."""
     from .targets.c import emit_c
+    from .targets.c_data import CROWD_INCLUDED
     from .targets.c_forms import TURNS_INCLUDED
-    from .targets.c_plans import CROWD_INCLUDED
     from .targets.c_series import SERIES_INCLUDED
 
     text = emit_c(program, turns=not reproducible)

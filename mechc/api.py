@@ -262,14 +262,14 @@ class Model(CompiledModel):
         *,
         set: Mapping[str, Given] | None = None,
         experiment: str | None = None,
-        recorded: bool | None = None,
+        recorded: bool = False,
         height: int = 640,
         **options: Unpack[Options],
     ) -> View:
         """Return the page on which the model moves, to be shown in a notebook, saved (``.save("m.html")``) or opened.
 
-        It is live, with sliders that integrate again, where zig is installed, unless ``recorded`` says otherwise; ``height``
-        in pixels. Raises what ``simulate`` raises.
+        Its sliders integrate again, unless it is ``recorded``: of one motion, without the model; ``height`` in pixels. Raises
+        what ``simulate`` raises.
         """
         from .web.view import view
 

@@ -50,10 +50,10 @@ class Solution(ShownSolution):
 
     _again: Solution | None = None
 
-    def view(self, *, recorded: bool | None = None, height: int = 640) -> Any:
+    def view(self, *, recorded: bool = False, height: int = 640) -> Any:
         """Return the page on which this motion moves, to be shown in a notebook, saved or opened.
 
-        It is live (its sliders integrate again) where zig is installed, unless ``recorded`` says otherwise.
+        Its sliders integrate again, unless it is ``recorded``: of one motion, without the model.
         """
         if self.viewer is None:
             help = "model.view() shows the page of a model"

@@ -12,6 +12,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from .memo import once
+from .native import contract
 from .native import kernel as native
 from .problem import Array, Description, ModelFunction, Problem
 
@@ -46,7 +47,7 @@ class Functions(Struct, frozen=True):
     matter: ModelFunction | None = None
     phase_rate: ModelFunction | None = None
     phase_gradient: ModelFunction | None = None
-    struct: native.ModelStruct | None = None
+    struct: contract.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
 
@@ -136,8 +137,8 @@ def _no_parameters(p: Array, given: NDArray[np.uint8]) -> None:
 
 def _from_library(problem: Problem) -> Functions:
     library = ctypes.CDLL(str(problem.library))
-    library.mech_model_get.restype = ctypes.POINTER(native.ModelStruct)
-    model: native.ModelStruct = library.mech_model_get().contents
+    library.mech_model_get.restype = ctypes.POINTER(contract.ModelStruct)
+    model: contract.ModelStruct = library.mech_model_get().contents
     _check_sizes(problem, model)
 
     def needed(name: str, size: int) -> ModelFunction | None:
@@ -204,9 +205,9 @@ def _from_library(problem: Problem) -> Functions:
     )
 
 
-def _check_sizes(problem: Problem, model: native.ModelStruct) -> None:
+def _check_sizes(problem: Problem, model: contract.ModelStruct) -> None:
     sizes = {
-        "version": native.MODEL_VERSION,
+        "version": contract.MODEL_VERSION,
         "nq": problem.nq,
         "nv": problem.nv,
         "nx": problem.nx,
@@ -230,7 +231,7 @@ FEW_CALLS = 100
 
 
 def _compiled(address: int, size: int) -> ModelFunction:
-    function = native.MODEL_FUNCTION(address)
+    function = contract.MODEL_FUNCTION(address)
     quick: ModelFunction | None = None
     left = FEW_CALLS
 

@@ -105,6 +105,8 @@ class Operation(Struct, frozen=True):
     """The definition of that function of ``mech_real``, where the C library has none."""
     calls: tuple[str, ...] = ()
     """Functions of the libraries that ``c_text`` and the text of an own function in Python call."""
+    wasm: str = ""
+    """An instruction of WebAssembly, by its name; else the function in C is called, which the kernels of pages offer then."""
     lanes: str | Form | None = ""
     """Of vectors: a function ``lane_NAME`` of the kernel; None: the function in C, lane by lane."""
     python: str | Form | Callable[..., Any] = ""

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
-from mechc.runtime.start.facts import start_facts
-
 from ..gc_pause import uncollected
 from ..graph import Table
 from ..graph import operations as ops
@@ -21,6 +19,7 @@ from ..program.series import NEXT, START
 from ..verification import verified
 from . import c_double_double
 from .c_blocks import are_apart
+from .c_data import CROWD_FUNCTIONS, CROWD_INCLUDED, record_text
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
 from .c_loops import (
@@ -32,36 +31,15 @@ from .c_loops import (
     needs_threads,
     touched,
 )
-from .c_plans import CROWD_FUNCTIONS, CROWD_INCLUDED, hybrid_text, indices, start_text
-from .c_series import EXPAND, SERIES_INCLUDED, expansion
+from .c_series import SERIES_INCLUDED, expansion
 from .c_sincos_batch import are_turned
-from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
+from .model_data import MODEL_FUNCTIONS, is_emitted, model_data
 from .sincos_batch import turn_groups, with_turns_ahead
 
 if TYPE_CHECKING:
     from ..program.loops.rolled import Rolled
-
-STRUCT_FUNCTIONS: Final = (
-    "rhs",
-    "initial",
-    "inputs",
-    "discretes",
-    "outputs",
-    "assertions",
-    "jacobian",
-    "project_position",
-    "project_velocity",
-    "displace",
-    "closeness",
-    "momentum",
-    "force",
-    "mass",
-    "constraints",
-    "constraint_jacobian",
-)
-"""Functions that are fields of ``mech_model``; any other is exported under its own name."""
 
 NAMED_LOADS: Final = 150
 """Longest function, in operations, whose arguments get names of the model."""
@@ -197,7 +175,7 @@ class _File:
                     if self.double_double
                     else expansion(program, self.dialect)
                 )
-            elif _is_emitted(function):
+            elif is_emitted(function):
                 yield from self.function(function)
         if self.crowd:
             yield CROWD_FUNCTIONS
@@ -213,7 +191,7 @@ class _File:
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function, and before it its bodies where it has several."""
         parameters = function is self.program.parameters
-        static = parameters or function.name in STRUCT_FUNCTIONS or function.name in (START, NEXT)
+        static = parameters or function.name in MODEL_FUNCTIONS or function.name in (START, NEXT)
         several = len(function.bodies) > 1
         rolled = self.loops.get(function.name)
         if rolled is not None:
@@ -281,63 +259,12 @@ class _File:
         yield "}\n"
 
     def model(self) -> Iterator[str]:
-        program = self.program
-        yield from indices("rotations", program.rotations)
-        yield from indices("jacobian_rows", [row for row, _ in program.jacobian_pattern])
-        yield from indices("jacobian_columns", [column for _, column in program.jacobian_pattern])
-        fields: dict[str, object] = {
-            "version": "MECH_MODEL_VERSION",
-            "nq": program.nq,
-            "nv": program.nv,
-            "nx": program.nx,
-            "nu": program.size("u"),
-            "nz": program.size("z"),
-            "np": len(program.arrays["p"]),
-            "nh": program.n_hoisted,
-            "n_outputs": program.size("out"),
-            "n_assertions": len(program.assertions),
-            "n_rotations": len(program.rotations),
-            "rotations": "rotations" if program.rotations else "NULL",
-            "n_jacobian": len(program.jacobian_pattern),
-            "jac_row": "jacobian_rows" if program.jacobian_pattern else "NULL",
-            "jac_col": "jacobian_columns" if program.jacobian_pattern else "NULL",
-            "parameters": "parameters",
-            "n_position": sum(row.level == "position" for row in program.constraints),
-            "n_velocity": len(program.constraints),
-            "separable": int(program.separable),
-            "n_accounts": sum(entry.kind == "account" for entry in program.arrays["y"]),
-        }
-        for name in STRUCT_FUNCTIONS:
-            function = program.function(name)
-            fields[name] = name if function and _is_emitted(function) else "NULL"
-        if self.crowd:
-            fields |= {"rhs": "rhs_of_all", "outputs": "outputs_of_all"}
-        if program.hybrid is not None:
-            yield from hybrid_text(program, program.hybrid)
-            fields["hybrid"] = "&hybrid"
-        series = program.series
-        if series is not None and not series.refusal:
-            given = f"{START}, NULL, {EXPAND}" if self.expanded else f"{START}, {NEXT}, NULL"
-            yield f"static const mech_series series = {{{series.n_slots}, {series.n_kept}, {given}}};\n"
-            fields["series"] = "&series"
-        facts = start_facts(make_problem(program))
-        if facts is not None:
-            yield from start_text(program, facts)
-            fields["start"] = "&start"
-        yield "static const mech_model model = {"
-        for name, value in fields.items():
-            yield f"    .{name} = {value},"
-        yield "};\n"
+        yield from record_text(model_data(self.program, self.expanded))
         yield "EXPORT const mech_model *mech_model_get(void);"
         yield "const mech_model *mech_model_get(void)"
         yield "{"
         yield "    return &model;"
         yield "}"
-
-
-def _is_emitted(function: ProgramFunction) -> bool:
-    """Tell whether a function is more than NULL: a Jacobian without entries is one, of rates that depend on nothing."""
-    return bool(function.n_out) or function.name == "jacobian" or function.name not in STRUCT_FUNCTIONS
 
 
 def _head(kind: str, name: str, parameters: bool, *, workspace: bool) -> Iterator[str]:

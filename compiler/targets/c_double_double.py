@@ -16,9 +16,10 @@ from ..program import series as taylor
 from ..program.model import Literal, Load, Operate, Program, Store
 from ..program.series import NEXT, padded
 from ..verification import verified
-from .c_series import EXPAND, loaded, name_of, results, sides_of
+from .c_series import loaded, name_of, results, sides_of
 from .expressions import Dialect, lines
 from .literal import with_true_pi
+from .model_data import EXPAND
 
 MOST_OPERATIONS: Final = 1300
 """Longest function that is written so: compilers take some milliseconds for each operation."""

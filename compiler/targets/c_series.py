@@ -16,8 +16,7 @@ from msgspec.structs import replace
 from ..program.model import Body, Literal, Load, Program, Store, Value
 from ..program.series import LANES, NEXT, padded
 from .expressions import Dialect, lines
-
-EXPAND: Final = "series_expand"
+from .model_data import EXPAND
 
 SERIES_INCLUDED: Final = '#include "series.h"\n'
 

@@ -2,7 +2,7 @@
 
 The pages of the repository, one for each example with its source beside a page on which it moves, one for each message,
 and the names of the Python interface, all by MkDocs; it opens from the file system and asks no server for anything.
-Live pages need zig; without it they hold one motion each. Those whose model and mechc have not changed are kept.
+Those whose model and mechc have not changed are kept.
 """
 
 from __future__ import annotations
@@ -156,10 +156,6 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
             return name, page, ""
         command = [sys.executable, "-m", "mechc", "compile", str(example), "--target", "web", "-o", str(page)]
         done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
-        if done.returncode and "zig" in done.stderr:
-            done = subprocess.run(
-                [*command, "--recorded"], capture_output=True, text=True, check=False, cwd=ROOT
-            )
         if page.exists():
             return name, page, ""
         said = (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]

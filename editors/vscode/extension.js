@@ -19,10 +19,8 @@ const COMMANDS = {
 
 let client;
 
-/** The panel beside a text. The page is live where the settings say so. */
-const preview = new Preview((uri, model) =>
-  client?.sendRequest('mechc/preview', { uri, model, live: settings(vscode.Uri.parse(uri)).get('preview.live') }),
-);
+/** The panel beside a text. */
+const preview = new Preview((uri, model) => client?.sendRequest('mechc/preview', { uri, model }));
 
 function settings(resource) {
   return vscode.workspace.getConfiguration('mechc', resource);

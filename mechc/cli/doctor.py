@@ -18,7 +18,7 @@ from .options import Command
 
 REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "rich", "matplotlib", "platformdirs")
 OPTIONAL = {
-    "ziglang": "a C compiler from pip, also for other platforms and live pages: pip install ziglang",
+    "ziglang": "a C compiler from pip, also for other platforms: pip install ziglang",
     "pandas": "Solution.to_dataframe(): pip install pandas",
     "pin": "comparison with Pinocchio: pip install pin",
     "mujoco": "comparison with MuJoCo: pip install mujoco",

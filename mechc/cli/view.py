@@ -23,9 +23,7 @@ from .options import Compiling, model_argument, model_option, no_model, set_opti
     callback=no_model,
     help="Where the page is written; a temporary file without it.",
 )
-@click.option(
-    "--recorded", is_flag=True, help="One motion in the place of the model: no sliders, needs no zig."
-)
+@click.option("--recorded", is_flag=True, help="One motion in the place of the model: no sliders.")
 @click.option("--no-open", is_flag=True, help="Write the page, and open nothing.")
 def command(
     file: str,

@@ -15,8 +15,8 @@ class Preview(Struct, frozen=True):
     message: str = ""
 
 
-def preview(path: Path, text: str, model: str | None = None, *, live: bool = False) -> Preview:
-    """Run a model of a text that may not be saved, and return its page; ``live``: with sliders, which needs zig."""
+def preview(path: Path, text: str, model: str | None = None) -> Preview:
+    """Run a model of a text that may not be saved, and return its page."""
     from ..api import Model
     from ..exporting import refuse_driving_inputs
     from ..lang.diagnostics import CompileError
@@ -33,7 +33,7 @@ def preview(path: Path, text: str, model: str | None = None, *, live: bool = Fal
         asked = compiled(Model, SourceFile(str(path), text), path.parent, model, {}, ("scene",))
         refuse_driving_inputs(asked, "a page")
         facts = facts_of(asked, {}, None, {})
-        return Preview(page_of(facts, recorded=not live), report(facts.solution))
+        return Preview(page_of(facts), report(facts.solution))
     except CompileError as error:
         return Preview(message="\n\n".join(map(str, error.diagnostics)))
     except (SimulationError, UsageMistake, BuildError) as error:

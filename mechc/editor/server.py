@@ -173,15 +173,13 @@ def _show_structure(server: Server) -> None:
 
 
 def _run(server: Server) -> None:
-    """Run what is being written: ``mechc/preview`` with the address of a text, perhaps a ``model``, perhaps ``live``."""
+    """Run what is being written: ``mechc/preview`` with the address of a text, perhaps a ``model``."""
 
     @server.feature("mechc/preview")
     async def previewed(params: Any) -> dict[str, str]:
         document = server.documents[params.uri]
-        model, live = getattr(params, "model", None), bool(getattr(params, "live", False))
-        made: Preview | None = await server.running.ask(
-            "preview", document.path, document.text, model, live=live
-        )
+        model = getattr(params, "model", None)
+        made: Preview | None = await server.running.ask("preview", document.path, document.text, model)
         return asdict(made or Preview(message=f"the run takes more than {server.running.longest:g} s"))
 
 

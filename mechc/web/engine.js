@@ -1,5 +1,5 @@
 // One model and its kernel as WebAssembly: settings in, a whole run out. Runs in a worker, or here where there is none.
-const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'instants', 'other', 'zs', 'numbers'];
+const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'other', 'zs', 'numbers'];
 
 const STARTS = ['', 'no position near these fulfils the constraints: the parts do not reach; move the slider back, or press reset', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
 
@@ -85,9 +85,9 @@ async function makeEngine(bytes, info) {
       if (outside) return {failed: outside, n: 0};
       const status = e.web_run(span.tolerance, info.method, span.step, span.maxStep);
       const n = e.web_n_grid(), ms = performance.now() - begun;
-      const kinds = new DataView(e.memory.buffer), events = [];
+      const kinds = new DataView(e.memory.buffer), events = [], first = e.web_array(ARRAYS.indexOf('events'));
       for (let k = 0; k < e.web_n_events(); k++) {
-        const at = where.events + 32 * k;
+        const at = first + 32 * k;
         events.push({t: kinds.getFloat64(at, true), kind: kinds.getInt32(at + 16, true), index: kinds.getInt32(at + 20, true)});
       }
       const run = {

@@ -22,8 +22,8 @@ from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.session import answer, plan
 from mechc.solution import Solution
 
-from .assembly import methods
 from .failures import failure_texts
+from .kernels import WebKernel, kernel_for
 
 if TYPE_CHECKING:
     from mechc.model import CompiledModel
@@ -57,6 +57,10 @@ class Facts(Struct, frozen=True):
     @property
     def problem(self) -> Problem:
         return self.solution.problem
+
+    @property
+    def kernel(self) -> WebKernel:
+        return kernel_for(self.method, events=self.problem.hybrid is not None)
 
     @property
     def scene(self) -> Scene:
@@ -102,7 +106,7 @@ class Facts(Struct, frozen=True):
             "companion": 0.01 if case.tolerance > 1e-13 else 10.0,
             "step": case.step or 0.0,
             "maxStep": (case.asked.max_step if case.asked else None) or 0.0,
-            "method": methods(self.method).index(self.method),
+            "method": self.kernel.methods.index(self.method),
             "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "second": problem.time.unit,
@@ -286,8 +290,7 @@ class Facts(Struct, frozen=True):
         error, energy = self.solution.accuracy.error, self.solution.accuracy.energy
         kinds = {name: k for k, name in enumerate(KINDS)}
         return {
-            "recorded": "This page holds one motion, not the model: its sliders are there where it is written "
-            "with zig (pip install ziglang).",
+            "recorded": "This page holds one motion, not the model: without --recorded it has sliders.",
             "events": [{"t": e.time, "kind": kinds.get(e.kind, 0), "index": 0} for e in self.solution.events],
             "energy": {"worst": energy.absolute, "relative": energy.relative} if energy else None,
             "error": {"largest": error.largest, "atEnd": error.at_end} if error else None,

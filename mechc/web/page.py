@@ -17,8 +17,8 @@ from mechc.exporting import with_own_sizes
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
-from .assembly import webassembly
 from .facts import Facts, facts_of
+from .kernels import loaded
 
 if TYPE_CHECKING:
     from mechc.model import CompiledModel
@@ -39,11 +39,10 @@ def page(
     experiment: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return the text of a page. ``recorded``: with the motion in it in the place of the model, which needs no zig.
-    ``options``: those of the run (``api.Options``).
+    """Return the text of a page. ``recorded``: with the motion in it in the place of the model. ``options``: those of the
+    run (``api.Options``).
 
-    Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError,
-    UsageMistake for a curve.
+    Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve.
     """
     if model.compilation.equations.curve is not None:
         raise UsageMistake(
@@ -54,18 +53,19 @@ def page(
     return page_of(facts, recorded=recorded)
 
 
-def page_of(facts: Facts, *, recorded: bool) -> str:
+def page_of(facts: Facts, *, recorded: bool = False) -> str:
     """Return the text of the page of a model that was run. Raises what ``page`` raises."""
     if recorded:
         parts = {"rows": _packed(_rows(facts))}
     else:
         from mechc.compiler.pipeline import program_with
+        from mechc.compiler.targets.wasm.link import linked
 
         compilation = facts.model.compilation
         program = program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
         program = with_own_sizes(program, facts.solution)
         name = facts.experiment.name if facts.experiment else None
-        parts = {"wasm": _packed(webassembly(program, facts.method, name))}
+        parts = {"wasm": _packed(linked(program, loaded(facts.kernel), name).module)}
     return _joined(facts, facts.info(recorded=recorded), parts)
 
 

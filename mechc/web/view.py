@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .assembly import has_zig
 from .page import page
 from .write import open_page
 
@@ -51,13 +50,12 @@ class View:
 def view(
     model: CompiledModel,
     *,
-    recorded: bool | None = None,
+    recorded: bool = False,
     set: Mapping[str, Given] | None = None,
     experiment: str | None = None,
     height: int = HEIGHT,
     options: Mapping[str, Any] | None = None,
 ) -> View:
-    """Return the page of a model: live where zig is installed, unless ``recorded`` says otherwise. ``options``: of the run."""
-    chosen = not has_zig() if recorded is None else recorded
-    text = page(model, recorded=chosen, set=set, experiment=experiment, options=options)
+    """Return the page of a model; ``recorded``: of its motion alone. ``options``: of the run."""
+    text = page(model, recorded=recorded, set=set, experiment=experiment, options=options)
     return View(text, model.name, height)

@@ -26,6 +26,7 @@ from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import table_structs
+from ..native import contract
 from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array, Problem, Quantity
@@ -234,7 +235,7 @@ class Posed:
             turns=self.lanes is not None and self.lanes.turns,
         )
 
-    def _model(self) -> native.ModelStruct:
+    def _model(self) -> contract.ModelStruct:
         assert self.functions.struct is not None
         return self.functions.struct
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from ..native.build import BuildError, CompilerMissing
-from ..native.kernel import ModelStruct
+from ..native.contract import ModelStruct
 from ..outcome import SimulationError
 from ..problem import Problem
 

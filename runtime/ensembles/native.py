@@ -10,9 +10,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from ..integrate.kernel_sizes import QuantityStruct, SizesStruct
 from ..native import kernel as native
 from ..native.build import LINK, build_shared, kernel_flags
+from ..native.contract import QuantityStruct, SizesStruct
 
 ARRAYS = {"p": 0, "y": 1, "u": 2, "outputs": 3}
 

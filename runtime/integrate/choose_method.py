@@ -11,6 +11,7 @@ from mechc.suggest import suggest
 from ..case import Case
 from ..functions import Functions
 from ..memo import once
+from ..native import contract
 from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import SimulationError
@@ -90,7 +91,7 @@ def _find(functions: Functions, wanted: str, reproducible: bool, no_series: str)
 
 
 def _find_in_kernel(
-    model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool, no_series: str
+    model: contract.ModelStruct, wanted: str, others: list[str], reproducible: bool, no_series: str
 ) -> Method:
     if wanted == "auto" and not model.jacobian:
         wanted = EXPLICIT  # as that does without one
@@ -116,7 +117,7 @@ def _find_in_kernel(
     return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
 
 
-def _obstacles(model: native.ModelStruct, lacks: Status) -> list[str]:
+def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
     """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
     if lacks in (Status.NEEDS_JACOBIAN, Status.NEEDS_SERIES):
         return []
@@ -134,7 +135,7 @@ def _obstacles(model: native.ModelStruct, lacks: Status) -> list[str]:
     if (
         lacks == Status.NEEDS_MOMENTA
         and model.hybrid
-        and native.HybridStruct.from_address(model.hybrid).n_rows
+        and contract.HybridStruct.from_address(model.hybrid).n_rows
     ):
         obstacles.append("contacts, dry friction or constraints that switch")
     if lacks == Status.NEEDS_SEPARABLE and not obstacles:

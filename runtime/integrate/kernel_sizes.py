@@ -2,34 +2,12 @@
 
 from __future__ import annotations
 
-from ctypes import Structure, addressof, c_double, c_int, c_void_p
+from ctypes import addressof, c_int
 
 from ..memo import once
+from ..native.contract import QuantityStruct, SizesStruct
 from ..nominal import sizes_of
 from ..problem import Problem
-
-
-class QuantityStruct(Structure):
-    """mech_quantity"""
-
-    _fields_ = (
-        *((name, c_int) for name in ("unit", "kind", "pure")),
-        *((name, c_double) for name in ("nominal", "range")),
-        ("group", c_int),
-    )
-
-
-class SizesStruct(Structure):
-    """mech_sizes"""
-
-    _fields_ = (
-        ("states", c_void_p),
-        ("partner", c_void_p),
-        ("units", c_void_p),
-        ("n_energies", c_int),
-        ("energies", c_void_p),
-    )
-
 
 KINDS = {"": 0, "account": 1, "rotation": 2}
 """Of states, as the kernel numbers them: enum mech_quantity_kind."""

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from ..case import Case
 from ..functions import Functions
-from ..native import kernel as native
+from ..native import contract
 from ..outcome import Failure, SimulationError, given_up, step_too_small
 from ..problem import Array, Problem
 from .scipy_methods import PREFIX
@@ -188,7 +188,7 @@ def _counting(method: str, counter: list[int]) -> type:
 def _rates(case: Case) -> Rates:
     """Return dy/dt for scipy, called through ctypes into an array made before."""
     assert case.functions.struct is not None
-    call = native.MODEL_FUNCTION(case.functions.struct.rhs)
+    call = contract.MODEL_FUNCTION(case.functions.struct.rhs)
     ny = case.problem.ny
     state, out, nothing = np.empty(ny), np.empty(ny), np.empty(0)
     places = (state.ctypes.data, nothing.ctypes.data, case.z.ctypes.data, case.p.ctypes.data, out.ctypes.data)
@@ -201,9 +201,9 @@ def _rates(case: Case) -> Rates:
     return rates
 
 
-def _hybrid(functions: Functions) -> native.HybridStruct:
+def _hybrid(functions: Functions) -> contract.HybridStruct:
     assert functions.struct is not None and functions.struct.hybrid
-    return native.HybridStruct.from_address(functions.struct.hybrid)
+    return contract.HybridStruct.from_address(functions.struct.hybrid)
 
 
 class _Events:
@@ -226,7 +226,7 @@ class _Events:
     def _call(self, address: int | None, size: int, t: float, y: Array) -> Array:
         out, y, nothing = np.empty(size), np.ascontiguousarray(y), np.empty(0)
         if address:
-            native.MODEL_FUNCTION(address)(
+            contract.MODEL_FUNCTION(address)(
                 t, *(a.ctypes.data for a in (y, nothing, self._case.z, self._case.p, out))
             )
         return out

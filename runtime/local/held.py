@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..driving_inputs import derived
-from ..native import kernel as native
+from ..native import contract
 from ..problem import Array
 from .independent import RANK, independent
 from .operating_point import Derivatives, Site, plan_of
@@ -37,7 +37,7 @@ def row_values(site: Site, y: Array) -> Array:
         return np.zeros((0, VALUES))
     found = np.zeros((plan.n_rows, VALUES))
     arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
-    native.MODEL_FUNCTION(plan.row_values)(site.t, *(a.ctypes.data for a in arrays), found.ctypes.data)
+    contract.MODEL_FUNCTION(plan.row_values)(site.t, *(a.ctypes.data for a in arrays), found.ctypes.data)
     return found
 
 

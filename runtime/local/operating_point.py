@@ -13,6 +13,7 @@ from ..case import Case, SimulationOptions, inputs_at, prepare
 from ..driving_inputs import derived
 from ..functions import load_functions
 from ..integrate.solver import Solver
+from ..native import contract
 from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import SimulationError
@@ -247,19 +248,19 @@ def begun_at(site: Site, y: Array) -> Site:
     return replace(site, z=_begun(replace(site.case, y0=y))[1])
 
 
-def plan_of(site: Site) -> native.HybridStruct | None:
+def plan_of(site: Site) -> contract.HybridStruct | None:
     """Return what the kernel knows of switches and rows; None where nothing switches."""
     struct = site.case.functions.struct
     if site.problem.hybrid is None or struct is None or struct.hybrid is None:
         return None
-    return ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
+    return ctypes.cast(struct.hybrid, ctypes.POINTER(contract.HybridStruct)).contents
 
 
-def indicators_of(site: Site, plan: native.HybridStruct, y: Array) -> Array:
+def indicators_of(site: Site, plan: contract.HybridStruct, y: Array) -> Array:
     values = np.zeros(plan.n_switches + plan.n_rows)
     if plan.indicators is not None:
         arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
-        native.MODEL_FUNCTION(plan.indicators)(site.t, *(a.ctypes.data for a in arrays), values.ctypes.data)
+        contract.MODEL_FUNCTION(plan.indicators)(site.t, *(a.ctypes.data for a in arrays), values.ctypes.data)
     return values
 
 

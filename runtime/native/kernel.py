@@ -23,6 +23,7 @@ from ctypes import (
 from pathlib import Path
 
 from .build import build_shared, built_once, kernel_flags
+from .contract import BranchStruct, HybridStruct, ModelStruct
 
 KERNEL = Path(__file__).parents[1] / "kernel"
 KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
@@ -30,7 +31,6 @@ KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver"
 AROUND = ("fmi", "reference", "ensemble")
 """Further folders, of which each stands on all of the kernel and none on another."""
 
-MODEL_VERSION = 6
 KERNEL_VERSION = 1
 
 EVENT_KINDS = (
@@ -40,94 +40,8 @@ EVENT_KINDS = (
 
 INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
 
-MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 LISTENER = ctypes.CFUNCTYPE(None, c_long)
 PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
-
-
-class ModelStruct(Structure):
-    """mech_model"""
-
-    _fields_ = (
-        *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
-        *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
-        ("rotations", POINTER(c_int)),
-        ("n_jacobian", c_int),
-        ("jac_row", POINTER(c_int)),
-        ("jac_col", POINTER(c_int)),
-        ("parameters", c_void_p),
-        *(
-            (name, c_void_p)
-            for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
-        ),
-        *((name, c_int) for name in ("n_position", "n_velocity", "separable", "n_accounts")),
-        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace", "closeness")),
-        *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
-        ("hybrid", c_void_p),
-        ("start", c_void_p),
-        ("series", c_void_p),
-    )
-    version: int
-    nq: int
-    nv: int
-    nx: int
-    nu: int
-    nz: int
-    np: int
-    nh: int
-    n_outputs: int
-    n_assertions: int
-    n_rotations: int
-    n_jacobian: int
-    n_position: int
-    n_velocity: int
-    separable: int
-    n_accounts: int
-    hybrid: int | None
-    start: int | None
-
-
-class BranchStruct(Structure):
-    """mech_branch"""
-
-    _fields_ = (*((name, c_int) for name in ("event", "n_checks", "terminates")), ("act", c_void_p))
-    act: int | None
-
-
-class RowStruct(Structure):
-    """mech_row"""
-
-    _fields_ = tuple((name, c_int) for name in ("kind", "normal", "flag", "sign", "impulse", "enabled"))
-    kind: int
-    normal: int
-    flag: int
-    sign: int
-    impulse: int
-    enabled: int
-
-
-class HybridStruct(Structure):
-    """mech_hybrid"""
-
-    _fields_ = (
-        *((name, c_int) for name in ("n_switches", "n_times", "n_clocks", "n_branches", "n_rows")),
-        *(
-            (name, c_int)
-            for name in ("initial", "simultaneous", "dissipated", "supplied", "total", "carried")
-        ),
-        *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
-        ("branches", POINTER(BranchStruct)),
-        ("rows", POINTER(RowStruct)),
-        *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
-        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides")),
-    )
-    n_switches: int
-    n_times: int
-    n_clocks: int
-    n_branches: int
-    n_rows: int
-    indicators: int | None
-    conditions: int | None
 
 
 class TableStruct(Structure):

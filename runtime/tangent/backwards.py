@@ -14,6 +14,7 @@ from ..case import Case
 from ..functions import Functions
 from ..integrate.kernel_failure import kernel_failure
 from ..integrate.solver import Solver
+from ..native import contract
 from ..native import kernel as native
 from ..native.build import build_shared, kernel_flags
 from ..native.status import Status
@@ -174,5 +175,5 @@ def address(functions: Functions, name: str) -> int:
 def call(function: int, t: float, y: Array, u: Array, z: Array, p: Array, size: int) -> Array:
     out = np.empty(size)
     arrays = [np.ascontiguousarray(a) for a in (y, u, z, p, out)]
-    native.MODEL_FUNCTION(function)(t, *(a.ctypes.data for a in arrays))
+    contract.MODEL_FUNCTION(function)(t, *(a.ctypes.data for a in arrays))
     return out

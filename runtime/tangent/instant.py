@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from ..case import inputs_at
 from ..functions import named_function
-from ..native import kernel as native
+from ..native import contract
 from ..problem import Array
 from .augmented import Augmented
 from .coordinates import basis
@@ -60,7 +60,7 @@ class Instant:
         self.case = augmented.case
         struct = self.case.functions.struct
         assert struct is not None and struct.hybrid
-        self.hybrid = native.HybridStruct.from_address(struct.hybrid)
+        self.hybrid = contract.HybridStruct.from_address(struct.hybrid)
         found = (self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
         self.rows = tuple(Row(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
         self.reals = augmented.reals
@@ -205,10 +205,10 @@ class Instant:
             self.onto()
         self.book(before)
 
-    def _acted(self, branch: native.BranchStruct, size: int) -> Array:
+    def _acted(self, branch: contract.BranchStruct, size: int) -> Array:
         out = np.empty(size + branch.n_checks)
         assert branch.act is not None
-        native.MODEL_FUNCTION(branch.act)(
+        contract.MODEL_FUNCTION(branch.act)(
             self.t, *(a.ctypes.data for a in (self.y, self.inputs(), self.z, self.case.p, out))
         )
         return out[:size]

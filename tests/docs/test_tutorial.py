@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browsers import needs_zig
 from page_blocks import blocks, follow
 from PIL import Image, ImageDraw
 from PIL.PngImagePlugin import PngInfo
@@ -29,7 +28,6 @@ LIVE = "swing_page.png"
 G = 9.81
 
 
-@needs_zig
 def test_follow_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All commands print what is shown, and make the pictures that are."""
     monkeypatch.chdir(tmp_path)

@@ -111,7 +111,7 @@ class LanguageClient {
 const document = {
   languageId: 'mech', save: async () => saved, uri: { scheme: 'file', path: '/place with blank/a.mech', fsPath: '/place with blank/a.mech', toString: () => 'file:///a.mech' },
 };
-const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'], 'preview.live': false };
+const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'] };
 const vscode = {
   commands: { registerCommand: (name, run) => { happened.commands[name] = run; return {}; } },
   workspace: {
@@ -188,7 +188,7 @@ def test_commands_start_what_they_say() -> None:
     assert [server["args"] for server in happened["servers"]] == [["lsp"]] * 3
     assert happened["servers"][0]["documentSelector"] == [{"language": "mech"}]
     assert happened["servers"][0]["synchronize"] == {"fileEvents": "**/*.mech"}
-    assert happened["asked"] == [["mechc/preview", {"uri": "file:///a.mech", "live": False}]] * 3
+    assert happened["asked"] == [["mechc/preview", {"uri": "file:///a.mech"}]] * 3
     assert happened["shown"] == [{"page": "<p>", "report": "run", "message": ""}] * 2, (
         "what was typed meanwhile is awaited"
     )

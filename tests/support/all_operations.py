@@ -28,6 +28,8 @@ from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
 from mechc.compiler.graph.operation import Operation
 from mechc.compiler.targets import casadi_forms, jax_forms, python_forms
 from mechc.compiler.targets.c import emit_c
+from mechc.compiler.targets.wasm import operations as wasm_operations
+from mechc.web.kernels import KERNELS, loaded
 
 ROOT = Path(__file__).resolve().parents[2]
 ROWS = ops.OPERATIONS[2:]
@@ -78,6 +80,11 @@ def missing(row: Operation) -> list[str]:
             eval(named.array, known)
         except (AttributeError, NameError):
             lacks(f"function '{named.array}' of arrays; array=None takes that of Python for each element")
+    called = wasm_operations.LOOKED_UP if lookup else wasm_operations.ROWS[row.code].called
+    if called and called not in loaded(KERNELS[0]).functions:
+        lacks(
+            f"function '{called}' in the kernels of pages; 'wasm' may be an instruction, and `make kernel` adds functions"
+        )
     if row.form is None:
         for name, forms in (("casadi", casadi_forms), ("jax", jax_forms)):
             if row.code in forms.COPIED and (named is None or named.own is None):

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.web.assembly import has_zig
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = (
@@ -26,7 +25,6 @@ FLAGS = (
     "--enable-precise-memory-info",
 )
 
-needs_zig = pytest.mark.skipif(not has_zig(), reason="live pages are built by zig: pip install ziglang")
 needs_browser = pytest.mark.skipif(
     BROWSER is None or importlib.util.find_spec("playwright") is None,
     reason="needs chromium, and pip install playwright",

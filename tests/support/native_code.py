@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 import mechc.runtime
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.program import Program, lower, verify
-from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
+from mechc.compiler.targets.c import emit_c
+from mechc.compiler.targets.model_data import MODEL_FUNCTIONS
 from mechc.compiler.targets.python import load_python
 from mechc.runtime.native.build import model_flags
-from mechc.runtime.native.kernel import ModelStruct
+from mechc.runtime.native.contract import ModelStruct
 
 KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
@@ -83,7 +84,7 @@ class NativeModel:
         self.model = get().contents
 
     def _address(self, name: str) -> int:
-        if name in STRUCT_FUNCTIONS:
+        if name in MODEL_FUNCTIONS:
             address = getattr(self.model, name)
         else:
             address = ctypes.cast(getattr(self.library, name), ctypes.c_void_p).value

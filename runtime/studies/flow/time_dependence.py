@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...case import inputs_at
-from ...native import kernel as native
+from ...native import contract
 from ...problem import Array, ModelFunction
 from ..runs.simulate import Plan
 
@@ -20,7 +20,7 @@ def depends_on_time(plan: Plan) -> bool:
     functions: list[tuple[ModelFunction, Array]] = [(rates, case.z)]
     struct = case.functions.struct
     if struct is not None and struct.hybrid:
-        hybrid = native.HybridStruct.from_address(struct.hybrid)
+        hybrid = contract.HybridStruct.from_address(struct.hybrid)
         if hybrid.n_times or hybrid.n_clocks:
             return True
         if hybrid.indicators:
@@ -40,7 +40,7 @@ def depends_on_time(plan: Plan) -> bool:
 
 
 def _compiled(address: int, size: int) -> ModelFunction:
-    function = native.MODEL_FUNCTION(address)
+    function = contract.MODEL_FUNCTION(address)
 
     def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
         out = np.empty(size)

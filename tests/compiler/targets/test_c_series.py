@@ -16,7 +16,7 @@ from mechc.compiler.program import model as limits
 from mechc.compiler.program.series import padded
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.c_series import SERIES_INCLUDED
-from mechc.runtime.native.kernel import ModelStruct
+from mechc.runtime.native.contract import ModelStruct
 
 ORDER = 24
 

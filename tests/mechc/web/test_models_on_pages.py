@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, needs_zig, off, running_browser
+from browsers import Opened, needs_browser, off, running_browser
 from msgspec import Struct
 
 import mechc
@@ -19,7 +19,7 @@ from mechc.web.page import page
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES, STIFF = ROOT / "examples", ROOT / "tests" / "models" / "stiff"
 
-pytestmark = [pytest.mark.slow, needs_zig, needs_browser]
+pytestmark = [pytest.mark.slow, needs_browser]
 
 
 class Hard(Struct, frozen=True):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, needs_zig, off, running_browser
+from browsers import Opened, needs_browser, off, running_browser
 
 import mechc
 from mechc.cli.main import run
@@ -53,12 +53,11 @@ end Stopped;
 """
 
 
-def test_a_recorded_page_needs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mechc.web.assembly.has_zig", lambda: False)
+def test_a_recorded_page_needs_nothing() -> None:
     text = page(mechc.loads(BALL), recorded=True)
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
     assert "&quot;" not in re.search(r"<title>(.*)</title>", text)[1]  # type: ignore[index]
-    assert "sliders are there where it is written" in text
+    assert "without --recorded it has sliders" in text
 
 
 def test_what_is_there_is_not_written_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -135,7 +134,6 @@ def browser() -> Iterator[Any]:
     yield from running_browser()
 
 
-@needs_zig
 @needs_browser
 def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     model = mechc.loads(BALL)
@@ -163,7 +161,6 @@ def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     assert opened.said == [] and again.said == []
 
 
-@needs_zig
 @needs_browser
 def test_links_hold_parameters_of_any_name(browser: Any, tmp_path: Path) -> None:
     """A parameter may be called as the page calls the time; what a link says wrongly is told and changes nothing."""
@@ -189,7 +186,6 @@ def test_links_hold_parameters_of_any_name(browser: Any, tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-@needs_zig
 @needs_browser
 def test_the_experiment_follows_a_parameter(browser: Any, tmp_path: Path) -> None:
     model = mechc.loads(STOPPED)
@@ -210,7 +206,6 @@ def test_the_experiment_follows_a_parameter(browser: Any, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-@needs_zig
 @needs_browser
 def test_a_failed_run_leaves_nothing_of_an_earlier_one_in_sight(browser: Any, tmp_path: Path) -> None:
     model = mechc.loads(STOPPED)
@@ -249,7 +244,6 @@ HELD = """
 
 
 @pytest.mark.slow
-@needs_zig
 @needs_browser
 def test_before_the_first_result_nothing_is_shown_as_one(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "ball.html"
@@ -277,7 +271,6 @@ def test_before_the_first_result_nothing_is_shown_as_one(browser: Any, tmp_path:
 
 
 @pytest.mark.slow
-@needs_zig
 @needs_browser
 def test_parts_that_do_not_reach_are_told(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "crank.html"

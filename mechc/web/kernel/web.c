@@ -1,4 +1,5 @@
-/* A model and its kernel behind a few functions for a page: numbers in, numbers out, no imports.
+/* The kernel behind a few functions for a page: numbers in, numbers out, no imports. It is built once (build_kernels.py);
+ * compiler/targets/wasm adds a model, and writes the address of its plan to web_slot.
  *
  * All arrays live here; the page reads and writes them in place. A run is: write what is set (p and set, u and u_set,
  * y0 and y_given), web_settle, which adds what the experiment sets and gives its numbers, web_times, web_begin, then
@@ -12,26 +13,24 @@
 #include "model.h"
 #include "solver.h"
 #include "start.h"
-#include "web_model.h"
-
-#define EXPORT(name) __attribute__((export_name(#name))) name
-
-const mech_model *mech_model_get(void);
+#include "web_plan.h"
 
 double mech_clock(void) { return 0; } /* the page has its own */
 
-enum { EVENTS = 4096 };
+enum { EVENTS = 4096, INSTANTS = 256 }; /* places of events to begin with; of instants, which nobody reads */
 
-enum { IN_P, IN_Y, IN_U }; /* of a setting of the experiment: array, index, whether it is a guess (web_model.h) */
+const web_plan *web_slot;
 
 static const mech_model *model;
-static int ny;
+static int ny, n_scene, n_settings;
 static long n_rows;
 static double begin_time, stop_time;
 static mech_real *p, *u, *given_u, *z, *y0, *plain, *nominal, *atol_, *grid, *rows, *zs, *outs, *scenes, *instants, *other, *last;
 static unsigned char *set, *u_set, *y_given;
-static mech_real numbers[WEB_NUMBERS + WEB_SETTINGS + 1];
+static mech_real *numbers, *chosen;
+static unsigned char *fixed;
 static mech_event *events;
+static long event_room, n_events;
 static mech_table *tables;
 static mech_real zero;
 static int n_tables;
@@ -45,21 +44,23 @@ int *EXPORT(web_sizes)(void) { return sizes; }
 
 void *EXPORT(web_array)(int which)
 {
-    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, instants, other, zs, numbers};
+    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, other, zs, numbers};
     return arrays[which];
 }
 
 int EXPORT(web_open)(int row_count)
 {
-    model = mech_model_get();
+    model = web_slot->model;
     ny = model->nq + model->nv + model->nx, n_rows = row_count;
-    const int n_scene = WEB_STILL + WEB_MOVING;
+    n_scene = web_slot->n_still + web_slot->n_moving, n_settings = web_slot->n_settings;
     const int all[12] = {ny, model->np + model->nh, model->np, model->nu, model->nz, model->n_outputs, n_scene};
     memcpy(sizes, all, sizeof sizes);
     p = take((size_t)(model->np + model->nh), sizeof *p), set = take((size_t)model->np, 1);
     u = take((size_t)model->nu, sizeof *u), given_u = take((size_t)model->nu, sizeof *u), u_set = take((size_t)model->nu, 1);
     z = take((size_t)model->nz, sizeof *z);
     y0 = take((size_t)ny, sizeof *y0), plain = take((size_t)ny, sizeof *y0), y_given = take((size_t)ny, 1);
+    numbers = take((size_t)(web_slot->n_numbers + n_settings), sizeof *numbers);
+    chosen = take((size_t)n_settings, sizeof *chosen), fixed = take((size_t)n_settings, 1);
     nominal = take((size_t)ny, sizeof *y0), atol_ = take((size_t)ny, sizeof *y0);
     grid = take((size_t)n_rows, sizeof *grid);
     rows = take((size_t)(n_rows * ny), sizeof *rows), other = take((size_t)(n_rows * ny), sizeof *rows);
@@ -68,8 +69,8 @@ int EXPORT(web_open)(int row_count)
     scenes = take((size_t)(n_rows * n_scene), sizeof *scenes);
     tables = take((size_t)model->nu, sizeof *tables);
     if (model->hybrid) {
-        events = take(EVENTS, sizeof *events);
-        instants = take((size_t)(EVENTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
+        events = take(event_room = EVENTS, sizeof *events);
+        instants = take((size_t)(INSTANTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
     }
     return 0;
 }
@@ -96,10 +97,10 @@ static void inputs_at(mech_real t)
         mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
 }
 
-static unsigned char *flag(const int *setting)
+static unsigned char *flag(const web_setting *setting)
 {
     unsigned char *const flags[] = {set, y_given, u_set};
-    return flags[setting[0]] + setting[1];
+    return flags[setting->array] + setting->index;
 }
 
 static int same(mech_real a, mech_real b) { return a == b || (a != a && b != b); }
@@ -108,33 +109,32 @@ static int same(mech_real a, mech_real b) { return a == b || (a != a && b != b);
  * What the page has set already stays. */
 int EXPORT(web_settle)(void)
 {
-    mech_real chosen[WEB_SETTINGS + 1];
-    unsigned char fixed[WEB_SETTINGS + 1];
-    for (int k = 0; k < WEB_SETTINGS; k++)
-        fixed[k] = *flag(web_settings[k]), chosen[k] = zero / zero;
+    mech_function *const experiment = web_slot->experiment;
+    for (int k = 0; k < n_settings; k++)
+        fixed[k] = *flag(&web_slot->settings[k]), chosen[k] = zero / zero;
     model->parameters(p, set);
-    for (int round = 0; WEB_EXPERIMENT && round < WEB_SETTINGS + 2; round++) {
+    for (int round = 0; experiment && round < n_settings + 2; round++) {
         inputs_at(0);
         for (int i = 0; i < ny; i++) plain[i] = zero / zero;
         for (int i = 0; i < model->nz; i++) z[i] = zero / zero;
         if (model->discretes)
             model->discretes(0, plain, u, z, p, z);
         model->initial(0, plain, u, z, p, plain);
-        web_experiment(0, plain, u, z, p, numbers);
+        experiment(0, plain, u, z, p, numbers);
         int changed = 0;
-        for (int k = 0; k < WEB_SETTINGS; k++) {
-            const int *s = web_settings[k];
-            const mech_real value = numbers[WEB_NUMBERS + k];
+        for (int k = 0; k < n_settings; k++) {
+            const web_setting *s = &web_slot->settings[k];
+            const mech_real value = numbers[web_slot->n_numbers + k];
             if (fixed[k] || same(value, chosen[k])) continue;
             mech_real *const values[] = {p, y0, given_u};
-            values[s[0]][s[1]] = chosen[k] = value;
-            *flag(s) = s[0] == IN_Y && s[2] ? MECH_GUESSED : MECH_KNOWN;
+            values[s->array][s->index] = chosen[k] = value;
+            *flag(s) = s->array == IN_Y && s->guess ? MECH_GUESSED : MECH_KNOWN;
             changed = 1;
         }
         if (!changed) return 0;
         model->parameters(p, set);
     }
-    return WEB_EXPERIMENT ? -1 : 0;
+    return experiment ? -1 : 0;
 }
 
 /* What the run begins with; 0, or how the assembly failed. Values that were set are in p, given_u and y0. */
@@ -145,6 +145,16 @@ int EXPORT(web_begin)(void)
     return mech_start_state(model, begin_time, y_given, u, z, p, y0, plain, &told);
 }
 
+/* Whether there is room for so many events, of which those that happened stay. */
+static int room_for_events(long count)
+{
+    if (count <= event_room) return 1;
+    mech_event *larger = realloc(events, 2 * (size_t)count * sizeof *events);
+    if (!larger) return 0;
+    events = larger, event_room = 2 * count;
+    return 1;
+}
+
 static int run(double tolerance, int method, double step, double dt_max, mech_real *into)
 {
     mech_options o;
@@ -153,24 +163,35 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
     o.dt_max = dt_max, o.dt = step, o.rtol = tolerance;
     o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
     if (model->hybrid)
-        o.events = events, o.event_capacity = EVENTS, o.instants = instants, o.instant_capacity = EVENTS;
+        o.events = events, o.event_capacity = event_room, o.instants = instants, o.instant_capacity = INSTANTS;
     for (int i = 0; i < ny; i++)
         atol_[i] = tolerance * nominal[i];
     mech_solver *solver = mech_create(model, &o);
     if (!solver)
         return -100;
     int status;
-    long stop_after = 2000;
+    long calls = 2000, before = 0;
     do {
         status = mech_advance(solver, stop_time, 10000);
+        if (status == MECH_RUNNING) calls--;
         if (status == MECH_EVENTS_FULL) {
-            mech_set_events(solver, events, EVENTS, instants, EVENTS);
+            mech_read(solver, &report, last);
+            before += report.n_events;
+            if (!room_for_events(before + EVENTS)) break;
+            mech_set_events(solver, events + before, event_room - before, instants, INSTANTS);
             status = MECH_RUNNING;
         }
-    } while (status == MECH_RUNNING && --stop_after > 0);
+    } while (status == MECH_RUNNING && calls > 0);
     mech_read(solver, &report, last);
+    n_events = before + report.n_events;
     mech_free(solver);
     return status;
+}
+
+static void scene(mech_real t, const mech_real *y, const mech_real *held, mech_real *out)
+{
+    if (web_slot->still) web_slot->still(t, y, u, held, p, out);
+    if (web_slot->moving) web_slot->moving(t, y, u, held, p, out + web_slot->n_still);
 }
 
 /* From the state of web_begin: rows, outputs and the picture; the status of the solver. */
@@ -180,11 +201,11 @@ int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
     memset(&o, 0, sizeof o);
     o.tables = tables, o.n_tables = n_tables, o.method = method, o.t0 = begin_time, o.dt_max = dt_max;
     o.y0 = y0, o.z = z, o.p = p;
-    if (mech_nominal_values(model, &web_quantities, &o, stop_time, plain, nominal))
+    if (mech_nominal_values(model, web_slot->sizes, &o, stop_time, plain, nominal))
         return -100;
     const int status = run(tolerance, method, step, dt_max, rows);
     const long n = report.n_grid;
-    const int n_out = model->n_outputs, n_scene = WEB_STILL + WEB_MOVING;
+    const int n_out = model->n_outputs;
     for (long i = 0; i < n; i++) {
         const mech_real *held = model->hybrid ? zs + i * model->nz : z, *y = rows + i * ny;
         if (n_out)
@@ -192,7 +213,7 @@ int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
         else if (model->nu)
             mech_evaluate_inputs(model, tables, n_tables, 1, grid + i, p, u);
         if (n_scene)
-            web_scene(grid[i], y, u, held, p, scenes + i * n_scene);
+            scene(grid[i], y, held, scenes + i * n_scene);
     }
     return status;
 }
@@ -208,7 +229,7 @@ int EXPORT(web_again)(double tolerance, int method, double step, double dt_max)
 }
 
 int EXPORT(web_n_grid)(void) { return (int)report.n_grid; }
-int EXPORT(web_n_events)(void) { return (int)report.n_events; }
+int EXPORT(web_n_events)(void) { return (int)n_events; }
 double EXPORT(web_reached)(void) { return report.t; }
 int EXPORT(web_steps)(void) { return (int)report.steps; }
 int EXPORT(web_failed_index)(void) { return report.failed_index; }

@@ -1,0 +1,77 @@
+"""The constant structs of a program (``model_data.py``) as C."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import Final
+
+from .c_forms import literal
+from .c_header import comment
+from .model_data import Array, Function, Record, Rows, Value, Word
+
+CROWD_INCLUDED: Final = '#include "crowd.h"\n'
+
+CROWD_FUNCTIONS: Final = """\
+static const mech_model model;
+
+/* Time derivative of the state, with the forces of all contacts. */
+static void rhs_of_all(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                       const mech_real *p, mech_real *restrict out)
+{
+    mech_crowd_rates(&model, t, y, u, z, p, out);
+}
+
+/* Everything reported beside the state, with the forces of all contacts. */
+static void outputs_of_all(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                           const mech_real *p, mech_real *restrict out)
+{
+    mech_crowd_outputs(&model, t, y, u, z, p, out);
+}
+"""
+
+
+def record_text(record: Record) -> Iterator[str]:
+    """Yield the lines of a struct, behind what its pointers point to: rows, arrays, then further structs."""
+    for kind in (Rows, Array, Record):
+        for value in record.fields.values():
+            if isinstance(value, kind):
+                yield from _pointed(value)
+    yield f"static const {record.struct.c_name} {record.name} = {{"
+    for name, value in record.fields.items():
+        yield f"    .{name} = {_field(value)},"
+    yield "};\n"
+
+
+def _pointed(value: Rows | Array | Record) -> Iterator[str]:
+    match value:
+        case Record():
+            yield from record_text(value)
+        case Array(name, kind, values, never_null):
+            if values or never_null:
+                yield f"static const {kind} {name}[] = {{{', '.join(map(_field, values)) or '0'}}};\n"
+        case Rows(name, struct, rows, notes):
+            if rows:
+                yield f"static const {struct.c_name} {name}[] = {{"
+                for k, row in enumerate(rows):
+                    note = f" /* {comment(notes[k])} */" if notes else ""
+                    yield f"    {{{', '.join(map(_field, row))}}},{note}"
+                yield "};\n"
+
+
+def _field(value: Value | Fraction) -> str:
+    """Return the text of a field or an entry."""
+    match value:
+        case None:
+            return "NULL"
+        case Word(name) | Function(name):
+            return name
+        case Record(name):
+            return f"&{name}"
+        case Rows(name, _, rows):
+            return name if rows else "NULL"
+        case Array(name, _, values, never_null):
+            return name if values or never_null else "NULL"
+        case Fraction():
+            return literal(value)[0]
+    return str(value)

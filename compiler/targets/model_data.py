@@ -1,0 +1,264 @@
+"""What a program tells the kernel beside its functions: the constant structs of ``model.h``, filled in.
+
+The fields stand here once; ``c_data.py`` writes them as C, ``wasm/structs.py`` as bytes. A field that is left out is 0 or NULL.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Final, Literal
+
+from msgspec import Struct
+
+from mechc.runtime.native.contract import (
+    MODEL_VERSION,
+    BranchStruct,
+    Contract,
+    CrowdKindStruct,
+    CrowdStruct,
+    HybridStruct,
+    ModelStruct,
+    RowStruct,
+    SeriesStruct,
+    StartRowStruct,
+    StartStruct,
+)
+from mechc.runtime.start.facts import StartFacts, start_facts
+
+from ..equations.crowd_plan import CrowdPlan, crowd_values
+from ..equations.model import HybridPlan
+from ..program import Program, ProgramFunction
+from ..program.series import NEXT, START
+from .description import make_problem
+
+MODEL_FUNCTIONS: Final = (
+    "rhs",
+    "initial",
+    "inputs",
+    "discretes",
+    "outputs",
+    "assertions",
+    "jacobian",
+    "project_position",
+    "project_velocity",
+    "displace",
+    "closeness",
+    "momentum",
+    "force",
+    "mass",
+    "constraints",
+    "constraint_jacobian",
+)
+"""Functions that are fields of ``mech_model``; any other is found by its own name, too."""
+
+HYBRID_FUNCTIONS: Final = (
+    "indicators",
+    "indicator_rates",
+    "crossing_times",
+    "conditions",
+    "row_values",
+    "respond",
+)
+"""Functions that are fields of ``mech_hybrid``."""
+
+EXPAND: Final = "series_expand"
+"""Where Taylor series have few slots: the function that takes the place of ``series_next``."""
+
+RATES_OF_ALL: Final = "rhs_of_all"
+OUTPUTS_OF_ALL: Final = "outputs_of_all"
+"""In the place of rhs and outputs, where contacts are a crowd: with the forces of all of them (``crowd.h``)."""
+
+
+class Word(Struct, frozen=True):
+    """A number that the headers have a name for."""
+
+    name: str
+    value: int
+
+
+class Function(Struct, frozen=True):
+    """A pointer to a function of the program, or of the kernel."""
+
+    name: str
+
+
+class Array(Struct, frozen=True):
+    """A pointer to numbers: NULL where there are none, or, where the kernel wants a place, one 0 that nobody reads."""
+
+    name: str
+    kind: Literal["int", "unsigned char", "mech_real"]
+    values: Sequence[int | Fraction]
+    never_null: bool = False
+
+
+class Rows(Struct, frozen=True):
+    """A pointer to structs, by their fields in order; NULL where there are none. ``notes``: what readers call them."""
+
+    name: str
+    struct: type[Contract]
+    rows: Sequence[Sequence[int | Fraction | Word | Function]]
+    notes: Sequence[str] = ()
+
+
+class Record(Struct, frozen=True):
+    """A pointer to one struct."""
+
+    name: str
+    struct: type[Contract]
+    fields: Mapping[str, Value]
+
+
+Value = int | Word | Function | Array | Rows | Record | None
+
+ROW_KINDS: Final = {
+    "contact": Word("MECH_CONTACT", 0),
+    "friction": Word("MECH_FRICTION", 1),
+    "constraint": Word("MECH_BILATERAL", 2),
+    "step": Word("MECH_STEP_ROW", 3),
+}
+
+
+def is_emitted(function: ProgramFunction) -> bool:
+    """Tell whether a function is more than NULL: a Jacobian without entries is one, of rates that depend on nothing."""
+    return bool(function.n_out) or function.name == "jacobian" or function.name not in MODEL_FUNCTIONS
+
+
+def model_data(program: Program, expanded: bool) -> Record:
+    """Return ``mech_model`` of a program; ``expanded``: its Taylor series are formed by ``EXPAND``."""
+    pattern = program.jacobian_pattern
+    fields: dict[str, Value] = {
+        "version": Word("MECH_MODEL_VERSION", MODEL_VERSION),
+        "nq": program.nq,
+        "nv": program.nv,
+        "nx": program.nx,
+        "nu": program.size("u"),
+        "nz": program.size("z"),
+        "np": len(program.arrays["p"]),
+        "nh": program.n_hoisted,
+        "n_outputs": program.size("out"),
+        "n_assertions": len(program.assertions),
+        "n_rotations": len(program.rotations),
+        "rotations": _indices("rotations", program.rotations),
+        "n_jacobian": len(pattern),
+        "jac_row": _indices("jacobian_rows", [row for row, _ in pattern]),
+        "jac_col": _indices("jacobian_columns", [column for _, column in pattern]),
+        "parameters": Function("parameters"),
+        "n_position": sum(row.level == "position" for row in program.constraints),
+        "n_velocity": len(program.constraints),
+        "separable": int(program.separable),
+        "n_accounts": sum(entry.kind == "account" for entry in program.arrays["y"]),
+    }
+    for name in MODEL_FUNCTIONS:
+        function = program.function(name)
+        fields[name] = Function(name) if function and is_emitted(function) else None
+    if program.hybrid is not None:
+        if program.hybrid.crowd is not None:
+            fields |= {"rhs": Function(RATES_OF_ALL), "outputs": Function(OUTPUTS_OF_ALL)}
+        fields["hybrid"] = _hybrid(program, program.hybrid)
+    series = program.series
+    if series is not None and not series.refusal:
+        given = {"next": None, "expand": Function(EXPAND)} if expanded else {"next": Function(NEXT)}
+        sizes = {"n_slots": series.n_slots, "n_kept": series.n_kept}
+        fields["series"] = Record("series", SeriesStruct, {**sizes, "start": Function(START), **given})
+    facts = start_facts(make_problem(program))
+    if facts is not None:
+        fields["start"] = _start(program, facts)
+    return Record("model", ModelStruct, fields)
+
+
+def _start(program: Program, facts: StartFacts) -> Record:
+    """Return what an initial state must fulfil."""
+    some, dependent = bool(facts.rows), bool(facts.dependent)
+    names = [row.name for row in program.assembly]
+    rows = [(stage, int(hard), measure) for stage, hard, measure in facts.rows]
+    sizes = [Fraction(size) for size in facts.size]
+    return Record(
+        "start",
+        StartStruct,
+        {
+            "n_rows": len(facts.rows),
+            "n_lengths": len(facts.lengths),
+            "n_dependent": len(facts.dependent),
+            "rows": Rows("start_rows", StartRowStruct, rows, names),
+            "known": Array("known", "unsigned char", [*map(int, facts.known)], never_null=True),
+            "partner": Array("partner", "int", facts.partner, never_null=True),
+            "size": Array("size", "mech_real", sizes, never_null=True),
+            "lengths": _indices("lengths", facts.lengths),
+            "dependent": _indices("dependent", facts.dependent),
+            "assembly": Function("assembly") if some else None,
+            "assembly_jacobian": Function("assembly_jacobian") if some else None,
+            "others": Function("initial_of_others") if dependent else None,
+        },
+    )
+
+
+def _hybrid(program: Program, plan: HybridPlan) -> Record:
+    """Return what the kernel needs to know of switches, branches and rows."""
+    branches = [
+        (branch.event, len(branch.checks), int(branch.message is not None), Function(branch.function))
+        for branch in plan.branches
+    ]
+    rows = [
+        (ROW_KINDS[row.kind], row.normal, row.flag, row.sign, row.impulse, row.enabled) for row in plan.rows
+    ]
+    return Record(
+        "hybrid",
+        HybridStruct,
+        {
+            "n_switches": len(plan.switches),
+            "n_times": len(plan.times),
+            "n_clocks": len(plan.clocks),
+            "n_branches": len(plan.branches),
+            "n_rows": len(plan.rows),
+            "initial": plan.initial,
+            "simultaneous": int(plan.simultaneous),
+            "dissipated": plan.dissipated,
+            "supplied": plan.supplied,
+            "total": plan.total,
+            **({"carried": 1} if plan.carried else {}),
+            "switches": _indices("switches", [s.index for s in plan.switches]),
+            "times": _indices("times", [n for s in plan.times for n in (s.index, s.after)]),
+            "clocks": _indices("clocks", [n for clock in plan.clocks for n in clock]),
+            "branches": Rows("branches", BranchStruct, branches),
+            "rows": Rows("rows", RowStruct, rows, [row.name for row in plan.rows]),
+            **({"slides": _indices("slides", plan.slides)} if plan.slides else {}),
+            **{name: Function(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
+            **({"crowd": _crowd(plan.crowd)} if plan.crowd is not None else {}),
+        },
+    )
+
+
+def _crowd(plan: CrowdPlan) -> Record:
+    """Return the tables of a crowd of contacts."""
+    kinds = [(k.leaves, k.normal, k.slip, int(k.friction), Function(k.function)) for k in plan.kinds]
+    table: list[int] = []
+    at: list[int] = []
+    for row in plan.rows:
+        at.append(len(table))
+        table += (*row.leaves, *row.normal, *row.slip)
+    return Record(
+        "crowd",
+        CrowdStruct,
+        {
+            "n": len(plan.rows),
+            "first": plan.first,
+            "capacity": plan.capacity,
+            "n_asked": len(plan.asked),
+            "n_values": max(crowd_values(kind) for kind in plan.kinds),
+            "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
+            "kinds": Rows("crowd_kinds", CrowdKindStruct, kinds),
+            "kind": _indices("crowd_kind", [row.kind for row in plan.rows]),
+            "at": _indices("crowd_at", at),
+            "table": _indices("crowd_table", table),
+            "group": _indices("crowd_group", plan.groups),
+            "asked": _indices("crowd_asked", [n for pair in plan.asked for n in pair]),
+            "rhs": Function("rhs"),
+            "outputs": Function("outputs"),
+            "push": Function("crowd_push"),
+        },
+    )
+
+
+def _indices(name: str, values: Sequence[int]) -> Array:
+    return Array(name, "int", values)

@@ -1,0 +1,114 @@
+"""The functions of a program, placed behind a kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import Final
+
+from ...program import Program, ProgramFunction, chunk
+from ...program.loops.rolled import Rolled
+from ...program.series import NEXT
+from ..c import used_tables
+from ..c_loops import ON_STACK, loops_of
+from ..model_data import EXPAND, is_emitted
+from . import binary as b
+from .place import EXPANSION, PARAMETER, PIECE, Place
+from .rolled import Loops
+from .series import expansion
+from .straight import Arrays, Writer, number
+
+LONGEST: Final = 800
+"""Operations of one body. Longer ones run a fifth faster in the end (Stewart platform, V8), but are optimised later."""
+
+ALIGNED: Final = 16
+"""Bytes of which the stack takes multiples."""
+
+
+def place_functions(program: Program, place: Place) -> None:
+    """Write all functions of a program."""
+    loops = loops_of(program)
+    whole = {*loops, NEXT} if program.few_slots else {*loops}
+    program = chunk(program, LONGEST, whole=whole)
+    tables = {}
+    for i, table in used_tables(program):
+        rows = zip(table.points, table.values, table.slopes, strict=True)
+        at = place.numbers([number(Fraction(x)) for row in rows for x in row])
+        tables[i] = (at, len(table.points))
+    functions = _Functions(program, place, tables)
+    for function in (program.parameters, *program.functions):
+        if program.few_slots and function.name == NEXT:
+            place.function(EXPAND, EXPANSION, expansion(program, place, tables))
+        elif is_emitted(function):
+            functions.add(function, loops.get(function.name))
+
+
+class _Functions:
+    def __init__(self, program: Program, place: Place, tables: Mapping[int, tuple[int, int]]) -> None:
+        self.program = program
+        self.place = place
+        self.tables = tables
+        self.inputs = program.size("u")
+
+    def add(self, function: ProgramFunction, rolled: Rolled | None) -> None:
+        parameters = function is self.program.parameters
+        kind = PARAMETER if parameters else 0
+        if rolled is not None:
+            body = self._looped(rolled, parameters)
+        elif len(function.bodies) == 1:
+            body = self._straight(function, 0, parameters, piece=False)
+        else:
+            body = self._in_pieces(function, parameters)
+        self.place.function(function.name, kind, body)
+
+    def _straight(self, function: ProgramFunction, k: int, parameters: bool, *, piece: bool) -> bytes:
+        where = arguments(parameters, piece=piece)
+        writer = Writer(self.place, len(where), self.tables)
+        writer.write(function.bodies[k], Arrays(where, self.inputs))
+        return writer.body()
+
+    def _in_pieces(self, function: ProgramFunction, parameters: bool) -> bytes:
+        """Place the bodies of a function, and return one that runs them one after the other."""
+        kind = PIECE | (PARAMETER if parameters else 0)
+        pieces = [
+            self.place.function(
+                f"{function.name}_{k + 1}", kind, self._straight(function, k, parameters, piece=True)
+            )
+            for k in range(len(function.bodies))
+        ]
+        where = arguments(parameters, piece=False)
+        writer = Writer(self.place, len(where), self.tables)
+        end = self._workspace(writer, where, max(1, function.workspace))
+        given = b"".join(b.get(where[array]) for array in arguments(parameters, piece=True))
+        writer.flush(b"".join(given + b.call(piece) for piece in pieces) + end)
+        return writer.body()
+
+    def _looped(self, rolled: Rolled, parameters: bool) -> bytes:
+        where = arguments(parameters, piece=False)
+        writer = Writer(self.place, len(where), self.tables)
+        end = self._workspace(writer, where, rolled.workspace)
+        Loops(writer, rolled, Arrays(where, self.inputs)).items(rolled.items)
+        writer.flush(end)
+        return writer.body()
+
+    def _workspace(self, writer: Writer, where: dict[str, int], numbers: int) -> bytes:
+        """Make room for w, on the stack if it is not too large; return the code that gives it back."""
+        if not numbers:
+            return b""
+        w = where["w"] = writer.local(b.I32)
+        size = -(-8 * numbers // ALIGNED) * ALIGNED
+        if numbers > ON_STACK:  # one run at a time goes through an instance
+            writer.flush(b.i32(self.place.put(bytes(size), ALIGNED)) + b.put(w))
+            return b""
+        stack = self.place.stack_pointer
+        writer.flush(b.get_global(stack) + b.i32(size) + b.I32_SUB + b.tee(w) + b.put_global(stack))
+        return b.get(w) + b.i32(size) + b.I32_ADD + b.put_global(stack)
+
+
+def arguments(parameters: bool, *, piece: bool) -> dict[str, int]:
+    """Return the parameters of a function, by the names of arrays."""
+    if parameters:
+        names = ("p", "set", "w") if piece else ("p", "set")
+    else:
+        names = ("t", "y", "u", "z", "p", "w", "out") if piece else ("t", "y", "u", "z", "p", "out")
+    return {array: k for k, array in enumerate(names)}

@@ -1,0 +1,75 @@
+"""What the kernel of pages (``mechc/web/kernel/web.c``) knows of a model: ``web_plan``."""
+
+from __future__ import annotations
+
+from ctypes import c_int, c_void_p
+from typing import Final
+
+from mechc.runtime.integrate.kernel_sizes import KINDS
+from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct
+from mechc.runtime.nominal import sizes_of
+
+from ...program import Program
+from ..description import make_problem
+from ..model_data import Array, Function, Record, Rows, model_data
+
+ARRAYS: Final = ("p", "y", "u")
+"""Of settings, by the numbers of ``web.c``."""
+
+
+class SettingStruct(Contract):
+    c_name = "web_setting"
+    _fields_ = tuple((name, c_int) for name in ("array", "index", "guess"))
+
+
+class PlanStruct(Contract):
+    c_name = "web_plan"
+    _fields_ = (
+        *((name, c_void_p) for name in ("model", "sizes")),
+        *((name, c_int) for name in ("n_still", "n_moving")),
+        *((name, c_void_p) for name in ("still", "moving")),
+        *((name, c_int) for name in ("n_settings", "n_numbers")),
+        *((name, c_void_p) for name in ("experiment", "settings")),
+    )
+
+
+def web_plan(program: Program, experiment: str | None) -> Record:
+    """Return the plan of a program and of one of its experiments; None for none."""
+    scene = program.scene
+    plan = next((e for e in program.experiments if e.name == experiment), None)
+    settings = [(ARRAYS.index(s.array), s.index, int(s.guess)) for s in plan.settings] if plan else []
+    return Record(
+        "plan",
+        PlanStruct,
+        {
+            "model": model_data(program, program.few_slots),
+            "sizes": _sizes(program),
+            "n_still": scene.n_still if scene else 0,
+            "n_moving": scene.n_moving if scene else 0,
+            "still": Function("scene_still") if program.function("scene_still") else None,
+            "moving": Function("scene") if program.function("scene") else None,
+            "n_settings": len(settings),
+            "n_numbers": len(plan.options) if plan else 0,
+            "experiment": Function(plan.function) if plan else None,
+            "settings": Rows("settings", SettingStruct, settings),
+        },
+    )
+
+
+def _sizes(program: Program) -> Record:
+    """Return what nominal values are made from (``start.h``)."""
+    sizes = sizes_of(make_problem(program))
+    groups = sizes.groups or [0] * len(sizes.units)
+    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
+    states = [(unit, KINDS[kind], int(pure), *others) for unit, kind, pure, *others in rows]
+    return Record(
+        "sizes",
+        SizesStruct,
+        {
+            "states": Rows("states", QuantityStruct, states),
+            "partner": Array("partner", "int", sizes.partner),
+            "units": Array("units", "int", sizes.parameter_units),
+            "n_energies": len(sizes.energies),
+            "energies": Array("energies", "int", sizes.energies),
+        },
+    )

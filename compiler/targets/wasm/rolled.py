@@ -1,0 +1,181 @@
+"""Functions as loops (``program/loops``) as loops of WebAssembly, in the order of the statements."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from typing import assert_never
+
+from ...program.loops.rolled import (
+    Carried,
+    Compute,
+    Index,
+    Item,
+    Kept,
+    Local,
+    Loop,
+    Number,
+    Operand,
+    Put,
+    Read,
+    Rolled,
+)
+from ...program.model import Operate
+from . import binary as b
+from .straight import Arrays, Fragment, Writer, number
+
+
+class Loops:
+    """The loops of one function; ``arrays``: where its arrays, and its workspace w, lie."""
+
+    def __init__(self, writer: Writer, rolled: Rolled, arrays: Arrays) -> None:
+        self.writer = writer
+        self.arrays = arrays
+        self.tables = [_table(writer, table) for table in rolled.tables]
+        """Address, and whether its numbers have 16 bits."""
+        self.counters: dict[int, int] = {}
+        self.numbered = {
+            loop.counter: writer.local(b.I32) for loop in _loops_in(rolled.items) if loop.numbered
+        }
+        """The local in which the iterations of a loop are counted through the function: locals begin as zero."""
+        self.values: dict[int, Fragment] = {}
+        self.kept: dict[int, int] = {}
+        self.before: dict[int, int] = {}
+
+    def items(self, items: Sequence[Item]) -> None:
+        """Append the code of statements."""
+        for item in items:
+            match item:
+                case Compute():
+                    self._compute(item)
+                case Put():
+                    code = self._store(item.array, item.index, self._operand(item.operand).as_kind(False))
+                    if item.guarded:
+                        place = b.get(self.arrays.where["set"]) + self._index(item.index) + b.I32_ADD
+                        code = place + b.load_u8() + b.I32_EQZ + b.IF + code + b.END
+                    self.writer.flush(code)
+                case Loop():
+                    self._loop(item)
+                case _:
+                    assert_never(item)
+
+    def _compute(self, item: Compute) -> None:
+        operands = [self._operand(o) for o in item.operands]
+        if type(item.statement) is Operate:
+            value = self.writer.operation(item.statement.code, operands)
+        else:
+            assert not isinstance(item.statement, Operate)
+            value = self.writer.lookup(item.statement.table, item.statement.order, operands[0])
+        known = self.values.get(item.number)
+        if known is None or known.condition != value.condition:
+            known = self._local(value.condition)
+            self.values[item.number] = known
+        self.writer.flush(value.code + _put(known))
+        if item.kept:
+            self.writer.flush(known.as_kind(False) + b.put(self.kept[item.number]))
+        if item.place is not None:
+            self.writer.flush(self._store("w", item.place, known.as_kind(False)))
+
+    def _local(self, condition: bool) -> Fragment:
+        return Fragment(b.get(self.writer.local(b.I32 if condition else b.F64)), condition, (), True)
+
+    def _loop(self, item: Loop) -> None:
+        writer, flush = self.writer, self.writer.flush
+        if item.counter not in self.counters:
+            self.counters[item.counter] = writer.local(b.I32)
+        i, trips = self.counters[item.counter], writer.local(b.I32)
+        carried = [(carry.number, carry.first) for carry in item.carried]
+        for registers, rows in ((self.kept, item.kept), (self.before, carried)):
+            for register, place in rows:
+                if register not in registers:
+                    registers[register] = writer.local(b.F64)
+                flush(self._load("w", place) + b.put(registers[register]))
+        flush(self._index(item.trips) + b.tee(trips) + b.i32(0) + b.I32_GT_S + b.IF)
+        flush(b.i32(0) + b.put(i) + b.LOOP)
+        self.items(item.body)
+        for carry in item.carried:
+            flush(self.values[carry.source].as_kind(False) + b.put(self.before[carry.number]))
+        flush(b.get(i) + b.i32(1) + b.I32_ADD + b.tee(i) + b.get(trips) + b.I32_LT_S)
+        flush(b.branch_if(0) + b.END + b.END)
+        for register, place in item.kept:
+            flush(self._store("w", place, b.get(self.kept[register])))
+        for carry in item.carried:
+            if carry.last is not None:
+                flush(self._store("w", carry.last, b.get(self.before[carry.number])))
+        if item.numbered:
+            n = self.numbered[item.counter]
+            flush(b.get(n) + self._index(item.trips) + b.I32_ADD + b.put(n))
+        writer.free[b.I32].append(trips)
+
+    def _operand(self, operand: Operand) -> Fragment:
+        match operand:
+            case Read("t"):
+                return self.arrays.load("t", 0)
+            case Read(array, index):
+                return Fragment(self._load(array, index))
+            case Local(known):
+                return self.values[known]
+            case Kept(register):
+                return Fragment(b.get(self.kept[register]), simple=True)
+            case Carried(register):
+                return Fragment(b.get(self.before[register]), simple=True)
+            case Number(value):
+                return Fragment(b.f64(number(value)), simple=True)
+            case _:
+                assert_never(operand)
+
+    # ---- places
+
+    def _load(self, array: str, index: Index) -> bytes:
+        return self._at(array, index, b.load_f64)
+
+    def _store(self, array: str, index: Index, value: bytes) -> bytes:
+        return self._at(array, index, lambda offset: value + b.store_f64(offset))
+
+    def _at(self, array: str, index: Index, then: Callable[[int], bytes]) -> bytes:
+        """Return the address of a number, and what is done there at an offset from it."""
+        base = 8 * index.base
+        if array == "g":
+            array, base = "u", base + 8 * self.arrays.inputs
+        # an offset adds to an address that is not negative, but must not be so itself
+        constant = base >= 0 and index.table < 0 and all(stride > 0 for _, stride in index.strides)
+        at = b.get(self.arrays.where[array]) + self._moving(index, 8, 0 if constant else base)
+        return at + then(base if constant else 0)
+
+    def _index(self, index: Index) -> bytes:
+        return b.i32(index.base) + self._moving(index, 1, 0)
+
+    def _moving(self, index: Index, size: int, base: int) -> bytes:
+        """Return code that adds base, strides and entry of the table to what is on the stack, in units of ``size`` bytes."""
+        code = b.i32(base) + b.I32_ADD if base else b""
+        for counter, stride in index.strides:
+            step = stride * size
+            code += b.get(self.counters[counter]) + (b.i32(step) + b.I32_MUL if step != 1 else b"")
+            code += b.I32_ADD
+        if index.table >= 0:
+            code += self._entry(index) + (b.i32(size) + b.I32_MUL if size != 1 else b"") + b.I32_ADD
+        return code
+
+    def _entry(self, index: Index) -> bytes:
+        at, short = self.tables[index.table]
+        i = b.get(self.numbered[index.numbered]) + b.get(self.counters[index.numbered]) + b.I32_ADD
+        i += b.i32(1 if short else 2) + b.I32_SHL
+        return b.i32(at) + i + b.I32_ADD + (b.load_u16() if short else b.load_i32())
+
+
+def _put(local: Fragment) -> bytes:
+    """Return the code that fills a local from the one that reads it."""
+    return b.put(b.Reader(local.code, 1).unsigned())
+
+
+def _table(writer: Writer, table: Sequence[int]) -> tuple[int, bool]:
+    short = min(table) >= 0 and max(table) < 1 << 16
+    data = struct.pack(f"<{len(table)}{'H' if short else 'i'}", *table)
+    return writer.place.put(data, 2 if short else 4), short
+
+
+def _loops_in(items: Sequence[Item]) -> Iterator[Loop]:
+    for item in items:
+        if isinstance(item, Loop):
+            yield item
+            yield from _loops_in(item.body)

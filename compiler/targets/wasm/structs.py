@@ -1,0 +1,67 @@
+"""The constant structs of a program (``model_data.py``) as bytes with pointers of 32 bits."""
+
+from __future__ import annotations
+
+import ctypes
+import struct
+from fractions import Fraction
+from typing import Any, Final
+
+from mechc.runtime.native.contract import Contract
+
+from ..model_data import Array, Function, Record, Rows, Value, Word
+from .place import Place
+from .straight import number
+
+FORMATS: Final[dict[str, str]] = {"int": "i", "unsigned char": "B", "mech_real": "d"}
+
+Entry = Value | Fraction
+
+
+def placed(value: Rows | Array | Record, place: Place) -> int:
+    """Put what a pointer points to among the data and return its address; 0 for NULL."""
+    match value:
+        case Array(_, kind, values, never_null):
+            entries = [number(v) if isinstance(v, Fraction) else v for v in values]
+            entries = entries or [0] if never_null else entries
+            form = f"<{len(entries)}{FORMATS[kind]}"
+            return place.put(struct.pack(form, *entries)) if entries else 0
+        case Rows(_, kind, rows):
+            return place.put(b"".join(_laid_out(kind, row, place) for row in rows)) if rows else 0
+        case Record(_, kind, fields):
+            names = [field[0] for field in kind._fields_]
+            unknown = fields.keys() - set(names)
+            assert not unknown, f"{kind.c_name} has no fields {sorted(unknown)}"
+            return place.put(_laid_out(kind, [fields.get(name, 0) for name in names], place))
+
+
+def _laid_out(kind: type[Contract], values: Any, place: Place) -> bytes:
+    """Return the bytes of a struct: each field at a multiple of its size, the end at one of the largest."""
+    out = bytearray()
+    largest = 1
+    for field, value in zip(kind._fields_, values, strict=True):
+        form = _form(field[1])
+        size = struct.calcsize(form)
+        largest = max(largest, size)
+        out += bytes(-len(out) % size) + struct.pack(form, _entry(value, place))
+    return bytes(out + bytes(-len(out) % largest))
+
+
+def _form(kind: Any) -> str:
+    """Return the format of a field; what is neither a number nor a byte is a pointer."""
+    return {ctypes.c_int: "<i", ctypes.c_double: "<d"}.get(kind, "<I")
+
+
+def _entry(value: Entry, place: Place) -> int | float:
+    match value:
+        case None:
+            return 0
+        case Word(_, n):
+            return n
+        case Function(name):
+            return place.pointer(name)
+        case Fraction():
+            return number(value)
+        case Array() | Rows() | Record():
+            return placed(value, place)
+    return value
