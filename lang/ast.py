@@ -124,11 +124,19 @@ class Range(Node, frozen=True):
     step: Expression | None = None
 
 
+class Whole(Node, frozen=True):
+    """``:`` alone in brackets: all indices, or a size that the value tells."""
+
+
 class Generator(Node, frozen=True):
-    """``for name in range``; the range may be any expression with a value of several elements."""
+    """``for name in range``; the range may be any expression with a value of several elements.
+
+    ``joined``: written ``, name in range`` behind another one.
+    """
 
     name: str
     range: Expression
+    joined: bool = False
 
 
 class Comprehension(Node, frozen=True):
@@ -154,9 +162,20 @@ class Keyword(Node, frozen=True):
 
 
 class Call(Node, frozen=True):
+    """``f(a, name = b) unit``"""
+
     function: Reference
     arguments: tuple[Expression, ...]
     keywords: tuple[Keyword, ...] = ()
+    unit: str = ""
+
+
+class Result(Node, frozen=True):
+    """One of the results of a call: the value of each name in ``let (a, b) = call;``."""
+
+    call: Expression
+    index: int
+    count: int
 
 
 class Parenthesis(Node, frozen=True):
@@ -187,9 +206,11 @@ Expression = (
     | Conditional
     | Vector
     | Range
+    | Whole
     | Comprehension
     | Aggregate
     | Call
+    | Result
     | Parenthesis
     | Subscript
 )
@@ -303,6 +324,30 @@ class Output(Declaration, frozen=True, kw_only=True):
 
 
 class Let(Declaration, frozen=True, kw_only=True):
+    value: Expression
+
+
+class Unpacked(Statement, frozen=True):
+    """``let (a, b) = call;``: a ``let`` for each name, whose value is that ``Result`` of the call."""
+
+    lets: tuple[Let, ...]
+
+    @property
+    def value(self) -> Expression:
+        """The call."""
+        result = self.lets[0].value
+        assert isinstance(result, Result)
+        return result.call
+
+
+def single(statement: Statement) -> tuple[Statement, ...]:
+    """Return the declarations that a statement stands for; any other one is itself."""
+    return statement.lets if isinstance(statement, Unpacked) else (statement,)
+
+
+class Var(Declaration, frozen=True, kw_only=True):
+    """A variable in the body of a function."""
+
     value: Expression
 
 
@@ -555,13 +600,24 @@ class Argument(Node, frozen=True):
     dimensions: tuple[Dimension, ...] = ()
 
 
+class Return(Statement, frozen=True):
+    """``return e;``, ``return (a, b);``"""
+
+    values: tuple[Expression, ...]
+
+
 class Function(Named, frozen=True):
-    """``function f(Length x, k) -> Force = e;``"""
+    """``function f(Length x, k) -> Force = e;``, or with a body in the place of ``value``.
+
+    ``results``: the names of several, ``-> (Length r, Angle phi)``.
+    """
 
     arguments: tuple[Argument, ...]
-    value: Expression
+    value: Expression | None = None
     result: str = ""
     result_dimensions: tuple[Dimension, ...] = ()
+    results: tuple[Argument, ...] = ()
+    body: tuple[Statement, ...] = ()
 
 
 class Type(Named, frozen=True):

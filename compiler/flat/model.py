@@ -157,6 +157,17 @@ class FieldDerivative(Typed, frozen=True):
     body: Expression
 
 
+class Where(Typed, frozen=True):
+    """``body`` in which ``names`` stand for ``values``; each value may use the names before it.
+
+    What a function with a body computes on its way. The names occur nowhere else in the model.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[Expression, ...]
+    body: Expression
+
+
 class Unknown(Typed, frozen=True):
     """What equations determine: the value of the output ``name``, whole."""
 
@@ -175,6 +186,7 @@ Expression = (
     | Query
     | Quadrature
     | FieldDerivative
+    | Where
     | Unknown
 )
 

@@ -26,6 +26,7 @@ from .model import (
     Role,
     Select,
     Type,
+    Where,
 )
 
 
@@ -56,6 +57,8 @@ def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
             return (lower, upper, body)
         case FieldDerivative(place=place, body=body):
             return (place, body)
+        case Where(values=values, body=body):
+            return (*values, body)
         case _:
             return ()
 

@@ -40,6 +40,7 @@ from .model import (
     Unknown,
     Variable,
     Variation,
+    Where,
 )
 from .subscripts import element_name
 
@@ -286,6 +287,9 @@ def _written(expression: Expression) -> tuple[str, int]:
             return f"unknown {name}", _ATOM
         case FieldDerivative(operator=operator, variable=variable, place=place, body=body):
             return f"{operator}({text(body)} for {variable} at {text(place)})", _ATOM
+        case Where(names=names, values=values, body=body):
+            given = (f"{name} = {text(value)}" for name, value in zip(names, values, strict=True))
+            return f"({text(body)} where {'; '.join(given)})", _ATOM
         case Apply():
             return _applied(expression)
         case _:

@@ -44,6 +44,7 @@ from .model import (
     Typed,
     Unknown,
     Variable,
+    Where,
 )
 from .operands import children
 from .show import text
@@ -62,6 +63,7 @@ EXPRESSIONS = (
     Query,
     Quadrature,
     FieldDerivative,
+    Where,
     Unknown,
 )
 _ENERGIES = {"kinetic": types.ENERGY, "potential": types.ENERGY, "dissipation": types.POWER}
@@ -167,6 +169,9 @@ class _Check:
                         bound[at.variable] = types.numeric(at.upper.type)
                 elif isinstance(at, FieldDerivative):
                     bound = {**names, at.variable: types.numeric(at.place.type)}
+                elif isinstance(at, Where):
+                    given = zip(at.names, at.values, strict=True)
+                    bound = {**names, **{name: value.type for name, value in given}}
                 pending += [(e, bound, False) for e in children(at)]
 
     def unanswered(self, expression: Expression) -> str:

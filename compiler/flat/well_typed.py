@@ -25,6 +25,7 @@ from .model import (
     Select,
     Type,
     Unknown,
+    Where,
 )
 from .types import is_zero, numeric
 
@@ -65,6 +66,8 @@ def mistake(expression: Expression, names: Mapping[str, Type], second: Dimension
             return _alike(lower, upper) or _dimension(type, wanted, is_zero(body) or is_zero(upper))
         case FieldDerivative(operator=operator, place=place, body=body):
             return _field(operator, place, body, type)
+        case Where(body=body):
+            return _differs(type, body.type)
         case Query(function=function, arguments=arguments):
             return _known(function, len(arguments), type)
         case Apply(function=function, arguments=arguments):

@@ -29,6 +29,7 @@ from ..flat.model import (
     Query,
     Select,
     Type,
+    Where,
 )
 from ..flat.operands import children
 
@@ -62,6 +63,9 @@ def with_operands(expression: Expression, operands: tuple[Expression, ...]) -> E
         case FieldDerivative():
             place, body = operands
             return replace(expression, place=place, body=body)
+        case Where():
+            *values, body = operands
+            return replace(expression, values=tuple(values), body=body)
         case _:
             raise TypeError(f"{type(expression).__name__} has operands that are not known here")
 

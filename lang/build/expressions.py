@@ -171,7 +171,7 @@ def parenthesis(b: Builder, c: Children, span: Span) -> ast.Expression:
 
 
 def call(b: Builder, c: Children, span: Span) -> ast.Expression:
-    function, _, arguments, closing, indices = c
+    function, _, arguments, closing, unit, indices = c
     positional, named = [], []
     for argument in arguments or ():
         if isinstance(argument, ast.Keyword):
@@ -185,9 +185,26 @@ def call(b: Builder, c: Children, span: Span) -> ast.Expression:
         function=function,
         arguments=tuple(positional),
         keywords=tuple(named),
-        span=_up_to(span, closing),
+        unit=unit.text if unit else "",
+        span=_up_to(span, unit or closing),
     )
     return _subscripted(base, indices, span)
+
+
+def aggregated(b: Builder, c: Children, span: Span) -> ast.Expression:
+    function, _, element, loops, closing, unit, indices = c
+    inner = ast.Aggregate(element=element, generators=tuple(loops), span=element.span.to(loops[-1].span))
+    base = ast.Call(
+        function=function,
+        arguments=(inner,),
+        unit=unit.text if unit else "",
+        span=_up_to(span, unit or closing),
+    )
+    return _subscripted(base, indices, span)
+
+
+def whole(b: Builder, c: Children, span: Span) -> ast.Whole:
+    return ast.Whole(span=span)
 
 
 def keyword(b: Builder, c: Children, span: Span) -> ast.Keyword:
@@ -199,7 +216,7 @@ def aggregate(b: Builder, c: Children, span: Span) -> ast.Aggregate:
 
 
 def generator(b: Builder, c: Children, span: Span) -> ast.Generator:
-    return ast.Generator(name=c[1].text, range=c[3], span=span)
+    return ast.Generator(name=c[1].text, range=c[3], joined=c[0].kind == "COMMA", span=span)
 
 
 def reference(b: Builder, c: Children, span: Span) -> ast.Reference:

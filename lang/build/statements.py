@@ -42,15 +42,7 @@ def import_names(b: Builder, c: Children, span: Span) -> ast.Import:
 
 def model(b: Builder, c: Children, span: Span) -> ast.Model:
     partial, _, name, doc, body, _, closing, _ = c
-    if closing.text != name.text:
-        b.reporter.error(
-            "E0116",
-            f"model '{name.text}' ends with the name '{closing.text}'",
-            b.span(closing),
-            caption=f"this should be '{name.text}'",
-            labels=(Label(b.span(name), "the model begins here"),),
-            help=f"write 'end {name.text};'",
-        )
+    _check_closing(b, "model", name, closing)
     return ast.Model(
         name=name.text,
         name_span=b.span(name),
@@ -61,9 +53,44 @@ def model(b: Builder, c: Children, span: Span) -> ast.Model:
     )
 
 
+def _check_closing(b: Builder, word: str, name: Token, closing: Token) -> None:
+    if closing.text != name.text:
+        b.reporter.error(
+            "E0116",
+            f"{word} '{name.text}' ends with the name '{closing.text}'",
+            b.span(closing),
+            caption=f"this should be '{name.text}'",
+            labels=(Label(b.span(name), f"the {word} begins here"),),
+            help=f"write 'end {name.text};'",
+        )
+
+
 def function(b: Builder, c: Children, span: Span) -> ast.Function:
     _, name, _, formals, _, result, _, value, doc, _ = c
-    type, dimensions = result or ("", ())
+    if result and result[2]:
+        message = f"the results of '{name.text}' need a body"
+        help = "write 'return (a, b);' in a body that ends with 'end', or a vector '{a, b}' of one kind"
+        b.reporter.error("E0120", message, value.span, help=help)
+    return _function(b, name, formals, result, value, (), doc, span)
+
+
+def routine(b: Builder, c: Children, span: Span) -> ast.Function:
+    _, name, _, formals, _, result, doc, body, _, closing, _ = c
+    _check_closing(b, "function", name, closing)
+    return _function(b, name, formals, result, None, tuple(body), doc, span)
+
+
+def _function(
+    b: Builder,
+    name: Token,
+    formals: Any,
+    result: Any,
+    value: ast.Expression | None,
+    body: tuple[ast.Statement, ...],
+    doc: Token | None,
+    span: Span,
+) -> ast.Function:
+    type, dimensions, results = result or ("", (), ())
     return ast.Function(
         name=name.text,
         name_span=b.span(name),
@@ -71,13 +98,19 @@ def function(b: Builder, c: Children, span: Span) -> ast.Function:
         value=value,
         result=type,
         result_dimensions=dimensions,
+        results=results,
+        body=body,
         doc=text_of(b, doc),
         span=span,
     )
 
 
-def result(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimension, ...]]:
-    return dotted(c[1]), items_of(c[2])
+def result(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimension, ...], Any]:
+    return dotted(c[1]), items_of(c[2]), ()
+
+
+def results(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimension, ...], Any]:
+    return "", (), tuple(c[2])
 
 
 def formal(b: Builder, c: Children, span: Span) -> ast.Argument:
@@ -153,6 +186,32 @@ def let(b: Builder, c: Children, span: Span) -> ast.Let:
     return ast.Let(value=c[2], **_declaration(b, c[1], None, c[3], span))
 
 
+def unpacked(b: Builder, c: Children, span: Span) -> ast.Unpacked:
+    names, value = c[2], c[4]
+    lets = tuple(
+        ast.Let(
+            name=name.text,
+            name_span=b.span(name),
+            value=ast.Result(call=value, index=k, count=len(names), span=value.span),
+            span=span,
+        )
+        for k, name in enumerate(names)
+    )
+    return ast.Unpacked(lets=lets, doc=text_of(b, c[5]), span=span)
+
+
+def variable(b: Builder, c: Children, span: Span) -> ast.Var:
+    return ast.Var(value=c[2], **_declaration(b, c[1], None, c[3], span))
+
+
+def returned(b: Builder, c: Children, span: Span) -> ast.Return:
+    return ast.Return(values=(c[1],), doc=text_of(b, c[2]), span=span)
+
+
+def return_several(b: Builder, c: Children, span: Span) -> ast.Return:
+    return ast.Return(values=(c[2], *c[4]), doc=text_of(b, c[6]), span=span)
+
+
 def frame(b: Builder, c: Children, span: Span) -> ast.Frame:
     return ast.Frame(value=c[3], **_declaration(b, ("", c[1], items_of(c[2])), None, c[4], span))
 
@@ -164,7 +223,12 @@ def point(b: Builder, c: Children, span: Span) -> ast.Point:
 def component(b: Builder, c: Children, span: Span) -> ast.Component:
     cut, type, name, dimensions, modifications, condition, doc, _ = c
     if len(type) == 1 and type[0].text in KEYWORDS:
-        b.reporter.error("E0110", f"'{type[0].text}' cannot begin a statement here", b.span(type[0]))
+        word, place = type[0].text, b.span(type[0])
+        if word in ("var", "return"):
+            help = "a model names formulas by 'let' and reports by 'output'"
+            b.reporter.error("E0133", f"'{word}' stands only in a function", place, help=help)
+        else:
+            b.reporter.error("E0110", f"'{word}' cannot begin a statement here", place)
     common = _declaration(b, (dotted(type), name, items_of(dimensions)), None, doc, span)
     return ast.Component(
         cut=cut is not None, modifications=items_of(modifications), condition=condition, **common

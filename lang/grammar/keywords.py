@@ -14,6 +14,9 @@ STATEMENTS = (
 DEFINITIONS = ("import", "model", "partial", "function", "type")
 """Words that begin an item of a file."""
 
+STEPS = ("let", "var", "for", "if", "return")
+"""Words that begin a step in the body of a function."""
+
 ACTIONS = ("reinit", "terminate", "impulse", "release", "engage", "assert")
 """Words that begin an action of ``when``."""
 
@@ -26,7 +29,7 @@ CLAUSES = (
 EXPRESSIONS = ("time", "der", "pre", "true", "false", "and", "or", "not")
 """Words of expressions."""
 
-KEYWORDS = frozenset((*STATEMENTS, *DEFINITIONS, *ACTIONS, *CLAUSES, *EXPRESSIONS))
+KEYWORDS = frozenset((*STATEMENTS, *DEFINITIONS, *STEPS, *ACTIONS, *CLAUSES, *EXPRESSIONS))
 
 RESERVED = frozenset((*EXPRESSIONS, "if", "then", "else", "elseif", "for", "loop", "end", "model"))
 """Words that can name nothing anywhere, because an expression or the end of a block could not tell."""

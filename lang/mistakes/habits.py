@@ -54,10 +54,9 @@ _MODELICA: Mapping[str, str] = {
 # Words of Python at the beginning of a statement, with what to write.
 _PYTHON: Mapping[str, str] = {
     "class": "write 'model {name} .. end {name};'",
-    "def": "a function is a formula: 'function {name}(Real x) = x^2;'",
+    "def": "write 'function {name}(Real x) = x^2;', or with steps 'function {name}(Real x) -> Real .. end {name};'",
     "from": "write 'import mech.planar.*;' or 'import mech.planar.{{Bar, Spring}};'",
     "import": "an import names a file of models, 'import mech.planar.*;'; functions such as 'sin' are always there",
-    "return": "a function is a formula: 'function f(Real x) = x^2;'",
     "print": "write 'output name = ..;': outputs are reported at all times",
     "while": "what happens at instants is written 'when condition then .. end when;'",
     "elif": "write 'elseif'",
@@ -105,9 +104,9 @@ def assignment_sign(s: Situation) -> Finding | None:
     if s.token.kind == "ASSIGN":
         problem = error(
             "E0118",
-            "':=' stands only in 'when'",
+            "':=' stands only in 'when' and in functions",
             s.span(s.token),
-            help="write '=': everything outside 'when' holds at all times",
+            help="write '=': what a model states holds at all times",
         )
         if s.accepts("EQUAL"):
             return problem, Edit(delete=1, insert=(("EQUAL", "="),))
@@ -357,16 +356,6 @@ def _inverse_unit(s: Situation, before: Token, token: Token) -> str:
     unit = s.source.text[slash.end : unit_end(s.source.text, slash.end)]
     found = re.fullmatch(r"([^\W\d_]+)(?:\^(\d+))?([./].*)?", unit)
     return f"{found[1]}^-{found[2] or 1}{found[3] or ''}" if found else ""
-
-
-def unit_behind_call(s: Situation) -> Finding | None:
-    """A unit behind a call, as in ``diag({1, 2, 3}) kg.m^2``."""
-    if s.token.kind != "UNITTAG" or s.previous is None or s.previous.kind != "RPAR":
-        return None
-    unit = s.token.text
-    help = f"multiply by '(1 {unit})', or write it behind the numbers inside"
-    message = f"the unit '{unit}' cannot stand behind a function"
-    return error("E0110", message, s.span(s.token), help=help), Edit(delete=1)
 
 
 def unknown_unit(s: Situation) -> Finding | None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from ..grammar.keywords import ACTIONS, DEFINITIONS, KEYWORDS, STATEMENTS
+from ..grammar.keywords import ACTIONS, DEFINITIONS, KEYWORDS, STATEMENTS, STEPS
 from ..grammar.lexer import Token
 from ..grammar.tables import END, Tables
 from ..source import SourceFile, Span
@@ -18,8 +18,9 @@ OPENERS = {"LPAR": ")", "LBRACE": "}", "LSQB": "]"}
 CLOSERS = {"RPAR": "(", "RBRACE": "{", "RSQB": "["}
 KIND_OF = {")": "RPAR", "}": "RBRACE", "]": "RSQB"}
 
-_BLOCKS = ("MODEL", "FOR", "IF", "WHEN")
-_BEGINNINGS = frozenset((*STATEMENTS, *DEFINITIONS, *ACTIONS, "end", "elsewhen", "elseif", "else"))
+_BLOCKS = ("MODEL", "FUNCTION", "FOR", "IF", "WHEN")
+_NAMED_BLOCKS = ("MODEL", "FUNCTION")
+_BEGINNINGS = frozenset((*STATEMENTS, *DEFINITIONS, *STEPS, *ACTIONS, "end", "elsewhen", "elseif", "else"))
 
 
 class Edit(Struct, frozen=True):
@@ -121,7 +122,7 @@ class Situation(Struct, frozen=True, dict=True):
     def is_list(self, state: int) -> bool:
         """True for a state in which a statement may begin or a block end."""
         row = self.tables.moves[state]
-        return "END" in row or END in row
+        return ("END" in row or END in row) and "EQUAL" not in row  # as behind the head of a function
 
     @cached_property
     def depth(self) -> int:
@@ -146,7 +147,7 @@ class Situation(Struct, frozen=True, dict=True):
         for i in range(min(self.depth, len(self.values)) - 1, -1, -1):
             value = self.values[i]
             opens = isinstance(value, Token) and value.kind in _BLOCKS
-            if opens and (value.kind == "MODEL" or self.is_list(self.states[i])):
+            if opens and (value.kind in _NAMED_BLOCKS or self.is_list(self.states[i])):
                 return value, i
         return None
 
@@ -156,10 +157,19 @@ class Situation(Struct, frozen=True, dict=True):
         if self.block is None:
             return "", ()
         word, place = self.block
-        if word.kind != "MODEL":
+        if word.kind not in _NAMED_BLOCKS:
             return f"end {word.text};", (("END", "end"), (word.kind, word.text), ("SEMICOLON", ";"))
         name = self.values[place + 1].text
         return f"end {name};", (("END", "end"), ("NAME", name), ("SEMICOLON", ";"))
+
+    @cached_property
+    def function(self) -> Token | None:
+        """The name of the function whose steps are being read."""
+        for i in range(min(self.depth, len(self.values) - 1) - 1, -1, -1):
+            value, name = self.values[i : i + 2]
+            if isinstance(value, Token) and value.kind in _NAMED_BLOCKS:
+                return name if value.kind == "FUNCTION" else None
+        return None
 
     @cached_property
     def bracket(self) -> Token | None:

@@ -17,6 +17,7 @@ from ..grammar.lexer import Token
 from ..grammar.tables import END
 from ..units import NAMED_TYPES
 from .expected import OPERATORS, Finding, behind, error, unexpected
+from .functions import function_head, function_not_closed, function_step, step_outside
 from .habits import (
     action_outside_when,
     assignment_sign,
@@ -31,7 +32,6 @@ from .habits import (
     reserved_word,
     several_at_once,
     statement_without_keyword,
-    unit_behind_call,
     unknown_unit,
 )
 from .recovery import CLOSERS, KIND_OF, OPENERS, Edit, Panic, Situation
@@ -86,8 +86,8 @@ def _block_not_closed(s: Situation) -> Finding | None:
         return None
     word, place = s.block
     text, tokens = s.block_end
-    name = s.values[place + 1].text if word.kind == "MODEL" else ""
-    what = f"model '{name}'" if name else f"'{word.text}'"
+    name = s.values[place + 1].text if word.kind in ("MODEL", "FUNCTION") else ""
+    what = f"{word.text} '{name}'" if name else f"'{word.text}'"
     opening = s.span(s.values[place + 1]) if name else s.span(word)
     before = s.previous
     if s.at_beginning and s.token.kind == END:
@@ -206,6 +206,10 @@ def _no_else(s: Situation) -> Finding | None:
 
 
 _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
+    function_step,
+    function_not_closed,
+    function_head,
+    step_outside,
     python,
     modelica,
     _block_not_closed,
@@ -215,7 +219,6 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     assignment_sign,
     equals_behind_keyword,
     comparison_sign,
-    unit_behind_call,
     unknown_unit,
     _misspelt,
     _no_else,

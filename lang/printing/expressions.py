@@ -43,7 +43,12 @@ def _level(expression: ast.Expression) -> int:
             return _CONDITIONAL
         case ast.Quantity():
             return _POWER
-        case ast.Vector(unit=unit) | ast.Comprehension(unit=unit) | ast.Parenthesis(unit=unit):
+        case (
+            ast.Vector(unit=unit)
+            | ast.Comprehension(unit=unit)
+            | ast.Parenthesis(unit=unit)
+            | ast.Call(unit=unit)
+        ):
             return _POWER if unit else _ATOM
         case _:
             return _ATOM
@@ -85,10 +90,14 @@ def _bare(e: ast.Expression) -> Doc:
         case ast.Range():
             parts = [e.start, e.stop] if e.step is None else [e.start, e.step, e.stop]
             return ":".join(_index(p) for p in parts)
+        case ast.Whole():
+            return ":"
+        case ast.Result():
+            return document(e.call)
         case ast.Call():
             keywords = (Row((f"{k.name} = ", document(k.value))) for k in e.keywords)
             arguments = (*(document(a) for a in e.arguments), *keywords)
-            return Row((reference(e.function), Bracket("(", arguments, ")")))
+            return Row((reference(e.function), Bracket("(", arguments, ")", _unit(e.unit))))
         case ast.Parenthesis():
             return Bracket("(", (document(e.inner),), ")", _unit(e.unit))
         case ast.Subscript():
@@ -127,7 +136,10 @@ def _index(e: ast.Expression, level: int = _CONDITIONAL) -> str:
 
 
 def _generated(element: ast.Expression, generators: Sequence[ast.Generator]) -> Doc:
-    links = (Link(f" for {g.name} in ", f"for {g.name} in ", document(g.range)) for g in generators)
+    links = []
+    for g in generators:
+        sign = ", " if g.joined else " for "
+        links.append(Link(f"{sign}{g.name} in ", f"{sign.lstrip()}{g.name} in ", document(g.range)))
     return Chain(document(element), tuple(links))
 
 
@@ -182,7 +194,7 @@ def _last_unit(e: ast.Expression) -> str:
     match e:
         case ast.Quantity(unit=unit) | ast.Vector(unit=unit):
             return unit
-        case ast.Comprehension(unit=unit) | ast.Parenthesis(unit=unit):
+        case ast.Comprehension(unit=unit) | ast.Parenthesis(unit=unit) | ast.Call(unit=unit):
             return unit
         case ast.Binary(right=operand) | ast.Unary(operand=operand):
             return _last_unit(operand)

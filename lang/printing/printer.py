@@ -15,7 +15,7 @@ from msgspec import Struct, field
 from .. import ast
 from .expressions import document, print_expression, quote
 from .layout import Clauses, Doc, Row, lay_out
-from .statements import Simple, statement_document
+from .statements import Simple, function_head, statement_document
 
 __all__ = ["format_file", "print_expression"]
 
@@ -75,6 +75,16 @@ class _Printer:
                 self.add(Clauses(title), indent, start, s.name_span.end, opens=True)
                 self.lines[-1].separate = separate
                 after = self.block(s.body, indent, s.name_span.end)
+                self.close(f"end {s.name};", "end", indent, after, end)
+            case ast.Function(value=None):
+                head = function_head(s)
+                title = (head, quote(s.doc)) if s.doc else (head,)
+                separate = bool(self.lines)
+                begin = s.body[0].span.start if s.body else end
+                after = self.code.rfind(")", start, begin)
+                self.add(Clauses(title), indent, start, max(after, s.name_span.end), opens=True)
+                self.lines[-1].separate = separate
+                after = self.block(s.body, indent, max(after, s.name_span.end))
                 self.close(f"end {s.name};", "end", indent, after, end)
             case ast.For():
                 head = Row((f"for {s.name} in ", document(s.range), " loop"))

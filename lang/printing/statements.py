@@ -11,7 +11,7 @@ from .layout import Bracket, Clauses, Doc, Row, flat
 
 Simple = (
     ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
-    | ast.Output | ast.Let | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
+    | ast.Output | ast.Let | ast.Unpacked | ast.Var | ast.Return | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
     | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Drive
     | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
     | ast.Experiment | ast.Study | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
@@ -58,6 +58,14 @@ def _clauses(s: Simple) -> list[Doc]:
             return _declared("output", s, s.value)
         case ast.Let():
             return _declared("let", s, s.value)
+        case ast.Unpacked():
+            return [Bracket("let (", tuple(x.name for x in s.lets), ")"), *_clause("=", s.value)]
+        case ast.Var():
+            return _declared("var", s, s.value)
+        case ast.Return(values=(value,)):
+            return _clause("return", value)
+        case ast.Return():
+            return [Bracket("return (", tuple(document(x) for x in s.values), ")")]
         case ast.Frame():
             return _declared("frame", s, s.value)
         case ast.Point():
@@ -123,7 +131,7 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Release() | ast.Engage():
             return _clause(type(s).__name__.casefold(), s.target)
         case ast.Function():
-            return _function(s)
+            return [function_head(s), *_clause("=", s.value)]
         case ast.Type():
             return [f"type {s.name} = unit {quote(s.unit)}"]
         case _:
@@ -204,10 +212,13 @@ def _import(s: ast.Import) -> str:
     return f"import {s.path}" + (f".{{{', '.join(s.names)}}}" if s.names else "")
 
 
-def _function(s: ast.Function) -> list[Doc]:
-    arguments = tuple(
-        f"{a.type} {a.name}{dimensions(a.dimensions)}" if a.type else f"{a.name}{dimensions(a.dimensions)}"
-        for a in s.arguments
-    )
+def function_head(s: ast.Function) -> Doc:
+    """Return a function up to its value or its body: ``function f(Length x) -> Force``."""
     result = f" -> {s.result}{dimensions(s.result_dimensions)}" if s.result else ""
-    return [Bracket(f"function {s.name}(", arguments, ")", result), *_clause("=", s.value)]
+    if s.results:
+        result = f" -> ({', '.join(_argument(a) for a in s.results)})"
+    return Bracket(f"function {s.name}(", tuple(_argument(a) for a in s.arguments), ")", result)
+
+
+def _argument(a: ast.Argument) -> str:
+    return f"{f'{a.type} ' if a.type else ''}{a.name}{dimensions(a.dimensions)}"

@@ -15,11 +15,12 @@ from ..compiler.flat.statements.experiments import OPTIONS
 from ..compiler.flat.statements.shapes import SHAPES
 from ..lang import ast
 from ..lang.builtins import BUILTINS, CONSTANTS
-from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS
+from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS, STEPS
 from ..lang.source import SourceFile, Span
 from ..lang.units import NAMED_TYPES, UNIT_NAMES
 from .document import Document, class_of, declarations
 from .paths import code_before
+from .steps import function_at, locals_at
 from .words import WORDS
 
 if TYPE_CHECKING:
@@ -83,11 +84,13 @@ def completions(document: Document, offset: int) -> list[Offer]:
         offers += [Offer(name, "property", insert=f"{name} = ") for name in _settings_of(kind)]
     elif (match := _MODIFIED.search(so_far)) and namespace is not None:
         offers += _modifications(match[1], namespace)
+    function = function_at(document, offset)
     if _BEGIN.search(before) or not before.strip():
-        offers += [
-            Offer(w, "keyword", WORDS[w][1], insert=w) for w in (*STATEMENTS, *DEFINITIONS) if w in WORDS
-        ]
-    offers += _names(cls, namespace)
+        words = STEPS if function is not None else (*STATEMENTS, *DEFINITIONS)
+        offers += [Offer(w, "keyword", WORDS[w][1], insert=w) for w in words if w in WORDS]
+    for name, (declaration, _) in locals_at(document, offset).items():
+        offers.append(Offer(name, "variable", " ".join(declaration.span.text.split())[:80]))
+    offers += _names(cls if function is None else None, namespace)
     return list({offer.label: offer for offer in reversed(offers)}.values())[::-1]
 
 

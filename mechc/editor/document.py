@@ -138,7 +138,7 @@ class Document:
                     inner = at.body
                 case ast.If():
                     inner = (*(s for branch in at.branches for s in branch.body), *at.otherwise)
-            pending += [(model, s) for s in reversed(inner)]
+            pending += [(model, one) for s in reversed(inner) for one in reversed(ast.single(s))]
 
     def regions(self) -> list[tuple[int, int, str]]:
         """Return where the text of each model begins and ends, half-written ones at the end of the file."""

@@ -22,11 +22,11 @@ from pygments.token import (
 )
 
 from ..lang.builtins import BUILTINS, CONSTANTS
-from ..lang.grammar.keywords import ACTIONS, CLAUSES, DEFINITIONS, EXPRESSIONS, STATEMENTS
+from ..lang.grammar.keywords import ACTIONS, CLAUSES, DEFINITIONS, EXPRESSIONS, STATEMENTS, STEPS
 from .pieces import Piece, pieces
 
 _KINDS: Mapping[str, _TokenType] = {
-    **dict.fromkeys((*CLAUSES, *ACTIONS, *STATEMENTS), Keyword),
+    **dict.fromkeys((*CLAUSES, *ACTIONS, *STEPS, *STATEMENTS), Keyword),
     **dict.fromkeys(DEFINITIONS, Keyword.Declaration),
     **dict.fromkeys(EXPRESSIONS, Keyword.Pseudo),
     **dict.fromkeys(("true", "false"), Keyword.Constant),

@@ -8,6 +8,8 @@ from ..compiler.flat import types
 from ..compiler.flat.model import FlatModel, Type
 from ..lang import ast
 from ..lang.builtins import Builtin
+from ..lang.printing.layout import flat
+from ..lang.printing.statements import function_head
 from .document import Document
 from .names import Meaning, meaning_at
 from .words import WORDS
@@ -31,8 +33,12 @@ def _text(document: Document, found: Meaning, model: str) -> str:
         case ast.Model() as defined:
             head = f"{'partial ' if defined.partial else ''}model {defined.name}"
             return _joined(_code(head), defined.doc, _interface(defined))
+        case ast.Function(value=None) as defined:
+            return _joined(_code(flat(function_head(defined))), defined.doc)
         case ast.Function() | ast.Type() as defined:
             return _joined(_code(defined.span.text.strip()), defined.doc)
+        case ast.Argument() as argument:
+            return _joined(_code(" ".join(argument.span.text.split())), "argument")
         case declaration:
             return _declared(document, declaration, found.path, model)
 
@@ -42,8 +48,8 @@ def _declared(document: Document, declaration: ast.Declaration, path: str, model
     lines = [_code(" ".join(declaration.span.text.split()))]
     if isinstance(declaration, ast.Component):
         kind = f"component of {declaration.type}"
-    flat = document.flat_of(model)
-    known = type_in(flat, path) if flat is not None else None
+    typed = document.flat_of(model)
+    known = type_in(typed, path) if typed is not None else None
     if known is not None:
         kind += f": {types.describe(known)}"
     return _joined(lines[0], kind, declaration.doc)

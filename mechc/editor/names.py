@@ -15,6 +15,7 @@ from ..lang.grammar.keywords import KEYWORDS
 from ..lang.source import Span
 from .document import Document
 from .paths import code_before, names
+from .steps import locals_at
 
 
 class Word(Struct, frozen=True):
@@ -30,11 +31,11 @@ class Word(Struct, frozen=True):
 
 
 class Meaning(Struct, frozen=True):
-    """What a word stands for: a declaration of a model (``path`` its name in results), a definition, a built-in function, a
+    """What a word stands for: a declaration of a model (``path`` its name in results) or in a function, a definition, a built-in function, a
     keyword. ``place``: where its name is declared, None for what the language has."""
 
     word: Word
-    what: ast.Declaration | ast.Model | ast.Function | ast.Type | Builtin | str
+    what: ast.Declaration | ast.Argument | ast.Model | ast.Function | ast.Type | Builtin | str
     place: Span | None = None
     path: str = ""
 
@@ -61,6 +62,9 @@ def meaning_at(document: Document, offset: int) -> Meaning | None:
 def meaning(document: Document, word: Word, model: str) -> Meaning | None:
     """Say what a word means inside a model of the document."""
     namespace = document.namespace()
+    if not document.broken and word.parts[0] in (known := locals_at(document, word.start)):
+        declared, place = known[word.parts[0]]
+        return Meaning(word, declared, place)
     cls = document.class_of(model)
     if cls is not None and (component := _modified(document, cls, word)):
         inner = document.type_of(*component)

@@ -21,14 +21,17 @@ class Symbol(Struct, frozen=True):
 
 def symbols(document: Document) -> tuple[Symbol, ...]:
     """Return the outline of the last text that could be read."""
-    return () if document.tree is None else tuple(s for item in document.tree.items if (s := _symbol(item)))
+    return () if document.tree is None else _symbols(document.tree.items)
+
+
+def _symbols(items: tuple[ast.Statement, ...]) -> tuple[Symbol, ...]:
+    return tuple(s for item in items for one in ast.single(item) if (s := _symbol(one)))
 
 
 def _symbol(item: ast.Statement) -> Symbol | None:
     match item:
         case ast.Model():
-            inner = tuple(s for statement in item.body if (s := _symbol(statement)))
-            return Symbol(item.name, "model", item.span, item.name_span, inner)
+            return Symbol(item.name, "model", item.span, item.name_span, _symbols(item.body))
         case ast.Function():
             return Symbol(item.name, "function", item.span, item.name_span)
         case ast.Type():
@@ -58,7 +61,7 @@ def folds(document: Document) -> list[tuple[int, int]]:
             if last > first:
                 found.append((first, last))
             match statement:
-                case ast.Model() | ast.For():
+                case ast.Model() | ast.Function() | ast.For():
                     visit(statement.body)
                 case ast.If():
                     for branch in statement.branches:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from ..lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
-from ..lang.grammar.keywords import ACTIONS, CLAUSES, DEFINITIONS, EXPRESSIONS, RESERVED, STATEMENTS
+from ..lang.grammar.keywords import ACTIONS, CLAUSES, DEFINITIONS, EXPRESSIONS, RESERVED, STATEMENTS, STEPS
 from ..lang.units import NAMED_TYPES, UNIT_PATTERN
 
 Pattern = Mapping[str, object]
@@ -25,7 +25,7 @@ _BLOCKS = frozenset((*(RESERVED - {*EXPRESSIONS, *DEFINITIONS}), "when", "elsewh
 WORDS: Mapping[str, Iterable[str]] = {
     "storage.type": DEFINITIONS,
     "keyword.control": _BLOCKS,
-    "keyword.other": {*STATEMENTS, *ACTIONS, *CLAUSES} - _BLOCKS,
+    "keyword.other": {*STATEMENTS, *STEPS, *ACTIONS, *CLAUSES} - _BLOCKS,
     "constant.language": {*_TRUTH, *CONSTANTS},
     "keyword.operator.word": _JOINING,
     "variable.language": {*EXPRESSIONS, *PREDEFINED} - {*_TRUTH, *_JOINING},

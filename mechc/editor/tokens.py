@@ -61,6 +61,6 @@ def _kind(found: Meaning) -> str:
             return "property"
         case ast.Parameter():
             return "parameter"
-        case ast.Declaration():
+        case ast.Declaration() | ast.Argument():
             return "variable"
     return ""

@@ -11,6 +11,7 @@ from mechc.lang.diagnostics import Label
 from .. import types
 from ..model import Expression, Literal, Name, Quadrature
 from ..names.scope import Poisoned, Scope
+from ..operands import free_names
 from ..values.evaluate import iterate
 from .fields import field_derivative, is_field_derivative
 from .functions import RULES, combined
@@ -178,6 +179,14 @@ def _running_integral(scope: Scope, node: ast.Call) -> Expression:
             "the integrand must be one number",
             node.arguments[0].span,
             caption=f"this is {types.describe(body.type)}",
+        )
+    if any("#" in name for name in free_names(body)):
+        raise scope.fail(
+            "E0315",
+            "an integral over time cannot stand in the body of a function, or inside of another integral",
+            node.span,
+            caption="what it integrates has a name only there",
+            help="integrate outside, and give the integral to the function as an argument",
         )
     flattening = scope.flattening
     name = f"integral[{len(flattening.integrals) + 1}]"

@@ -6,6 +6,7 @@ from msgspec import Struct
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
 
 from .. import types
 from ..model import Array, Expression, Kind, Select, Type
@@ -14,10 +15,10 @@ from ..values.evaluate import constant
 from .operators import missing_unit, require_truth
 
 
-class _Branch(Struct, frozen=True):
-    """A branch as written, and its value."""
+class Branch(Struct, frozen=True):
+    """Where a branch is written, and its value."""
 
-    node: ast.Expression
+    span: Span
     value: Expression
 
 
@@ -34,22 +35,21 @@ def conditional(scope: Scope, node: ast.Conditional) -> Expression:
             break
         if known is None:
             conditions.append((condition, branch.value))
-    rest = _Branch(otherwise, scope.elaborate(otherwise))
+    rest = Branch(otherwise.span, scope.elaborate(otherwise))
     for condition, value in reversed(conditions):
-        then = _Branch(value, scope.elaborate(value))
-        rest = _Branch(value, _select(scope, node, condition, then, rest))
+        then = Branch(value.span, scope.elaborate(value))
+        rest = Branch(value.span, choice(scope, node.span, condition, then, rest))
     return rest.value
 
 
-def _select(
-    scope: Scope, node: ast.Conditional, condition: Expression, then: _Branch, other: _Branch
-) -> Expression:
+def choice(scope: Scope, span: Span, condition: Expression, then: Branch, other: Branch) -> Expression:
+    """Return one of two values by a condition that the run decides. Reports values that differ in kind."""
     for branch in (then, other):
         if branch.value.type.kind in (Kind.FRAME, Kind.POSE, Kind.ROTATION, Kind.STRING):
             raise scope.fail(
                 "E0308",
                 f"{types.describe(branch.value.type)} cannot depend on a condition that changes during the run",
-                branch.node.span,
+                branch.span,
                 labels=(Label(condition.span, "this is not known when compiling"),),
             )
     first, second = then.value, other.value
@@ -70,17 +70,17 @@ def _select(
     else:
         kind = Kind.INTEGER if a.kind is b.kind is Kind.INTEGER else Kind.REAL
         type = types.make(kind, a.shape, first.type.dimension, a.angle or b.angle)
-    return Select(type=type, span=node.span, condition=condition, then=first, otherwise=second)
+    return Select(type=type, span=span, condition=condition, then=first, otherwise=second)
 
 
-def _branches_differ(scope: Scope, then: _Branch, other: _Branch, code: str) -> Poisoned:
+def _branches_differ(scope: Scope, then: Branch, other: Branch, code: str) -> Poisoned:
     first, second = types.describe(then.value.type), types.describe(other.value.type)
     return scope.fail(
         code,
         f"the branches of 'if' differ: one is {first}, the other is {second}",
-        other.node.span,
+        other.span,
         caption=f"this is {second}",
-        labels=(Label(then.node.span, f"this is {first}"),),
+        labels=(Label(then.span, f"this is {first}"),),
     )
 
 

@@ -17,6 +17,7 @@ from ..values.indexing import indexed
 from .calls import call
 from .choices import array, conditional
 from .operators import binary, unary
+from .own_functions import result
 from .references import predefined, reference
 
 
@@ -29,8 +30,10 @@ def elaborate(node: ast.Expression, scope: Scope) -> Expression:
             return binary(scope, node)
         case ast.Number() | ast.Quantity():
             return scope.flattening.constants.get(id(node)) or _number(scope, node)
-        case ast.Call():
-            return call(scope, node)
+        case ast.Call(unit=unit):
+            return _with_unit(scope, call(scope, node), unit, node)
+        case ast.Result():
+            return result(scope, node)
         case ast.Vector(elements=items, unit=unit):
             return _with_unit(scope, array(scope, node, [elaborate(e, scope) for e in items]), unit, node)
         case ast.Derivative():
@@ -66,6 +69,8 @@ def elaborate(node: ast.Expression, scope: Scope) -> Expression:
                 node.span,
                 help="write '{i for i in 1:n}' for its numbers",
             )
+        case ast.Whole():
+            raise scope.fail("E0308", "':' alone means all indices, and stands in brackets only", node.span)
         case ast.Aggregate():
             raise scope.fail("E0308", "'for' belongs into sum, product, min, max or integral", node.span)
         case _:

@@ -10,7 +10,7 @@ from mechc.lang.builtins import BUILTINS
 from mechc.lang.diagnostics import Label
 
 from .. import types
-from ..model import Derivative, Expression, FieldDerivative, Kind, Name, Previous, Query, Type
+from ..model import Derivative, Expression, FieldDerivative, Kind, Name, Previous, Query, Type, Where
 from ..names.scope import Poisoned, Scope
 from ..operands import children, free_names
 from .own_functions import own_function
@@ -130,13 +130,18 @@ def _wrong(scope: Scope, node: ast.Call, message: str, field: Type, place: Type 
 
 def _check_still(scope: Scope, node: ast.Call, body: Expression, variable: str) -> None:
     """Refuse fields that ask for the motion of the place, which is any place."""
+    moving = {variable}
     pending, seen = [body], set[int]()
     while pending:
         at = pending.pop()
         if id(at) in seen:
             continue
         seen.add(id(at))
-        if isinstance(at, Derivative | Previous | Query) and variable in free_names(at):
+        if isinstance(at, Where):
+            for name, value in zip(at.names, at.values, strict=True):
+                if not moving.isdisjoint(free_names(value)):
+                    moving.add(name)
+        if isinstance(at, Derivative | Previous | Query) and not moving.isdisjoint(free_names(at)):
             what = "the value before an event" if isinstance(at, Previous) else "a rate"
             raise scope.fail(
                 "E0336",

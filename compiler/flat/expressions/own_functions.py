@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from fractions import Fraction
+from functools import partial
 
 from mechc.lang import ast
-from mechc.lang.builtins import BUILTINS
+from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
 from mechc.suggest import closest
 
 from .. import types
 from ..instances.declared_types import declared_type, fit
 from ..instances.instantiate import extents
-from ..model import Expression, Kind
+from ..model import Expression, Kind, Literal
 from ..names.namespace import Found
 from ..names.scope import Poisoned, Scope
 from ..operands import written_size
+from .function_bodies import Body, Made, unpacked
 
 _ELSEWHERE = {
     "ln": "log",
@@ -104,6 +108,31 @@ Place = Callable[[Expression], Expression]
 
 def own_function(scope: Scope, node: ast.Call, name: str, place: Place | None = None) -> Expression:
     """Return a call written out; ``place`` gives what stands for the first argument, from its value."""
+    results = _results(scope, node, name, place)
+    if len(results) > 1:
+        names = ", ".join(chr(97 + k) for k in range(len(results)))
+        raise scope.fail(
+            "E0222",
+            f"'{name}' gives {len(results)} values, and one is wanted here",
+            node.span,
+            help=f"name them first: 'let ({names}) = {node.span.text};'",
+        )
+    return results[0]()
+
+
+def results_of(scope: Scope, node: ast.Call) -> Sequence[Made]:
+    """Return what makes each result of a call; a function of the language has one."""
+    if node.function.name in BUILTINS or node.unit:
+        return [partial(scope.elaborate, node)]
+    return _results(scope, node, node.function.name)
+
+
+def result(scope: Scope, node: ast.Result) -> Expression:
+    """Return one of the results of a call."""
+    return unpacked(scope, node.call, node.count, results_of)[node.index]()
+
+
+def _results(scope: Scope, node: ast.Call, name: str, place: Place | None = None) -> Sequence[Made]:
     found = scope.namespace.look_up(name, node.function.span)
     if found is None or not isinstance(found.definition, ast.Function):
         raise _no_function(scope, node, name, found)
@@ -126,20 +155,19 @@ def own_function(scope: Scope, node: ast.Call, name: str, place: Place | None = 
             node.span,
             labels=(Label(function.name_span, "defined here"),),
         )
-    own = Scope(scope.flattening, None, found.namespace)
     local: dict[str, Expression] = {}
-    for formal, given in zip(function.arguments, node.arguments, strict=True):
+    own = Scope(scope.flattening, None, found.namespace, local)
+    calls = (*scope.calls, (name, node.span))
+    inner = Scope(scope.flattening, None, found.namespace, local, calls, scope.in_event)
+    body = Body(inner, function, results_of)
+    for k, (formal, given) in enumerate(zip(function.arguments, node.arguments, strict=True)):
         value = _bound(scope, own, formal, given)
-        local[formal.name] = place(value) if place is not None and not local else value
-    inner = Scope(
-        scope.flattening,
-        None,
-        found.namespace,
-        local,
-        (*scope.calls, (name, node.span)),
-        scope.in_event,
-    )
-    result = _result(inner, function, inner.elaborate(function.value))
+        if place is not None and k == 0:
+            value = place(value)
+        local[formal.name] = value if function.value is not None else body.argument(formal, value)
+    if function.value is None:
+        return [partial(body.bindings.around, scope, e, node.span, name) for e in body.results(local)]
+    result = _result(inner, function, function.value, inner.elaborate(function.value))
     if written_size(result) > _LARGEST:
         raise scope.fail(
             "E0419",
@@ -147,23 +175,51 @@ def own_function(scope: Scope, node: ast.Call, name: str, place: Place | None = 
             node.span,
             help="name its arguments by 'let', so that each is written once",
         )
-    return result
+    return [lambda: result]
+
+
+def _sizes(scope: Scope, own: Scope, formal: ast.Argument, value: Expression, given: Span) -> tuple[int, ...]:
+    """Return the declared sizes of an argument; a size that is a new name is bound to that of the value."""
+    shape, names = value.type.shape, own.local
+    assert isinstance(names, dict)
+    fits = len(shape) == len(formal.dimensions)
+    if not fits and any(isinstance(d.size, ast.Whole) or _new_size(own, d) for d in formal.dimensions):
+        raise scope.fail(
+            "E0305",
+            f"'{formal.name}' is declared as '{formal.span.text}'",
+            given,
+            caption=f"this is {types.describe(value.type)}",
+            labels=(Label(formal.span, "declared here"),),
+        )
+    for dimension, size in zip(formal.dimensions, shape, strict=False):
+        if fits and (name := _new_size(own, dimension)):
+            names[name] = Literal(type=types.INTEGER, span=dimension.span, value=Fraction(size))
+    return extents(own, formal.dimensions, shape)
+
+
+def _new_size(own: Scope, dimension: ast.Dimension) -> str:
+    """Return the name that a size is bound to, if it is one that means nothing yet."""
+    size = dimension.size
+    if not isinstance(size, ast.Reference) or len(size.parts) > 1 or size.parts[0].indices:
+        return ""
+    return "" if size.name in own.local or size.name in CONSTANTS else size.name
 
 
 def _bound(scope: Scope, own: Scope, formal: ast.Argument, given: ast.Expression) -> Expression:
     """Return an argument, checked against the type that the function declares."""
     value = scope.elaborate(given)
     if not formal.type:
-        if formal.dimensions and value.type.shape != extents(own, formal.dimensions):
+        if formal.dimensions and value.type.shape != (sizes := _sizes(scope, own, formal, value, given.span)):
             raise scope.fail(
                 "E0305",
-                f"'{formal.name}' has the shape {types.shape_text(extents(own, formal.dimensions))}",
+                f"'{formal.name}' has the shape {types.shape_text(sizes)}",
                 given.span,
                 caption=f"this is {types.describe(value.type)}",
                 labels=(Label(formal.span, "declared here"),),
             )
         return value
-    type = types.with_shape(declared_type(own, formal.type, formal.span), extents(own, formal.dimensions))
+    type = declared_type(own, formal.type, formal.span)
+    type = types.with_shape(type, _sizes(scope, own, formal, value, given.span))
     if value.type.shape and not type.shape and type.kind is Kind.REAL:
         raise scope.fail(
             "E0305",
@@ -174,13 +230,14 @@ def _bound(scope: Scope, own: Scope, formal: ast.Argument, given: ast.Expression
     return fit(scope, value, type, given.span, name=formal.name, declared=formal.span)
 
 
-def _result(scope: Scope, function: ast.Function, value: Expression) -> Expression:
+def _result(scope: Scope, function: ast.Function, node: ast.Expression, value: Expression) -> Expression:
     if not function.result:
         return value
     type = types.with_shape(
-        declared_type(scope, function.result, function.name_span), extents(scope, function.result_dimensions)
+        declared_type(scope, function.result, function.name_span),
+        extents(scope, function.result_dimensions, value.type.shape),
     )
-    return fit(scope, value, type, function.value.span, name=function.name, declared=function.name_span)
+    return fit(scope, value, type, node.span, name=function.name, declared=function.name_span)
 
 
 def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -> Poisoned:

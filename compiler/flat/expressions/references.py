@@ -324,7 +324,9 @@ def _suggestion(scope: Scope, name: str) -> str:
     if name == "t":
         return f"the time is called '{scope.flattening.independent}'"
     if scope.instance is None:
-        return "a function sees its arguments only"
+        return (
+            "a function sees its arguments, and what its body declares before in the same block or around it"
+        )
     inside = [
         f"{member.declaration.name}.{name}"
         for member in scope.instance.members.values()

@@ -211,7 +211,8 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
     try:
         match statement:
             case ast.For(name=name, range=range, body=body):
-                statements = [item for item in body if not isinstance(item, ast.Declaration)]
+                declared = (ast.Declaration, ast.Unpacked)
+                statements = [item for item in body if not isinstance(item, declared)]
                 for inner in iterate(scope, name, range):
                     for item in statements:
                         _expand(instance, item, inner, result)
@@ -222,6 +223,9 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
                         chosen = branch.body
                         break
                 for item in chosen:
+                    _expand(instance, item, scope, result)
+            case ast.Unpacked(lets=lets):
+                for item in lets:
                     _expand(instance, item, scope, result)
             case ast.Declaration():
                 _declare(instance, statement, scope)
@@ -273,11 +277,23 @@ def _register(instance: Instance, statement: Labelled, label: ast.LabelName, sco
 # ---------------------------------------------------------------- arrays
 
 
-def extents(scope: Scope, dimensions: tuple[ast.Dimension, ...]) -> tuple[int, ...]:
-    """Return the sizes of array dimensions ``[n]``, ``[i in 1:n]``."""
+def extents(
+    scope: Scope, dimensions: tuple[ast.Dimension, ...], given: tuple[int, ...] | None = None
+) -> tuple[int, ...]:
+    """Return the sizes of array dimensions ``[n]``, ``[i in 1:n]``; ``given`` is the shape of the value for ``[:]``."""
     sizes = []
-    for dimension in dimensions:
-        if isinstance(dimension.size, ast.Range):
+    for k, dimension in enumerate(dimensions):
+        if isinstance(dimension.size, ast.Whole):
+            if given is None or len(given) != len(dimensions):
+                what = "is none" if given is None else f"has the shape {types.shape_text(given)}"
+                raise scope.fail(
+                    "E0422",
+                    f"the value tells the size that ':' leaves open, and it {what}",
+                    dimension.span,
+                    help="write the number of elements" if given is None else "write one ':' for each index",
+                )
+            size = given[k]
+        elif isinstance(dimension.size, ast.Range):
             node = dimension.size
             first = whole_number(scope, node.start, "the start of a range")
             if first != 1 or node.step is not None:

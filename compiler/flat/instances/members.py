@@ -59,7 +59,7 @@ def type_of(member: VariableMember) -> Type:
 def _resolve_variable(member: VariableMember) -> None:
     declaration, scope = member.declaration, member.scope
     if declaration.type:
-        member.type = _declared(declaration, scope)
+        member.type = _declared(declaration, scope, _given_shape(member))
         _check_kind(member, member.type, declaration.name_span)
     elif member.role in (Role.COORDINATE, Role.STATE) or _default(declaration) is not None:
         member.type = _inferred(member)
@@ -80,9 +80,20 @@ def _resolve_variable(member: VariableMember) -> None:
         member.constant = _structural_value(member)
 
 
-def _declared(declaration: ast.Declaration, scope: Scope) -> Type:
+def _given_shape(member: VariableMember | DefinitionMember) -> tuple[int, ...] | None:
+    """Return the shape of the value where the declaration leaves its sizes to it."""
+    if not any(isinstance(d.size, ast.Whole) for d in member.declaration.dimensions):
+        return None
+    winner = strongest(member.modifiers)
+    if winner is not None:
+        return winner.source.value().type.shape
+    default = _default(member.declaration)
+    return None if default is None else member.scope.elaborate(default).type.shape
+
+
+def _declared(declaration: ast.Declaration, scope: Scope, given: tuple[int, ...] | None) -> Type:
     base = declared_type(scope, declaration.type, declaration.name_span)
-    shape = extents(scope, declaration.dimensions)
+    shape = extents(scope, declaration.dimensions, given)
     if base.kind is Kind.ROTATION and shape:
         raise scope.fail(
             "E0305", "an array of rotations is not possible", declaration.span, help="declare them one by one"
@@ -140,7 +151,7 @@ def _inferred(member: VariableMember) -> Type:
     if not member.structural:
         type = types.numeric(type)  # a whole number may become any number
     if declaration.dimensions:
-        shape = extents(scope, declaration.dimensions)
+        shape = extents(scope, declaration.dimensions, _given_shape(member))
         if type.shape and type.shape != shape:
             broadcast(
                 scope,
@@ -295,7 +306,7 @@ def _definition(member: DefinitionMember) -> Expression:
             help=f"write 'output {declaration.name} = ...;'",
         )
     if declaration.type:
-        member.type = _declared(declaration, scope)
+        member.type = _declared(declaration, scope, _given_shape(member))
     value = elementwise(declaration, scope, declaration.value)
     if member.type is not None:
         return fit(
@@ -307,7 +318,7 @@ def _definition(member: DefinitionMember) -> Expression:
             declared=declaration.name_span,
         )
     if declaration.dimensions:
-        shape = extents(scope, declaration.dimensions)
+        shape = extents(scope, declaration.dimensions, value.type.shape)
         if value.type.kind is not Kind.POINT or value.type.shape != shape:
             target = types.with_shape(value.type, shape)
             value = broadcast(
@@ -359,7 +370,7 @@ def definition_type(member: DefinitionMember) -> Type:
     if member.type is None and member.declaration.type and member.progress is not Progress.DONE:
         if member.progress is Progress.WRONG:
             raise Poisoned
-        member.type = _declared(member.declaration, member.scope)
+        member.type = _declared(member.declaration, member.scope, _given_shape(member))
     if member.type is None or member.type.kind is Kind.ROTATION:
         return definition_value(member).type
     return member.type

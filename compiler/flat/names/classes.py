@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 
 from msgspec import Struct, field
 
@@ -113,7 +114,7 @@ class Classes(Struct):
             result.inherited += [Inherited(m, namespace, level) for m in statement.modifications]
         for statement in model.body:
             if not isinstance(statement, ast.Extends | ast.Import | ast.Function | ast.Type):
-                result.statements.append(Stated(statement, namespace, level, model))
+                result.statements += [Stated(s, namespace, level, model) for s in ast.single(statement)]
 
     def _base(self, statement: ast.Extends, namespace: Namespace) -> tuple[ast.Model, Namespace] | None:
         found = namespace.look_up(statement.base, statement.span)
@@ -229,7 +230,7 @@ def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration |
     """Yield what stands under a structural condition and must be known before it is decided."""
     bodies = [branch.body for branch in statement.branches] + [statement.otherwise]
     for body in bodies:
-        for inner in body:
+        for inner in chain.from_iterable(map(ast.single, body)):
             if isinstance(inner, ast.Declaration | ast.Place):
                 yield inner
             elif isinstance(inner, _ALWAYS):
@@ -241,7 +242,7 @@ def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration |
 
 
 def _refuse_declarations(body: tuple[ast.Statement, ...], reporter: Reporter) -> None:
-    for inner in body:
+    for inner in chain.from_iterable(map(ast.single, body)):
         if isinstance(inner, ast.Declaration):
             reporter.error(
                 "E0410",

@@ -23,6 +23,7 @@ from ..model import (
     Role,
     Select,
     Type,
+    Where,
 )
 from ..names.scope import Constant, Poisoned, Scope
 from ..operands import free_names
@@ -93,6 +94,12 @@ def constant(expression: Expression, known: Mapping[str, Value] = NOTHING) -> Va
             return None if test is None else constant(then if test else otherwise, known)
         case Apply(function=function, arguments=arguments):
             return _apply(function, [constant(a, known) for a in arguments])
+        case Where(names=names, values=values, body=body):
+            inside = dict(known)
+            for name, value in zip(names, values, strict=True):
+                if (found := constant(value, inside)) is not None:
+                    inside[name] = found
+            return constant(body, inside)
         case _:
             return None
 

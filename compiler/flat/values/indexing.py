@@ -67,6 +67,8 @@ def _choose(value: Expression, chosen: list[int | list[int]], span: Span) -> Exp
 
 def positions(scope: Scope, node: ast.Expression, size: int, of: Span) -> int | list[int]:
     """Return one position, or those of a range, counted from 0 and checked against the size of what is indexed."""
+    if isinstance(node, ast.Whole):
+        return list(range(size))
     if isinstance(node, ast.Range):
         several = [i - 1 for i in range_values(scope, node)]
         for i in several:

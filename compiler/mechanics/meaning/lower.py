@@ -27,6 +27,7 @@ from ...flat.model import (
     Query,
     Select,
     Unknown,
+    Where,
 )
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
@@ -145,6 +146,14 @@ class Lowering:
                 return self.unknowns.value(name)
             case FieldDerivative():
                 return self._field_derivative(expression)
+            case Where(names=names, values=values, body=body):
+                for name, value in zip(names, values, strict=True):
+                    self._values[name] = self.value(value)
+                try:
+                    return self.value(body)
+                finally:
+                    for name in names:
+                        del self._values[name]
             case _:
                 assert_never(expression)
 

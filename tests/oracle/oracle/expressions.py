@@ -248,6 +248,15 @@ class Evaluator:
                 return self.name(e.name)
             case flat.FieldDerivative():
                 return self.field_derivative(e)
+            case flat.Where():
+                outer = self.local
+                self.local = dict(outer)
+                try:
+                    for name, value in zip(e.names, e.values, strict=True):
+                        self.local[name] = self(value)
+                    return self(e.body)
+                finally:
+                    self.local = outer
 
     def name(self, name: str) -> Value:
         if name in self.local:
