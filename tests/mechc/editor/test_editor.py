@@ -24,7 +24,7 @@ from mechc.editor.signatures import signature
 from mechc.editor.tokens import tokens
 from mechc.editor.words import WORDS
 from mechc.lang.diagnostics import Severity
-from mechc.lang.grammar.keywords import ACTIONS, DEFINITIONS, STATEMENTS
+from mechc.lang.grammar.keywords import ACTIONS, DEFINITIONS, STATEMENTS, STEPS
 from mechc.lang.source import Span
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -51,7 +51,7 @@ def document(text: str) -> Document:
 
 
 def test_every_word_is_explained() -> None:
-    assert {*STATEMENTS, *DEFINITIONS, *ACTIONS} <= set(WORDS)
+    assert {*STATEMENTS, *STEPS, *DEFINITIONS, *ACTIONS} <= set(WORDS)
 
 
 @pytest.mark.parametrize(
@@ -349,3 +349,51 @@ def test_selections_grow_from_a_word_to_the_whole_text() -> None:
     assert found[:2] == ["angle", "pin.angle"] and found[-1] == ARM
     assert "sin(pin.angle)" in found and "output e = sin(pin.angle);" in found
     assert all(inner in outer for inner, outer in pairwise(found))
+
+
+ROUTINE = """\
+function mean(Length a[n]) -> Length "of all"
+  var s = 0;
+  for i in 1:n loop
+    let part = a[i]/n;
+    s := s + part;
+  end for;
+  return s;
+end mean;
+
+model Both
+  function polar(Length p[2]) -> (Length r, Angle phi)
+    return (norm(p), atan2(p[2], p[1]));
+  end polar;
+  coordinate x = 1 m;
+  let (radius, angle) = polar({x, mean({1, 2} m)});
+  kinetic 1/2*1 kg*der(x)^2;
+  output u = radius;
+end Both;
+"""
+
+
+def test_what_a_function_declares_is_known_in_its_body() -> None:
+    made = document(ROUTINE)
+    assert made.at_once() == ()
+    place = ROUTINE.index("s + part")
+    assert {"a", "s", "part"} <= {offer.label for offer in completions(made, place)}
+    assert "radius" not in {offer.label for offer in completions(made, place)}
+    told = hover(made, place)
+    assert told is not None and "var s = 0;" in told[0]
+    of_argument = hover(made, ROUTINE.index("a[i]"))
+    assert of_argument is not None and "Length a[n]" in of_argument[0]
+    meant = meaning_at(made, ROUTINE.index("part;"))
+    assert meant is not None and meant.place is not None
+    assert meant.place.start == ROUTINE.index("part = ")
+    head = hover(made, ROUTINE.index("mean({"))
+    assert head is not None and "function mean(Length a[n]) -> Length\n" in head[0]
+    assert "var s" not in head[0]
+    begins = {offer.label for offer in completions(document(ROUTINE), ROUTINE.index("return s;"))}
+    assert {"let", "var", "return"} <= begins and "coordinate" not in begins
+
+
+def test_names_for_several_results_are_in_the_outline() -> None:
+    (_, both) = symbols(document(ROUTINE))
+    assert {"radius", "angle", "polar"} <= {child.name for child in both.children}
+    assert (1, 8) in folds(document(ROUTINE))
