@@ -56,7 +56,8 @@ def scene_of(
         if not drawn and not ruled:
             ruled = list(maker.without_places())
         drawn += [(shape, list(solved.resolve(nodes))) for shape, nodes in ruled]
-    return _numbered(system.graph, layout, drawn, by_rule, maker.size)
+    in_picture = all(shape.kind in ("bead", "dial") for shape, _ in drawn)
+    return _numbered(system.graph, layout, drawn, by_rule, 2 if in_picture else maker.size)
 
 
 def _numbered(

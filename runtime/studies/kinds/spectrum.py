@@ -198,7 +198,10 @@ def _findings(
         drawn = power(record)
     highest = max((line.frequency for line, _, _ in rows), default=f[-1] / BESIDE)
     shown = (drawn[0] > 0) & (drawn[0] <= BESIDE * highest + 8 * width)
-    label, drawn_unit = ("power", f"({unit})^2/{hertz}") if study.power else ("amplitude", unit)
+    squared = f"({unit})^2" if "/" in unit or "." in unit else f"{unit}^2" if unit else "1"
+    label, drawn_unit = ("amplitude", unit)
+    if study.power:
+        label, drawn_unit = "power", f"{squared}/{hertz}" if hertz else squared if unit else ""
     head = (("frequency", hertz), ("error", ""), ("amplitude", unit), ("error", ""))
     table = Table(
         f"lines of {seen.text}",

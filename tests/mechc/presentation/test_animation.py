@@ -107,3 +107,24 @@ def test_the_command_writes_a_snapshot(tmp_path: Path, monkeypatch: pytest.Monke
     with Image.open(tmp_path / "ball_snapshot.png") as picture:
         assert picture.size == (960, 720)
     assert run(["run", "ball.mech", "-q", "--snapshot", "now"]) == 2
+
+
+SPINNING = """
+coordinate Rotation R;
+initial der(R) = {0.1, 3, 0.1} rad/s;
+inertia diag({1, 2, 3} kg.m^2) on world*R;
+output w = der(R)[1];
+experiment(stop = 1 s);
+"""
+
+
+def test_dials_of_a_model_in_space_stand_in_the_plane_of_the_picture(tmp_path: Path) -> None:
+    """Nothing of it has a place, so that its output is shown by a dial."""
+    found = solution(SPINNING)
+    scene = found.problem.scene
+    assert (
+        scene is not None and {shape.kind for shape in scene.shapes} <= {"dial", "bead"} and scene.size == 2
+    )
+    snapshot(found, tmp_path / "dials.png", [0.1, 0.9])
+    with Image.open(tmp_path / "dials.png") as picture:
+        assert np.asarray(picture.convert("L")).min() < 100
