@@ -13,9 +13,9 @@ from .loop_carried import Carried
 from .nest import Nest, Nests, Site
 from .places import PAD, Places
 from .rolled import Carry, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
-from .runs import runs
+from .runs import count_of_sites, runs
 from .sinking import sunk
-from .stream import Numbers, Stream, stream, tokens
+from .stream import Numbers, stream, tokens
 
 WORTH = 4
 """A function becomes loops where these have at most this part of its statements."""
@@ -30,21 +30,17 @@ def roll(function: ProgramFunction) -> Rolled | None:
     if not function.made:
         return None
     straight = stream(function)
-    first = _nests(straight)
-    if WORTH * len(first.sites) > len(straight.done):
-        first.let_go()
+    entries = runs(tokens(straight), straight.operands)
+    if WORTH * count_of_sites(entries) > len(straight.done):
         return None
+    first = Nests(straight, entries)
     Places(first)
     moved = sunk(first)
     first.let_go()
-    nests = _nests(moved)
+    nests = Nests(moved, runs(tokens(moved), moved.operands))
     rolled = _Writer(nests).rolled()
     nests.let_go()
     return rolled
-
-
-def _nests(made: Stream) -> Nests:
-    return Nests(made, runs(tokens(made), made.operands))
 
 
 class _Writer:

@@ -38,6 +38,11 @@ def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> Sequence[Ent
     return items
 
 
+def count_of_sites(entries: Sequence[Entry]) -> int:
+    """Return how many statements the text with these runs as loops would have."""
+    return sum(count_of_sites(entry.iterations[0]) if type(entry) is Run else 1 for entry in entries)
+
+
 def _level(
     items: Sequence[Entry],
     tokens: NDArray[np.int64],
@@ -79,7 +84,6 @@ def _periodic(
 ) -> Iterator[tuple[int, int, int]]:
     """Yield begin, end and period of runs from left to right."""
     before = _equal_before(tokens, window)
-    ends: dict[int, NDArray[np.intp]] = {}
     tried: dict[int, int] = {}
     done = skip = 0
     windows = np.flatnonzero(before >= 0).tolist()
@@ -94,15 +98,24 @@ def _periodic(
         period = j - i
         if i < done or tried.get(period, -1) > j:
             continue
-        if period not in ends:
-            ends[period] = np.flatnonzero(tokens[period:] != tokens[:-period])
-        last = int(np.searchsorted(ends[period], i))
-        end = int(ends[period][last]) + period if last < ends[period].size else len(tokens)
+        end = _end(tokens, i, period)
         tried[period] = end
         if end - i >= repeats * period and weight[end] - weight[i] >= least:
             yield i, end, period
             done = skip = end
             tried.clear()
+
+
+def _end(tokens: NDArray[np.int64], begin: int, period: int) -> int:
+    """Return how far each token from ``begin`` + period on is that of one period before."""
+    size = 64
+    while begin + period < len(tokens):
+        after = tokens[begin + period : begin + period + size]
+        other = after != tokens[begin : begin + len(after)]
+        if other.any():
+            return begin + int(other.argmax()) + period
+        begin, size = begin + len(after), 4 * size
+    return len(tokens)
 
 
 def _equal_before(tokens: NDArray[np.int64], window: int) -> NDArray[np.int64]:
