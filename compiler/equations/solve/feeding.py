@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Reporter
 
-from ...graph.evaluate import evaluate
+from ...graph.evaluate import Tape
 from ...mechanics.system import MechanicalSystem
 from ..rows.defaults import default_values
 
@@ -29,11 +29,16 @@ def warn_of_feeding(system: MechanicalSystem, reporter: Reporter) -> None:
     if not stated:
         return
     default = default_values(system)
-    # a form that is not definite changes its sign with the direction
-    directions = [{v: float(v is one) for v in velocities} for one in velocities]
-    directions += [dict.fromkeys(velocities, 1.0)]
     for what, nodes, origin in stated:
-        sizes = [x for d in directions for x in evaluate(graph, list(nodes), default | d)]
+        needed = frozenset(graph.support(*nodes))
+        moving = [v for v in velocities if v in needed]
+        # a form that is not definite changes its sign with the direction
+        alone = [{v: float(v is one) for v in moving} for one in velocities if one in needed]
+        rest = [dict.fromkeys(moving, 0.0)] if len(moving) < len(velocities) else []
+        directions = [*alone, *rest, dict.fromkeys(moving, 1.0)]
+        known = {n: value for n, value in default.items() if n in needed}
+        tape = Tape(graph, nodes, needed)
+        sizes = [values[n] for d in directions for values in (tape(known | d),) for n in nodes]
         if min(sizes) < 0 and max(sizes) <= 0:
             reporter.warning(
                 "W0532",

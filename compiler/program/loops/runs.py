@@ -56,11 +56,14 @@ def _level(
     if n < 2 * window:
         return items, tokens, sizes
     weight = np.concatenate([[0], np.cumsum(sizes)])
+    found = list(_periodic(tokens, window, repeats, least, weight))
+    if not found:
+        return items, tokens, sizes
     out: list[Entry] = []
     shapes: list[object] = []
     counts: list[NDArray[np.int64]] = []
     done = 0
-    for start, end, period in _periodic(tokens, window, repeats, least, weight):
+    for start, end, period in found:
         first = start + _phase(items, operands, start, end, period)
         count = (end - first) // period
         if count < repeats:
@@ -86,7 +89,9 @@ def _periodic(
     before = _equal_before(tokens, window)
     tried: dict[int, int] = {}
     done = skip = 0
+    n = len(tokens)
     windows = np.flatnonzero(before >= 0).tolist()
+    listed = tokens.tolist()
     at = 0
     while at < len(windows):
         j = windows[at]
@@ -96,7 +101,8 @@ def _periodic(
         at += 1
         i = int(before[j])
         period = j - i
-        if i < done or tried.get(period, -1) > j:
+        last = i + repeats * period - 1
+        if i < done or tried.get(period, -1) > j or last >= n or listed[last] != listed[last - period]:
             continue
         end = _end(tokens, i, period)
         tried[period] = end
