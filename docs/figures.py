@@ -124,6 +124,7 @@ ROWS = (
     row("U8", "swirl", LINEAR, "x", "y"),
     row("U9", "saddle_xy", LINEAR, "x", "y"),
     row("U11", "exponential_force", NONLINEAR, T, "x der(x)"),
+    row("U12", "parabola_of_safety", "test_rows.py", "x", "z safe"),
     row("U15", "lennard_jones", NONLINEAR, "r", "der(r)"),
     row("U16", "saddle", LINEAR, "x", "y"),
     row("U24", "stokes_drag", DRAG, T, "der(fall.position[2])"),

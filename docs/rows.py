@@ -32,7 +32,6 @@ def asked(asks: str, *tests: str, curve: str = "", said: str = "") -> Asked:
 OTHERS: Mapping[str, Asked] = {
     "U1": asked("products of vectors, a x (b x c)", f"{REMAINING}::test_products_of_vectors"),
     "U10": asked("k = V''(a), w = sqrt(k/m)", f"{REMAINING}::test_small_oscillations_about_a_minimum"),
-    "U12": asked("parabola of safety", f"{REMAINING}::test_parabola_of_safety"),
     "U17": asked(
         "is there an external force on three particles?",
         said="the signs of its data are lost in the text: there is nothing to compare with",

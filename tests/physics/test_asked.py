@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy
 
 import mechc
 
@@ -154,10 +155,21 @@ def off(axis: Any, along: Sequence[float]) -> float:
     return float(np.linalg.norm(np.cross(axis, along)) / np.linalg.norm(along))
 
 
+def test_the_picture_of_a_potential_shows_its_well() -> None:
+    """U15: the wall a/r^12 is 1e30 high within the picture; the drawn curve ends twice the depth above the energy, and has the minimum -b^2/4a."""
+    found = example("lennard_jones").energy()
+    curve = found.panels[0].curves[0]
+    level = found["energy"]
+    assert np.nanmin(curve.y) == pytest.approx(-1 / 4, abs=1e-3)
+    assert np.nanmax(curve.y) <= level + 2 * (level + 0.25) and np.isnan(curve.y).any()
+
+
 def test_hemisphere() -> None:
-    """U118: 3/8 of the radius."""
+    """U118: 3/8 of the radius, of the library's body and by the integral over its slices."""
     (found,) = example("hemisphere").inertia().details["bodies"]
     assert found["centre"] == pytest.approx([0, 0, 3 / 8 * 0.8], abs=1e-15)
+    solution = example("hemisphere").simulate()
+    assert solution["integrated"] == pytest.approx(3 / 8 * 0.8, abs=1e-14)
 
 
 def test_box_at_corner() -> None:
@@ -460,8 +472,15 @@ def test_hamilton_pendulum() -> None:
 
 
 def test_relativistic_particle() -> None:
-    """T23: H = sqrt(p^2 c^2 + m^2 c^4)."""
-    assert example("relativistic_particle").hamilton().details["H"] == "sqrt(c^4*m^2 + c^2*p_x^2 + c^2*p_y^2)"
+    """T23: H = sqrt(p^2 c^2 + m^2 c^4), and q' = c^2 p/H."""
+    found = example("relativistic_particle").hamilton().details
+    assert found["H"] == "sqrt(c^4*m^2 + c^2*p_x^2 + c^2*p_y^2)"
+    c, m, px, py = sympy.symbols("c m p_x p_y")
+    for name, p in (("x", px), ("y", py)):
+        rate = sympy.sympify(
+            found["equations"][f"der({name})"].replace("^", "**"), locals={"p_x": px, "p_y": py}
+        )
+        assert sympy.simplify(rate - c**2 * p / sympy.sqrt(c**4 * m**2 + c**2 * px**2 + c**2 * py**2)) == 0
 
 
 def test_angular_momentum() -> None:

@@ -9,8 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import kepler_orbit
-from gallery import DATA, Case, Formula, at, check, check_estimate, load, references, run, upward_crossings
+from gallery import (
+    DATA,
+    Array,
+    Case,
+    Formula,
+    at,
+    check,
+    check_estimate,
+    load,
+    references,
+    run,
+    upward_crossings,
+)
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import mechc
@@ -97,18 +110,36 @@ def test_three_laws_of_kepler(experiment: str | None, row: dict[str, str]) -> No
 
 def two_bodies() -> Case:
     m1, m2, w = 2.0, 3.0, sqrt(5 / 1.2)
-    centre0, drift = np.array([3, 1.5]) / 5, (2 * np.array([0.2, -0.4]) + 3 * np.array([-0.1, 0.6])) / 5
-    d0, v0 = np.array([1, 0.5]), np.array([-0.3, 1.0])
+    centre0, drift = np.array([3, 1.5, 0.6]) / 5, np.array([0.4 - 0.3, -0.8 + 1.8, 0.2 - 0.9]) / 5
+    d0, v0 = np.array([1, 0.5, 0.2]), np.array([-0.3, 1.0, -0.4])
 
     def position(i: int, share: float) -> Formula:
         return lambda t: centre0[i] + drift[i] * t + share * (d0[i] * cos(w * t) + v0[i] / w * sin(w * t))
 
     values: dict[str, Formula] = {}
-    for i in (0, 1):
+    for i in (0, 1, 2):
         values[f"r1[{i + 1}]"] = position(i, -m2 / (m1 + m2))
         values[f"r2[{i + 1}]"] = position(i, m1 / (m1 + m2))
         values[f"centre[{i + 1}]"] = position(i, 0)
     return Case("two_bodies", values, bound=100)
+
+
+@pytest.mark.parametrize(("experiment", "power"), [("gravity", -1), ("stiffening", 4)])
+def test_two_bodies_move_as_one_of_the_reduced_mass(experiment: str, power: int) -> None:
+    """P3: mu r'' = -k d^(2 - n) |r|^(n - 2) r for any power, integrated by SciPy; the centre goes straight on."""
+    solution = run("two_bodies", experiment=experiment)
+    mu = 2 * 3 / 5
+
+    def relative(t: float, y: Array) -> Array:
+        return np.concatenate([y[3:], -5 / mu * np.linalg.norm(y[:3]) ** (power - 2) * y[:3]])
+
+    found = solve_ivp(
+        relative, (0, 10), [1, 0.5, 0.2, -0.3, 1.0, -0.4], "DOP853", solution.time, rtol=1e-12, atol=1e-13
+    )
+    for i in range(3):
+        assert solution[f"separation[{i + 1}]"] == pytest.approx(found.y[i], abs=1e-7)
+        centre = solution[f"centre[{i + 1}]"]
+        assert centre == pytest.approx(centre[0] + np.array([0.02, 0.2, -0.14])[i] * solution.time, abs=1e-9)
 
 
 def gravitating_pair() -> Case:

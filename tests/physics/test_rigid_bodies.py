@@ -276,6 +276,21 @@ def test_ball_with_an_eccentric_cavity() -> None:
     check(Case("cavity_pendulum", {"pin.angle": lambda t: swing(t, np.radians(40), w0)}, bound=100))
 
 
+def test_the_ball_about_either_axis() -> None:
+    """T21: with the mass m of what fills the cavity, M of the whole ball. About the middle of the ball the moment is 2/5 M R^2 -
+    2/5 m r^2 - m a^2 and the arm of the weight m a/(M - m); about that of the cavity 2/5 M R^2 + M a^2 - 2/5 m r^2, and M a/(M - m)."""
+    for R, r, a in ((0.2, 0.1, 0.1), (0.3, 0.08, 0.15)):
+        M, m = R**3, r**3
+        about = {
+            "CavityPendulum": m * a / (2 / 5 * M * R**2 - 2 / 5 * m * r**2 - m * a**2),
+            "AboutCavity": M * a / (2 / 5 * M * R**2 + M * a**2 - 2 / 5 * m * r**2),
+        }
+        for name, arm in about.items():
+            model = load("cavity_pendulum", name)
+            found = model.modes(set={"R": R, "r": r, "a": a}).summary()["modes"][0]["frequency"]
+            assert found == pytest.approx(sqrt(9.81 * arm), rel=1e-12)
+
+
 def test_free_lamina() -> None:
     """U144: w1^2 + w2^2 is constant, w3 is not; the angle of the pair obeys a pendulum's equation. w3 is constant if I1 = I2, or if
     w1 w2 = 0 and stays so: of a plate that begins with w1 = 0 alone it does not."""

@@ -70,11 +70,11 @@ def test_ball_in_bowl() -> None:
 
 
 def test_edge_runner_presses_with_more_than_its_weight() -> None:
-    """U141: m g + m R W^2/2, whatever the length of the axle."""
-    for axle in (1.0, 2.5):
-        solution = run("edge_runner", set={"a": axle})
-        assert solution["push"] == pytest.approx(50 * (g + 0.4 * 3**2 / 2), rel=1e-12)
-        assert solution["bearing.angle"][-1] == pytest.approx(-axle * 6 / 0.4, rel=1e-12)
+    """U141: m g + m R a W^2/(2 D), by the balance of moments about the hinge: the spin a W/R turns with W."""
+    for track, hinge in ((1.0, 0.4), (2.5, 0.4), (1.0, 1.0)):
+        solution = run("edge_runner", set={"a": track, "D": hinge})
+        assert solution["push"] == pytest.approx(50 * (g + 0.4 * track * 3**2 / (2 * hinge)), rel=1e-12)
+        assert solution["bearing.angle"][-1] == pytest.approx(-track * 6 / 0.4, rel=1e-12)
 
 
 def test_coin_in_a_steady_turn() -> None:

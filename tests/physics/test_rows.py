@@ -175,6 +175,22 @@ end Shell;
         assert found["z"] == pytest.approx((12**4 - G**2 * rho**2) / (2 * G * 12**2), rel=1e-9)
 
 
+@pytest.mark.parametrize(("rho", "below"), [(4.0, 0.5), (9.0, 2.0), (13.0, 0.1), (-6.0, 3.0)])
+def test_every_place_below_it_is_reached_by_two_shells(rho: float, below: float) -> None:
+    """U12: tan(angle) = (v0^2 +- sqrt(v0^4 - g (g rho^2 + 2 z v0^2)))/(g rho); no shell comes above the parabola."""
+    z = (12**4 - G**2 * rho**2) / (2 * G * 12**2) - below
+    root = math.sqrt(12**4 - G * (G * rho**2 + 2 * z * 12**2))
+    angles = [math.atan2((12**2 + s * root) * np.sign(rho), G * abs(rho)) for s in (1, -1)]
+    for angle in angles:
+        angle = angle if rho > 0 else math.pi + angle
+        solution = load("parabola_of_safety").simulate(set={"angle": angle})
+        t = rho / (12 * math.cos(angle))
+        assert solution(t)["x"] == pytest.approx(rho, abs=1e-9) and solution(t)["z"] == pytest.approx(
+            z, abs=1e-9
+        )
+        assert (solution["z"] <= solution["safe"] + 1e-9).all()
+
+
 def test_stability_of_mathieus_equation() -> None:
     """U90: x'' + (a - 2 q cos 2t) x = 0 is stable between the characteristic values a_n(q) and b_(n+1)(q); the vertically driven
     pendulum with w0 = 1 has a = 4/w^2, q = 2 * drive."""

@@ -27,6 +27,8 @@ from .symmetries import case_of
 
 GRID = 241
 """Points of each axis of the region."""
+HEIGHTS = 2.0
+"""Of the depth below the level, above and below it, that a picture over one coordinate shows."""
 
 CURVES = 8
 """Zero-velocity curves beside that of the energy asked for."""
@@ -111,7 +113,7 @@ class Energy(Study, frozen=True, kw_only=True):
                     "energy",
                     unit,
                     (
-                        Curve("energy at rest", places, values),
+                        Curve("energy at rest", places, _near(values, level)),
                         Curve("energy", places[[0, -1]], np.array([level, level]), style="dashed"),
                     ),
                 ),
@@ -173,6 +175,14 @@ class Energy(Study, frozen=True, kw_only=True):
                 "border": [[float(a), float(b)] for a, b in zip(*border(x, y, values, level), strict=True)],
             },
         )
+
+
+def _near(values: Array, level: float) -> Array:
+    """Return the values that a picture about the level can hold: the wall of a potential may be 1e30 high, its centre as deep."""
+    inside = values[values <= level]
+    depth = level - float(np.quantile(inside, 0.02)) if inside.size else 0.0
+    far = np.abs(values - level) > HEIGHTS * (depth or abs(level) or 1.0)
+    return np.where(far, np.nan, values)
 
 
 class _Rest:

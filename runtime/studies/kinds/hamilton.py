@@ -71,9 +71,9 @@ class Hamilton(Study, frozen=True, kw_only=True):
         turning = {i + k for i in problem.rotations for k in range(4)}
         for i in range(n):
             name = names[i].removeprefix("p_")
-            equations.append(fit.equation(f"der({name})", partial(_rate_of, problem.nq + i), 1))
+            equations.append(fit.over(f"der({name})", partial(_rate_of, problem.nq + i), 1, root, energy))
         for i, k in enumerate(momenta):
-            equations.append(fit.equation(f"der({names[i]})", partial(_slope_of, k), 2))
+            equations.append(fit.over(f"der({names[i]})", partial(_slope_of, k), 2, root, energy))
         definitions = [
             Equation(names[i], problem.phase[k].name, 0.0)
             for i, k in enumerate(momenta)
@@ -145,6 +145,17 @@ class _Fit:
             if found is not None:
                 return found
         return Equation(left, "", None)
+
+    def over(self, left: str, wanted: Wanted, degree: int, root: str, energy: int) -> Equation:
+        """Return a formula of a rate; where H is a root, also one of the rate times H, divided by it."""
+        found = self.equation(left, wanted, degree)
+        if found.right or not root:
+            return found
+        product = self.equation(left, lambda s: wanted(s) * s.phase[:, energy], degree)
+        if not product.right:
+            return found
+        above = product.right if _is_product(product.right) else f"({product.right})"
+        return Equation(left, f"{above}/{root}", product.off)
 
     def _one(self, left: str, wanted: Wanted, terms: Terms) -> Equation | None:
         sample = Sampler(self.case, seed=41).states(2 * len(terms.listed) + 30, wide=True)
@@ -232,6 +243,11 @@ class _Fit:
             return total
 
         return self.equation("R", wanted, 2, moving)
+
+
+def _is_product(text: str) -> bool:
+    """Whether a formula is no sum."""
+    return " + " not in text and " - " not in text
 
 
 def _rate_of(place: int, sample: Sample) -> Array:
