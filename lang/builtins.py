@@ -100,6 +100,10 @@ _ALL = (
     Builtin("outer", 2, 2, _V, "matrix of the products a[i]*b[j]"),
     Builtin("identity", 1, 1, _V, "identity matrix of n rows"),
     Builtin("diag", 1, 1, _V, "diagonal matrix from a vector"),
+    Builtin("det", 1, 1, _V, "determinant of a square matrix"),
+    Builtin("inverse", 1, 1, _V, "inverse of a square matrix"),
+    Builtin("solve", 2, 2, _V, "x with A*x = b, a vector or a matrix: solve(A, b)"),
+    Builtin("trace", 1, 1, _V, "sum of the diagonal of a square matrix"),
     Builtin("trans", 1, 1, _P, "displacement by a vector"),
     Builtin("rot", 1, 1, _P, "rotation in the plane"),
     Builtin("rotx", 1, 1, _P, "rotation about x"),
@@ -153,6 +157,11 @@ _ALL = (
     Builtin("grad", 2, None, _F, "gradient of a field, a function of its place: grad(V, r)"),
     Builtin("curl", 2, None, _F, "curl of a vector field: curl(F, r); a number in the plane"),
     Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),
+    Builtin("size", 2, 2, _S, "number of elements along index k of an array, of rows for k = 1: size(A, k)"),
+    Builtin("concat", 2, None, _S, "vectors one behind the other, or matrices below each other"),
+    Builtin(
+        "eigenvalues", 1, 1, _S, "real eigenvalues of a matrix that is known when compiling, smallest first"
+    ),
     Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),
 )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import assert_never
 
@@ -142,13 +143,21 @@ def _multiplied(value: Expression, factor: Literal) -> Expression:
 
 
 def _comprehension(scope: Scope, node: ast.Comprehension) -> Expression:
+    found = _generated(scope, node, node.generators)
+    return _with_unit(scope, found, node.unit, node) if found.type.shape != (0,) else found
+
+
+def _generated(scope: Scope, node: ast.Comprehension, generators: Sequence[ast.Generator]) -> Expression:
+    """Return the elements of a comprehension: one list for all of ``for … for …``, a row of them for each of ``for … , …``."""
+    count = next((k for k, g in enumerate(generators) if k and g.joined), len(generators))
     scopes = [scope]
-    for generator in node.generators:
+    for generator in generators[:count]:
         scopes = [inner for outer in scopes for inner in iterate(outer, generator.name, generator.range)]
-    items = [elaborate(node.element, inner) for inner in scopes]
+    rest = generators[count:]
+    items = [_generated(s, node, rest) if rest else elaborate(node.element, s) for s in scopes]
     if not items:
         return Array(type=types.real(shape=(0,)), span=node.span, elements=())
-    return _with_unit(scope, array(scope, node, items), node.unit, node)
+    return array(scope, node, items)
 
 
 # ---------------------------------------------------------------- der and pre

@@ -10,7 +10,17 @@ from mechc.lang.source import Span
 
 from .. import types
 from ..model import Apply, Expression, Kind, Literal, Type
-from ..values.evaluate import constant, elements, to_expression, whole_number
+from ..values import matrices
+from ..values.evaluate import (
+    constant,
+    elements,
+    not_structural,
+    pick,
+    rows_of,
+    to_expression,
+    whole_number,
+)
+from .choices import array
 from .signature import Call
 
 Rule = Callable[[Call], Expression]
@@ -187,6 +197,98 @@ def _transpose(call: Call) -> Expression:
     return call.apply(types.with_shape(type, type.shape[::-1]))
 
 
+def _square(call: Call, wanted: str = "a square matrix") -> Type:
+    type = types.numeric(call.arguments[0].type)
+    if type.kind is not Kind.REAL or len(type.shape) != 2 or type.shape[0] != type.shape[1]:
+        raise call.wrong(0, wanted, "E0305")
+    return type
+
+
+def _known(call: Call, type: Type) -> Expression:
+    """Return a function of matrices, its value where they are known; long formulas of others are refused."""
+    result = call.apply(type)
+    value = constant(result)
+    if value is not None:
+        return to_expression(value, type, call.node.span)
+    most = _MOST_ROWS[call.name]
+    rows = call.arguments[0].type.shape[0]
+    if rows > most:
+        raise call.scope.fail(
+            "E0422",
+            f"'{call.name}' of {rows} rows would be a formula that is too long",
+            call.node.span,
+            help=f"at most {most} rows are possible; a matrix that is known when compiling may be larger",
+        )
+    return result
+
+
+_MOST_ROWS = {"det": 10, "inverse": 30, "solve": 40}
+"""Of matrices that are not known when compiling."""
+
+
+def _det(call: Call) -> Expression:
+    type = _square(call)
+    return _known(call, types.real(type.dimension ** Fraction(type.shape[0])))
+
+
+def _inverse(call: Call) -> Expression:
+    type = _square(call)
+    return _known(call, types.real(type.dimension ** Fraction(-1), type.shape))
+
+
+def _solve(call: Call) -> Expression:
+    a = _square(call)
+    b = types.numeric(call.arguments[1].type)
+    if b.kind is not Kind.REAL or len(b.shape) not in (1, 2) or b.shape[0] != a.shape[0]:
+        raise call.wrong(1, f"a vector of {a.shape[0]} elements or a matrix of as many rows", "E0305")
+    return _known(call, types.real(b.dimension / a.dimension, b.shape))
+
+
+def _trace(call: Call) -> Expression:
+    size = _square(call).shape[0]
+    return combined([pick(call.arguments[0], (i, i)) for i in range(size)], "add", call.node.span)
+
+
+def _eigenvalues(call: Call) -> Expression:
+    type = _square(call)
+    rows = constant(call.arguments[0])
+    if rows is None:
+        raise not_structural(call.scope, call.nodes[0], call.arguments[0], "the matrix of 'eigenvalues'")
+    found = matrices.eigenvalues(rows_of(rows))
+    if found is None:
+        raise call.scope.fail("E0305", "this matrix has complex eigenvalues", call.nodes[0].span)
+    return to_expression(tuple(found), types.real(type.dimension, type.shape[:1]), call.node.span)
+
+
+def _size(call: Call) -> Expression:
+    shape = call.arguments[0].type.shape
+    if not shape:
+        raise call.wrong(0, "an array", "E0305")
+    index = whole_number(call.scope, call.nodes[1], "which index of an array is meant")
+    if not 1 <= index <= len(shape):
+        raise call.scope.fail(
+            "E0314",
+            f"'{call.nodes[0].span.text}' has {len(shape)} ind{'ices' if len(shape) > 1 else 'ex'}, not {index}",
+            call.nodes[1].span,
+        )
+    return Literal(type=types.INTEGER, span=call.node.span, value=Fraction(shape[index - 1]))
+
+
+def _concat(call: Call) -> Expression:
+    rest = max((a.type.shape[1:] for a in call.arguments if a.type.shape), key=len, default=None)
+    if rest is None:
+        raise call.wrong(0, "an array, or '{a, b}' for single values", "E0305")
+    items: list[Expression] = []
+    for k, argument in enumerate(call.arguments):
+        if argument.type.shape == rest and not rest:
+            items.append(argument)
+        elif argument.type.shape[1:] == rest and argument.type.shape:
+            items += elements(argument)
+        else:
+            raise call.wrong(k, f"arrays whose elements have the shape {types.shape_text(rest)}", "E0305")
+    return array(call.scope, call.node, items)
+
+
 def _outer(call: Call) -> Expression:
     a, b = call.vector(0), call.vector(1)
     return call.apply(types.real(a.dimension * b.dimension, a.shape + b.shape))
@@ -306,6 +408,13 @@ RULES: dict[str, Rule] = {
     "outer": _outer,
     "identity": _identity,
     "diag": _diag,
+    "det": _det,
+    "inverse": _inverse,
+    "solve": _solve,
+    "trace": _trace,
+    "eigenvalues": _eigenvalues,
+    "size": _size,
+    "concat": _concat,
     "linspace": _linspace,
     "table": _table,
     "trans": _trans,

@@ -102,7 +102,7 @@ def fit(
             span,
             caption=f"this is {given}",
             labels=labels,
-            help=unit_help(expression, target, span),
+            help=unit_help(expression, target, span, declared),
         )
     if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
         warn_of_bare_angle(expression, scope.flattening, declared)
@@ -151,8 +151,10 @@ def shape_words(shape: tuple[int, ...]) -> str:
     return f"{' x '.join(map(str, shape))} elements"
 
 
-def unit_help(expression: Expression, target: Type, span: Span) -> str:
+def unit_help(expression: Expression, target: Type, span: Span, declared: Span | None = None) -> str:
     """Say which unit a bare number lacks."""
+    if declared is not None and declared.file.text[: declared.start].rstrip().endswith("Real"):
+        return "'Real' is a number without a unit: leave the type out, and the value tells it"
     if target.kind is not Kind.REAL or target.dimension.is_none or expression.type.shape:
         return ""
     if isinstance(expression, Literal) and expression.type.dimension.is_none and not expression.type.angle:

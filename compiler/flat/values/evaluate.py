@@ -27,6 +27,7 @@ from ..model import (
 )
 from ..names.scope import Constant, Poisoned, Scope
 from ..operands import free_names
+from . import matrices
 
 LARGEST = 50_000
 """Most elements of an array, and most turns of a loop."""
@@ -117,6 +118,8 @@ def _apply(function: str, values: list[Value | None]) -> Value | None:
     try:
         if function == "norm":
             return _root(sum((x**2 for x in _fractions(known[0])), Fraction(0)))
+        if function in _OF_MATRICES:
+            return _OF_MATRICES[function](*known)
         if any(isinstance(v, tuple) for v in known):
             return _each(function, known)
         if function in EXACT:
@@ -149,7 +152,7 @@ def _each(function: str, values: tuple[Value, ...]) -> Value | None:
     if function not in ("add", "subtract", "negate", "multiply", "divide"):
         return None
     if function == "multiply" and len(arrays) > 1:
-        return None
+        return _product(*values)
     if function == "divide" and isinstance(values[1], tuple):
         return None
     return _complete(
@@ -158,6 +161,46 @@ def _each(function: str, values: tuple[Value, ...]) -> Value | None:
             for i in range(len(arrays[0]))
         ]
     )
+
+
+def rows_of(value: Value) -> matrices.Rows:
+    """Return the rows of a matrix, those of a vector with one number each."""
+    assert isinstance(value, tuple)
+    return [_fractions(row) if isinstance(row, tuple) else _fractions((row,)) for row in value]
+
+
+def _product(a: Value, b: Value) -> Value:
+    """Return a matrix times a vector or a matrix."""
+    columns = list(zip(*rows_of(b), strict=True))
+    found = [
+        [sum((x * y for x, y in zip(r, c, strict=True)), Fraction(0)) for c in columns] for r in rows_of(a)
+    ]
+    return _like(b, found)
+
+
+def _like(value: Value, rows: matrices.Rows) -> Value:
+    """Return rows as a matrix, or as a vector where that is what ``value`` is."""
+    assert isinstance(value, tuple)
+    return tuple(tuple(row) for row in rows) if isinstance(value[0], tuple) else tuple(row[0] for row in rows)
+
+
+def _inverse(a: Value) -> Value:
+    rows = rows_of(a)
+    one = [[Fraction(i == j) for j in range(len(rows))] for i in range(len(rows))]
+    return _like(a, matrices.solve(rows, one))
+
+
+_OF_MATRICES: Mapping[str, Callable[..., Value]] = {
+    "det": lambda a: matrices.determinant(rows_of(a)),
+    "inverse": _inverse,
+    "solve": lambda a, b: _like(b, matrices.solve(rows_of(a), rows_of(b))),
+    "transpose": lambda a: tuple(zip(*a, strict=True)),
+    "identity": lambda n: tuple(tuple(Fraction(i == j) for j in range(int(n))) for i in range(int(n))),
+    "diag": lambda a: tuple(
+        tuple(x if i == j else Fraction(0) for j in range(len(a))) for i, x in enumerate(a)
+    ),
+}
+"""Functions of whole arrays; those that divide may raise ZeroDivisionError."""
 
 
 def _power(base: Fraction, exponent: Fraction) -> Fraction | None:

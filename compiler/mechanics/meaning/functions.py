@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from mechc.lang.builtins import BUILTINS
 
-from ...graph import Graph, Node
+from ...graph import Graph, Node, matrices
 from ...graph import vector as v3
 from ...graph.operations import DIV, EQUAL, LESS, LESS_EQUAL, MODULO, NOT, OPERATIONS
 from ..kinematics.frames import Frame, Kinematics, Point
@@ -114,6 +114,19 @@ def _linspace(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...])
 
 def _outer(graph: Graph, a: Value, b: Value) -> Value:
     return tuple(tuple(graph.mul(x, y) for y in vector(b)) for x in vector(a))
+
+
+def _rows(value: Value) -> tuple[tuple[Node, ...], ...]:
+    assert isinstance(value, tuple)
+    return tuple(vector(row) for row in value)
+
+
+def _solve(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    right = a[1]
+    assert isinstance(right, tuple)
+    if isinstance(right[0], int):
+        return matrices.solve(k.graph, _rows(a[0]), (vector(right),))[0]
+    return v3.transpose(tuple(matrices.solve(k.graph, _rows(a[0]), v3.transpose(_rows(right)))))
 
 
 def _transpose(value: Value) -> Value:
@@ -259,6 +272,9 @@ FUNCTIONS: dict[str, Rule] = {
     "linspace": _linspace,
     "outer": lambda k, rate, a: _outer(k.graph, a[0], a[1]),
     "transpose": lambda k, rate, a: _transpose(a[0]),
+    "det": lambda k, rate, a: matrices.determinant(k.graph, _rows(a[0])),
+    "inverse": lambda k, rate, a: matrices.inverse(k.graph, _rows(a[0])),
+    "solve": _solve,
     # solids
     **{name: _solid(name) for name in ("mesh_volume", "mesh_centre", "mesh_inertia")},
     # poses

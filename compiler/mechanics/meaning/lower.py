@@ -176,11 +176,14 @@ class Lowering:
         try:
             result = FUNCTIONS[function](self.kinematics, self.rate, values)
         except DivisionByZero:
+            singular = function in ("inverse", "solve")
             raise self.reporter.fail(
                 "E0518",
-                "division by an expression that is always zero",
+                "the matrix is always singular"
+                if singular
+                else "division by an expression that is always zero",
                 expression.span,
-                caption="the divisor is zero whatever the values",
+                caption=f"the {'determinant' if singular else 'divisor'} is zero whatever the values",
             ) from None
         if function in RELATIONS:
             self.relations[node(result)] = None
