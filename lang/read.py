@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from pathlib import Path
 
 from mechc.suggest import closest
@@ -10,6 +11,8 @@ from mechc.suggest import closest
 from .diagnostics import Reporter
 from .source import SourceFile
 
+IMPORTED = ("robot",)
+"""Formats that ``mechc import`` turns into models, by their first element."""
 _XML = {
     "robot": "a robot in URDF",
     "mujoco": "a robot in MJCF",
@@ -27,7 +30,39 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
     Raises CompileError for a file that is missing, unreadable, too large, binary or empty.
     """
     reporter = reporter or Reporter()
+    return decode(str(path), _bytes(Path(path), reporter), reporter)
+
+
+def read_model(path: Path | str, reporter: Reporter | None = None) -> SourceFile:
+    """Read a model, or a robot in another format as one, with a warning that says so. Raises CompileError."""
+    reporter = reporter or Reporter()
     path = Path(path)
+    data = _bytes(path, reporter)
+    if _root(data.decode("utf-8", errors="ignore").removeprefix("\ufeff")) not in IMPORTED:
+        return decode(str(path), data, reporter)
+    from .importing import Wishes, imported
+
+    model = imported(_text(str(path), data, reporter), Wishes(path, path.parent), reporter)
+    left = (
+        f", and its head lists {len(model.left_out)} things that the model does not hold"
+        if model.left_out
+        else ""
+    )
+    warnings.warn(f"{path.name} is read as a model; 'mechc import' writes it as text{left}", stacklevel=2)
+    return SourceFile(f"{path} as a model", model.text)
+
+
+def read_robot(path: Path, reporter: Reporter) -> str:
+    """Read the text of a robot in another format. Raises CompileError for what is none."""
+    data = _bytes(path, reporter)
+    text = _text(str(path), data, reporter)
+    if _root(text) not in IMPORTED:
+        foreign = _foreign(str(path), text) or "no robot in URDF"
+        raise reporter.fail("E0101", f"'{path}' is {foreign}, which is not imported", None)
+    return text
+
+
+def _bytes(path: Path, reporter: Reporter) -> bytes:
     name = str(path)
     try:
         with path.open("rb") as file:
@@ -41,11 +76,23 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
     if len(data) > LARGEST:
         help = "a model is text; large tables belong into a data file"
         raise reporter.fail("E0101", f"'{name}' is too large: more than 10 MB", None, help=help)
-    return decode(name, data, reporter)
+    return data
 
 
 def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
     """Turn the bytes of a file into source text. Raises CompileError as ``read_source`` does."""
+    text = _text(name, data, reporter)
+    foreign = _foreign(name, text)
+    if foreign:
+        help = "mechc reads models in its own language; 'mechc new NAME' writes one to begin with"
+        if _root(text) in IMPORTED:
+            help = f"'mechc import {name}' writes it as a model"
+        raise reporter.fail("E0101", f"'{name}' is {foreign}, not a model of mechc", None, help=help)
+    return SourceFile(name, text)
+
+
+def _text(name: str, data: bytes, reporter: Reporter) -> str:
+    """Return the text of a file with plain line ends. Raises CompileError."""
     if b"\0" in data:
         help = "a model is plain text, written with an editor"
         raise reporter.fail("E0101", f"'{name}' is binary, not text", None, help=help)
@@ -59,11 +106,7 @@ def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
     if not text.strip():
         help = "'mechc new NAME' writes a model to begin with"
         raise reporter.fail("E0101", f"'{name}' is empty", None, help=help)
-    foreign = _foreign(name, text)
-    if foreign:
-        help = "mechc reads models in its own language; 'mechc new NAME' writes one to begin with"
-        raise reporter.fail("E0101", f"'{name}' is {foreign}, not a model of mechc", None, help=help)
-    return SourceFile(name, text)
+    return text
 
 
 def _foreign(name: str, text: str) -> str:
@@ -72,8 +115,15 @@ def _foreign(name: str, text: str) -> str:
         return "a Modelica file"
     if not text.lstrip().startswith("<"):
         return ""
+    return _XML.get(_root(text), "an XML file")
+
+
+def _root(text: str) -> str:
+    """Return the name of the first element of a text in XML."""
+    if not text.lstrip().startswith("<"):
+        return ""
     root = re.search(r"<([A-Za-z][\w:]*)", re.sub(r"<!--.*?-->", "", text, flags=re.S))
-    return _XML.get(root[1] if root else "", "an XML file")
+    return root[1] if root else ""
 
 
 def _near(path: Path) -> str:

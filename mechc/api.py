@@ -12,7 +12,7 @@ from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
-from .lang.read import read_source
+from .lang.read import read_model
 from .lang.source import SourceFile
 from .model import CompiledModel, compiled
 from .requests.parse_values import Given, Target, UsageMistake
@@ -91,7 +91,7 @@ def load(
     that are built whether they are needed or not (``PARTS`` of the compiler). ``remembered`` keeps what was formed beside
     compiled code, and takes it from there while nothing has changed. Raises CompileError with all diagnostics.
     """
-    source = read_source(path)
+    source = read_model(path)
     return compiled(Model, source, Path(path).parent, model, dict(set or {}), keep, remembered=remembered)
 
 

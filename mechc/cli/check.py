@@ -112,9 +112,9 @@ def summary(model: Model) -> str:
 def parts_in(name: str) -> Parts | None:
     """Look at a file that holds no whole model."""
     from ..compiler.parts import parts_of
-    from ..lang.read import read_source
+    from ..lang.read import read_model
 
-    return parts_of(read_source(name), (Path(name).parent,))
+    return parts_of(read_model(name), (Path(name).parent,))
 
 
 def summary_of_parts(parts: Parts) -> str:

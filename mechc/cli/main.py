@@ -25,6 +25,7 @@ COMMANDS = {
     "check": "Check models without running them.",
     "fmt": "Write models in the canonical layout.",
     "new": "Write a first model to start from.",
+    "import": "Write a robot in URDF as a model.",
     "init": "Print the consistent initial state of a model.",
     "equations": "Print the equations of motion, the Lagrangian and the momenta.",
     "explain": "Explain an error code, or what the compiler chose for a model.",
@@ -38,6 +39,8 @@ COMMANDS = {
 }
 """The commands, each in the module of its name, with the line that ``--help`` shows (kept here so that
 help imports no command)."""
+MODULES = {"import": "importing"}
+"""Modules of commands whose names a module cannot have."""
 
 
 class Commands(click.Group):
@@ -49,7 +52,7 @@ class Commands(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: object = import_module(f".{cmd_name}", __package__).command
+        command: object = import_module(f".{MODULES.get(cmd_name, cmd_name)}", __package__).command
         assert isinstance(command, click.Command)
         return command
 

@@ -15,16 +15,16 @@ from ..requests.parse_values import Given
 
 def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]) -> str:
     """Return a model as text after a stage: ast, flat, system, equations or program."""
-    from ..lang.read import read_source
+    from ..lang.read import read_model
 
     if stage == "ast":
         from ..lang.diagnostics import Reporter
         from ..lang.parser import parse
 
-        return tree(parse(read_source(file), Reporter()))
+        return tree(parse(read_model(file), Reporter()))
     from ..model import CompiledModel, compiled
 
-    text = read_source(file)
+    text = read_model(file)
     compilation = compiled(CompiledModel, text, Path(file).parent, model, dict(settings), ()).compilation
     match stage:
         case "flat":

@@ -91,6 +91,10 @@ def wrong(cell: Cell, folders: Path) -> str:
             folders / "smooth", "compile", ["model.mech", "--target", "fmu", "-o", "../nothing/unit.fmu"]
         )
         assert made.returncode == 0, made.stderr
+    if cell.command == "import":
+        (folder / "robot.urdf").write_text(
+            '<robot name="r"><link name="a"><inertial><mass value="1"/></inertial></link></robot>'
+        )
     compared = cell.command == "run" or cell.command.startswith("study ")
     if compared and not {"--json", "--quiet"} & {*words}:
         words.append("--json")

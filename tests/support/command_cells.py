@@ -20,6 +20,7 @@ COMMANDS: dict[str, Words] = {
     "check": ("MODEL",),
     "fmt": ("--check", "MODEL"),
     "new": ("swing",),
+    "import": ("robot.urdf", "-o", "robot.mech"),
     "init": ("MODEL",),
     "equations": ("MODEL",),
     "explain": ("MODEL",),
@@ -70,7 +71,7 @@ COMMANDS: dict[str, Words] = {
 }
 """What follows each command at least."""
 
-ONCE = {"new", "lsp", "doctor", "cache clear", "cache show", "fmu check", "fmu run"}
+ONCE = {"new", "import", "lsp", "doctor", "cache clear", "cache show", "fmu check", "fmu run"}
 """What is asked of no model of these, so once."""
 
 OPTIONS: dict[str, Words] = {
@@ -171,6 +172,9 @@ OPTIONS: dict[str, Words] = {
     "--no-open": ("--no-open",),
     "--fmi": ("--fmi", "2"),
     "--kind": ("--kind", "me"),
+    "--package": ("--package", "."),
+    "--floating": ("--floating",),
+    "--meshes": ("--meshes", "none"),
     "--platform": ("--platform", "x86_64-linux"),
     "--fmi3-arrays": ("--fmi3-arrays", "off"),
     "--sources-only": ("--sources-only",),
