@@ -296,8 +296,11 @@ class Declaration(Named, frozen=True, kw_only=True):
 
 
 class Parameter(Declaration, frozen=True, kw_only=True):
+    """``found``: ``~ value``, a guess from which the start finds it."""
+
     structural: bool = False
     value: Expression | None = None
+    found: bool = False
 
 
 class Coordinate(Declaration, frozen=True, kw_only=True):
@@ -460,6 +463,12 @@ class Closure(Statement, frozen=True):
 class Initial(Statement, frozen=True):
     target: Expression
     start: Start
+
+
+class StationaryStart(Statement, frozen=True):
+    """``initial stationary x, y;``; without names all coordinates and states, here and in components."""
+
+    targets: tuple[Expression, ...] = ()
 
 
 class Final(Statement, frozen=True):

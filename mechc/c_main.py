@@ -179,3 +179,9 @@ ASSEMBLED_START = """\
         return 1;
     }}
 """
+FOUND_PARAMETERS = """\
+    if (mech_start_found(model, begin, y0, u, z, p, set) >= 0) {
+        fputs("no value is found for a parameter of the start\\n", stderr);
+        return 1;
+    }
+"""

@@ -17,6 +17,7 @@ from .c_main import (
     EVEN_COUNT,
     EVEN_GRID,
     EVEN_SPACING,
+    FOUND_PARAMETERS,
     MAIN,
     PLAIN_START,
     STATED_COUNT,
@@ -330,7 +331,7 @@ _KINDS = {"": "MECH_PLAIN", "account": "MECH_ACCOUNT", "rotation": "MECH_ROTATIO
 
 def _start(program: Program, defaults: Defaults) -> str:
     """Return the lines that fill z and y0."""
-    if not program.assembly and not program.dependent:
+    if not program.assembly and not program.dependent and not program.found:
         values = "".join(f"    y0[{i}] = {value!r};\n" for i, value, _ in defaults.initial)
         return PLAIN_START.format(initial=values)
     values = "".join(
@@ -338,7 +339,8 @@ def _start(program: Program, defaults: Defaults) -> str:
         for i, value, known in defaults.initial
     )
     rows = ", ".join(_c_string(row.name) for row in program.assembly) or "NULL"
-    return ASSEMBLED_START.format(rows=rows, initial=values)
+    found = FOUND_PARAMETERS if program.found else ""
+    return ASSEMBLED_START.format(rows=rows, initial=values) + found
 
 
 def _tables(defaults: Defaults) -> str:

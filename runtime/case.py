@@ -129,6 +129,18 @@ class Case(Struct, frozen=True, eq=False):
     """The spacing of the output that was asked for, None where its points are spread evenly."""
 
 
+def start_remarks(case: Case) -> tuple[str, ...]:
+    """Say what there is to say of a start: another position close by, and the parameters that it found."""
+    remarks = () if case.assembled is None else case.assembled.remarks
+    listed = []
+    for k in case.problem.found[:8]:
+        q = case.problem.parameters[k]
+        listed.append(f"{q.name} = {case.p[k]:.9g} {q.unit}".rstrip())
+    if len(case.problem.found) > len(listed):
+        listed.append("and more")
+    return (*remarks, f"the start finds {', '.join(listed)}") if listed else remarks
+
+
 def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
     """Give the experiment ``name``; without a name the unnamed one, else the first, else None."""
     if name is not None:
@@ -159,6 +171,12 @@ def find_setting(problem: Problem, name: str) -> Setting:
     if found is not None:
         if found.array == "u":
             check_set(problem, found.index)
+        if found.array == "p" and found.index in problem.found:
+            raise SimulationError(
+                f"the start of '{problem.name}' finds the parameter '{name}', so it cannot be set",
+                problem.parameters[found.index].origin,
+                help=f"write '{name} = ..' in the model for a value that is known, and leave out an initial condition",
+            )
         return found
     if any(quantity.name == name for quantity in problem.outputs):
         raise SimulationError(f"'{name}' is an output of '{problem.name}': it follows from the motion")
@@ -189,20 +207,45 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         if setting.array == "y":
             y0[setting.index] = value
             known[setting.index] = setting in wanted or setting.index not in guesses
-    if functions.initial_of_others is not None:
-        u = input_values(functions, tables, begin, p, len(problem.inputs))
+    u = input_values(functions, tables, begin, p, len(problem.inputs))
+
+    def put_others(y: Array) -> None:
+        if functions.initial_of_others is None:
+            return
         free = [k for k, i in enumerate(problem.dependent) if Setting("y", i) not in chosen]
         places = [problem.dependent[k] for k in free]
         for _ in places:  # one of them may be stated with another
-            y0[places] = functions.initial_of_others(begin, y0, u, z, p)[free]
+            y[places] = functions.initial_of_others(begin, y, u, z, p)[free]
+
+    put_others(y0)
     check_state(problem, y0)
     wanted_state, assembled = y0, None
     if problem.assembly:
         from .start.initial import assemble
 
-        u = input_values(functions, tables, begin, p, len(problem.inputs))
-        assembled = assemble(problem, functions, begin, y0, known, u, z, p, reproducible=options.reproducible)
-        y0 = assembled.y
+        for _ in range(AGAIN):  # what is stated with others follows them
+            assembled = assemble(
+                problem, functions, begin, wanted_state, known, u, z, p, reproducible=options.reproducible
+            )
+            y0 = assembled.y
+            if functions.initial_of_others is None:
+                break
+            after = y0.copy()
+            put_others(after)
+            wanted_state = wanted_state.copy()
+            wanted_state[list(problem.dependent)] = after[list(problem.dependent)]
+            if same_start(problem, after, y0):
+                break
+        else:
+            raise SimulationError(
+                "initial values that are stated with those of others do not settle: the assembly moves these each time",
+                code="E0605",
+                help="state one of them as a guess, with '~'",
+            )
+        y0 = after if functions.initial_of_others is not None else y0
+    if functions.found is not None:
+        p = _found(problem, functions, begin, y0, u, z, p, chosen)
+        check_parameters(problem, p)
     return Case(
         problem=problem,
         functions=functions,
@@ -281,6 +324,43 @@ def _checked_span(
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
     return TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
+
+
+AGAIN = 20
+"""How often a start is assembled where initial values that are stated with those of others move these."""
+
+
+def same_start(problem: Problem, a: Array, b: Array) -> bool:
+    """Tell whether initial values that are stated with those of others are what the assembly took them for."""
+    places = [i for i in problem.dependent if i < problem.nq + problem.nv]
+    size = 1e-14 * (np.abs(a[places]) + np.abs(b[places]))
+    return bool((np.abs(a[places] - b[places]) <= size).all())
+
+
+def _found(
+    problem: Problem,
+    functions: Functions,
+    t: float,
+    y: Array,
+    u: Array,
+    z: Array,
+    p: Array,
+    chosen: Mapping[Setting, float],
+) -> Array:
+    """Give the parameters with those that the start finds."""
+    assert functions.found is not None
+    values = functions.found(t, y, u, z, p)
+    for k, value in zip(problem.found, values, strict=True):
+        if not math.isfinite(value):
+            name = problem.parameters[k].name
+            raise SimulationError(
+                f"no value of '{name}' is found that fulfils what is said of the start",
+                problem.parameters[k].origin,
+                code="E0611",
+                help="guess closer, or look at the initial conditions",
+            )
+    given = {Setting("p", k): float(v) for k, v in zip(problem.found, values, strict=True)}
+    return _parameters(problem, functions, {**chosen, **given})
 
 
 class _Blank(Struct, frozen=True):

@@ -35,6 +35,7 @@ class Functions(Struct, frozen=True):
     experiments: Mapping[str, ModelFunction]
     parameters: Callable[[Array, NDArray[np.uint8]], None]
     initial_of_others: ModelFunction | None = None
+    found: ModelFunction | None = None
     assembly: ModelFunction | None = None
     assembly_jacobian: ModelFunction | None = None
     project_position: ModelFunction | None = None
@@ -105,6 +106,7 @@ def _from_python(problem: Problem) -> Functions:
         experiments={e.function: _as_array(given[e.function]) for e in problem.experiments},
         parameters=problem.parameters_function or _no_parameters,
         initial_of_others=needed("initial_of_others", len(problem.dependent)),
+        found=needed("found", len(problem.found)),
         assembly=needed("assembly", len(problem.assembly)),
         assembly_jacobian=needed("assembly_jacobian", len(problem.assembly) * problem.nv),
         project_position=given_only("project_position"),
@@ -184,6 +186,7 @@ def _from_library(problem: Problem) -> Functions:
         experiments=experiments,
         parameters=parameters,
         initial_of_others=exported("initial_of_others", len(problem.dependent)),
+        found=exported("found", len(problem.found)),
         assembly=exported("assembly", len(problem.assembly)),
         assembly_jacobian=exported("assembly_jacobian", len(problem.assembly) * problem.nv),
         project_position=projection("project_position", problem.nv + model.n_position),

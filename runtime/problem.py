@@ -317,6 +317,8 @@ class Description(Struct, frozen=True):
     rotations: tuple[int, ...]
     assertions: tuple[Assertion, ...]
     experiments: tuple[Experiment, ...]
+    found: tuple[int, ...] = ()
+    """Parameters that the start finds, and what follows from them: the function ``found`` gives them for a state on the constraints."""
     dependent: tuple[int, ...] = ()
     """Indices of initial values that are stated with those of other states: the function ``initial_of_others`` gives
     them from y, so that they follow settings."""

@@ -21,6 +21,7 @@ from .model import AssertionText, ConstraintEntry, Equations, Function, Paramete
 from .momenta import dense
 from .needs import choices, needs
 from .reported.entries import Layout, layout_of
+from .reported.found import found_at_start
 from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
 from .rows.crowd import Member, check_crowd, forces_by_name, set_apart
@@ -77,13 +78,14 @@ def _begun(
     """Return what every model has: rates, start, outputs, projections."""
     layout = layout_of(system, solved.driven, solved.energies, {*parts, "accounts"} if members else parts)
     listed = list_outputs(system, solved, layout, parts)
-    starts = _starts(system, layout)
+    found = found_at_start(system, solved, layout, _starts(system, layout), reporter)
+    starts = found.starts
     functions = _functions(system, solved, layout, listed, starts, parts)
     crowd = crowd_of(system, solved, layout, members, listed.nodes, reporter)
     if crowd is not None:
         functions = [Function(f.name, f.doc, crowd.outputs) if f.name == "outputs" else f for f in functions]
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
-    return Draft(system, solved, layout, listed, tuple(starts), members, crowd, reporter, parts, functions)
+    return Draft(system, solved, layout, listed, found, members, crowd, reporter, parts, functions)
 
 
 def _equations(draft: Draft) -> Equations:
@@ -109,15 +111,15 @@ def _equations(draft: Draft) -> Equations:
         parameter_rules=_parameter_rules(system),
         inputs=layout.inputs,
         outputs=listed.entries,
-        known=tuple(b.known for b in draft.starts),
-        start_spans=tuple(_span(b) for b in draft.starts),
+        known=tuple(b.known for b in draft.found.starts),
+        start_spans=tuple(_span(b) for b in draft.found.starts),
         functions=everything,
         needs=facts,
         choices=choices(system, solved, facts, draft.parts),
         rotations=_rotations(system),
         assertions=tuple(AssertionText(a.message, a.origin.shown) for a in _asserted(system, solved)),
         energy_balance=listed.energy_balance,
-        dependent=_dependent(draft.starts),
+        dependent=_dependent(draft.found.starts),
         constraints=_constraint_entries(solved),
         separable=_separable(system, layout, draft.functions),
         **described,

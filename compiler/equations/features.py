@@ -14,7 +14,7 @@ from msgspec import Struct, field
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
-from ..mechanics.system import InitialValue, MechanicalSystem
+from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
 from .hybrid.switching import add_events
 from .jacobian import jacobian_of_rates
@@ -26,6 +26,7 @@ from .reported.assembly import assembly
 from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
+from .reported.found import Found
 from .reported.matter import matter_of
 from .reported.outputs import OutputList
 from .reported.phase import phase_functions
@@ -44,7 +45,7 @@ class Draft(Struct, eq=False):
     solved: Solved
     layout: Layout
     listed: OutputList
-    starts: tuple[InitialValue, ...]
+    found: Found
     members: tuple[Member, ...]
     crowd: Crowd | None
     reporter: Reporter
@@ -67,8 +68,13 @@ class Feature(Struct, frozen=True):
 
 
 def _assembly(draft: Draft) -> None:
-    entries, functions = assembly(draft.system, draft.solved, draft.layout, draft.reporter)
+    entries, functions = assembly(draft.system, draft.solved, draft.layout, draft.found, draft.reporter)
     draft.functions += functions
+    if draft.found.parameters:
+        doc = "the parameters that the start finds"
+        values = draft.solved.resolve(list(draft.found.parameters.values()))
+        draft.functions.append(Function("found", doc, values))
+        draft.described["found"] = tuple(draft.found.parameters)
     draft.described["assembly"] = entries
 
 

@@ -130,6 +130,7 @@ class _Check:
             "rhs": ny,
             "initial": ny,
             "initial_of_others": len(e.dependent),
+            "found": len(e.found),
             "outputs": n_out,
             "inputs": nu,
             "discretes": sum(x.kind != "seed" or bool(e.offers) for x in e.discretes),

@@ -33,6 +33,7 @@ from .names.space import look_ahead
 from .statements.drawings import drawings, is_quiet
 from .statements.elaborate import run
 from .statements.experiments import experiments
+from .statements.initial_values import all_stationary
 from .statements.record import Record
 from .statements.relations import hold_released_drives
 from .statements.studies import studies
@@ -146,6 +147,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     record = Record()
     run(instance, record)
     hold_released_drives(record)
+    all_stationary(record)
     declared = _variables(record)
     curve = variation(instance, record)
     found = experiments(instance)

@@ -227,7 +227,7 @@ class Variable(Struct, frozen=True):
     initial value of a discrete variable; None where none is given. ``start`` and ``rate``: initial value
     of a coordinate or state and of its derivative, whole (shape of the variable; for a Rotation's rate (3,)),
     None where unspecified. ``starts`` and ``rates``: the same for single elements, keyed by indices; they
-    win over the whole.
+    win over the whole. ``found``: a parameter whose value is a guess, from which the start finds it.
     """
 
     name: str
@@ -241,6 +241,7 @@ class Variable(Struct, frozen=True):
     rates: Mapping[tuple[int, ...], StartValue] = field(default_factory=dict)
     attributes: Attributes = Attributes()
     doc: str = ""
+    found: bool = False
 
 
 class DefinitionRole(Enum):

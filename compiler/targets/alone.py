@@ -20,6 +20,19 @@ def standing_alone(program: Program) -> Program:
     return replace(program, arrays=arrays, functions=functions, sought=(), balance=())
 
 
+def check_nothing_found(program: Program, library: str) -> None:
+    """Report parameters that the start finds: a module of functions makes no start. Raises CompileError."""
+    if not program.found:
+        return
+    entry = program.arrays["p"][program.found[0]]
+    raise Reporter().fail(
+        "E0909",
+        f"the start finds the parameter '{entry.name}', and a module for {library} makes no start",
+        None,
+        help=f"write the value that 'mechc init' tells in the model, as '{entry.name} = ..', and leave out the initial condition",
+    )
+
+
 def check_stands_alone(hybrid: HybridPlan | None) -> None:
     """Report forces that are found by numbers: only code that is compiled here and now finds them. Raises CompileError."""
     crowd = hybrid.crowd if hybrid is not None else None

@@ -15,6 +15,7 @@ from ..program import Program, ProgramFunction
 from ..program.model import Literal, Load, Lookup, Operate, Store, operands_of
 from ..program.names import identifiers
 from . import casadi_forms, jax_forms
+from .alone import check_nothing_found
 from .c import used_tables
 from .expressions import Dialect
 from .literal import Form as LiteralForm
@@ -114,6 +115,7 @@ def emit_differentiable(
     program: Program, library: Library, begin: Begin, exported: Sequence[str] = EXPORTED
 ) -> str:
     """Return the text of a module with the functions of a model for one library."""
+    check_nothing_found(program, library.name)
     functions = [f for name in exported if (f := program.function(name)) is not None and f.n_out]
     return "\n".join(_lines(program, library, begin, functions)) + "\n"
 

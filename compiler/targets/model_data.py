@@ -189,8 +189,15 @@ def _start(program: Program, facts: StartFacts) -> Record:
             "assembly": Function("assembly") if some else None,
             "assembly_jacobian": Function("assembly_jacobian") if some else None,
             "others": Function("initial_of_others") if dependent else None,
+            **(_found(program) if program.found else {}),
         },
     )
+
+
+def _found(program: Program) -> dict[str, Value]:
+    """Return the fields of parameters that the start finds."""
+    places = _indices("found_parameters", program.found)
+    return {"n_found": len(program.found), "found": places, "find": Function("found")}
 
 
 def _hybrid(program: Program, plan: HybridPlan) -> Record:

@@ -7,6 +7,7 @@ import json
 import keyword
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 from types import ModuleType
 from typing import Any, Final, NamedTuple
 
@@ -192,7 +193,7 @@ class _File:
         """Yield what an initial state must fulfil, and the functions that find one."""
         facts = start_facts(make_problem(self.program))
         if facts is None:
-            yield _as_start_state(standalone_start.stated)
+            yield _named(standalone_start.stated, "start_state")
             return
         for part in (start_data, gauss_newton, second_order, free_state, stages):
             yield from _copied(part)
@@ -200,7 +201,16 @@ class _File:
         yield from _named_tuple("START", facts)
         yield from strings("START_ROWS", [row.name for row in self.program.assembly])
         yield "\n"
-        yield _as_start_state(standalone_start.assembled)
+        chain = [standalone_start.assembled]
+        if facts.dependent and facts.rows:
+            chain.append(standalone_start.followed)
+        if self.program.found:
+            chain.append(standalone_start.with_parameters)
+            yield f"FOUND = {self.program.found!r}\n\n"
+        for function, above in pairwise(chain):
+            name = "before_parameters" if above is standalone_start.with_parameters else function.__name__
+            yield _named(function, name)
+        yield _named(chain[-1], "start_state")
 
     def imports(self) -> Iterator[str]:
         called = {f.name for f in self.used if not f.own}.union(*(f.calls for f in self.used))
@@ -244,9 +254,8 @@ def _copied(module: ModuleType) -> Iterator[str]:
     yield text.partition("# ---- to here\n")[0].strip("\n") + "\n\n"
 
 
-def _as_start_state(function: Callable[..., Any]) -> str:
-    text = inspect.getsource(function).replace(f"def {function.__name__}(", "def start_state(", 1)
-    return text + "\n"
+def _named(function: Callable[..., Any], name: str) -> str:
+    return inspect.getsource(function).replace(f"def {function.__name__}(", f"def {name}(", 1) + "\n"
 
 
 def _named_tuple(name: str, values: NamedTuple) -> Iterator[str]:

@@ -15,7 +15,10 @@ from .standalone import ROTATIONS, nothing
 
 START = StartFacts(0, 0, (), (), (), (), (), (), ())
 START_ROWS: list[str] = []
-assembly = assembly_jacobian = initial_of_others = nothing
+assembly = assembly_jacobian = initial_of_others = found = nothing
+FOUND: tuple[int, ...] = ()
+PARAMETERS: list[tuple[str, str]] = []
+parameters = before_parameters = nothing
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -68,3 +71,39 @@ def assembled(t: float, y: Any, known: Mapping[int, bool], u: Any, z: Any, p: An
         elif abs(plain[i]) * weight < 1e-12:
             plain[i] = 0.0
     return found.x, plain
+
+
+def followed(t: float, y: Any, known: Mapping[int, bool], u: Any, z: Any, p: Any) -> tuple[Any, Any]:
+    """Return the same where initial values are stated with those of others, which the assembly moves."""
+    given = dict(known)
+    follow = [i for i in START.dependent if i not in known]
+    for _ in range(20):
+        state, plain = assembled(t, list(y), given, u, z, p)
+        later = state.copy()
+        for _ in START.dependent:
+            values = dict(
+                zip(START.dependent, checked(initial_of_others)(t, later.tolist(), u, z, p), strict=True)
+            )
+            later[follow] = [values[i] for i in follow]
+        plain[follow] = later[follow]
+        first = [i for i in follow if i < START.nq + START.nv]
+        if np.all(
+            np.abs(later[first] - state[first]) <= 1e-14 * (np.abs(later[first]) + np.abs(state[first]))
+        ):
+            return later, plain
+        y = [later[i] if i in follow else value for i, value in enumerate(y)]
+        given = {**known, **{i: START.known[i] for i in follow}}
+    raise RuntimeError(
+        "the initial state cannot be assembled: values that are stated with others do not settle"
+    )
+
+
+def with_parameters(t: float, y: Any, known: Mapping[int, bool], u: Any, z: Any, p: Any) -> tuple[Any, Any]:
+    """Return the same, and put the parameters that the start finds into p."""
+    state, plain = before_parameters(t, y, known, u, z, p)
+    for k, value in zip(FOUND, checked(found)(t, state.tolist(), u, z, p), strict=True):
+        if not math.isfinite(value):
+            raise RuntimeError(f"no value is found for the parameter {PARAMETERS[k][0]}")
+        p[k] = value
+    p[:] = checked(parameters)(p, [True] * len(PARAMETERS))
+    return state, plain

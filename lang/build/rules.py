@@ -69,6 +69,7 @@ ACTIONS: Mapping[str, Action] = {
     "place": statements.place,
     "closure": statements.closure,
     "initial": statements.initial,
+    "stationary_start": statements.stationary_start,
     "final": curves.final,
     "equation": statements.equation,
     "exact": statements.exact,

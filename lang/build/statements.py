@@ -158,7 +158,16 @@ def _declaration(b: Builder, typed: Any, attributes: Any, doc: Token | None, spa
 
 def parameter(b: Builder, c: Children, span: Span) -> ast.Parameter:
     common = _declaration(b, c[2], c[3], c[5], span)
-    return ast.Parameter(structural=c[0] is not None, value=c[4], **common)
+    value, found = (None, False) if c[4] is None else (c[4].value, c[4].guess)
+    if found and c[0] is not None:
+        b.reporter.error(
+            "E0134",
+            "a structural parameter is known while compiling, so the start cannot find it",
+            c[4].span,
+            help="write '=', or leave 'structural' out",
+        )
+        found = False
+    return ast.Parameter(structural=c[0] is not None, value=value, found=found, **common)
 
 
 def coordinate(b: Builder, c: Children, span: Span) -> ast.Coordinate:
@@ -405,6 +414,10 @@ def closure(b: Builder, c: Children, span: Span) -> ast.Closure:
 
 def initial(b: Builder, c: Children, span: Span) -> ast.Initial:
     return ast.Initial(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
+
+
+def stationary_start(b: Builder, c: Children, span: Span) -> ast.StationaryStart:
+    return ast.StationaryStart(targets=tuple(c[2] or ()), doc=text_of(b, c[3]), span=span)
 
 
 def equation(b: Builder, c: Children, span: Span) -> ast.Equation:

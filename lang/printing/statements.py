@@ -13,7 +13,7 @@ Simple = (
     ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
     | ast.Output | ast.Let | ast.Unpacked | ast.Var | ast.Return | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
     | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Drive
-    | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
+    | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.StationaryStart | ast.Final | ast.Equation | ast.Exact | ast.Assert
     | ast.Experiment | ast.Study | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
     | ast.Draw | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
 )  # fmt: skip
@@ -42,6 +42,8 @@ def _clauses(s: Simple) -> list[Doc]:
             return [_import(s)]
         case ast.Extends():
             return [Row((f"extends {s.base}", _modifications(s.modifications)))]
+        case ast.Parameter(found=True, value=value) if value is not None:
+            return _started("parameter", s, ast.Start(value=value, guess=True, span=value.span))
         case ast.Parameter():
             return _declared("structural parameter" if s.structural else "parameter", s, s.value)
         case ast.Coordinate():
@@ -107,6 +109,10 @@ def _clauses(s: Simple) -> list[Doc]:
             return _clause(type(s).__name__.casefold(), s.left) + _clause("=", s.right)
         case ast.Initial() | ast.Final():
             return _clause(type(s).__name__.casefold(), s.target) + _start(s.start)
+        case ast.StationaryStart(targets=()):
+            return ["initial stationary"]
+        case ast.StationaryStart():
+            return ["initial stationary", ", ".join(flat(document(t)) for t in s.targets)]
         case ast.Assert():
             return [Row((*_pair("assert", s.condition), ",")), quote(s.message)]
         case ast.Experiment():

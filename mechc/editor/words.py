@@ -35,7 +35,10 @@ WORDS = {
     "contact": ("contact floor: y restitution 0.8;", "a gap that cannot become negative"),
     "place": ("place b = a * rotate(angle);", "where a joint puts its free frame"),
     "closure": ("closure distance(a, b) = l;", "the equation of a joint that closes a loop"),
-    "initial": ("initial der(x) = 1 m/s;", "an initial value; '~' instead of '=' makes it a guess"),
+    "initial": (
+        "initial der(x) = 1 m/s;",
+        "an initial value; '~' instead of '=' makes it a guess; 'initial stationary;' begins at rest",
+    ),
     "final": ("final z = 0 m;", "a value at the upper end of a curve"),
     "equation": ("equation der(x) = -x/(1 s);", "the rate of a state"),
     "exact": ("exact x = 1 m*cos(w*time);", "a known solution, which runs are compared with"),

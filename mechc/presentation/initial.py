@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..runtime.case import Case, SimulationOptions, prepare
+from ..runtime.case import Case, SimulationOptions, prepare, start_remarks
 from ..runtime.functions import load_functions
 from .numbers import number
 from .style import PLAIN, Style, pad, width
@@ -35,8 +35,8 @@ def initial_text(
     rows = [f"{title}: initial state", "", *_states(problem, case, explain, style)]
     if explain:
         rows += _equations(problem, case, style)
-    if case.assembled is not None:
-        rows += ["", *(f"note: {remark}" for remark in case.assembled.remarks)]
+    if remarks := start_remarks(case):
+        rows += ["", *(f"note: {remark}" for remark in remarks)]
     return "\n".join(rows).rstrip()
 
 

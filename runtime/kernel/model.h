@@ -158,6 +158,9 @@ typedef struct mech_start {
     const int *lengths;         /* [n_lengths] index in p of the parameters that are lengths     */
     const int *dependent;
     mech_function *assembly, *assembly_jacobian, *others;
+    int n_found;
+    const int *found;           /* [n_found] in p: parameters that the start finds                */
+    mech_function *find;        /* out[n_found], of a state that is assembled                     */
 } mech_start;
 
 #define MECH_LANES 8

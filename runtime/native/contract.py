@@ -91,6 +91,8 @@ class StartStruct(Contract):
         *((name, c_int) for name in ("n_rows", "n_lengths", "n_dependent")),
         *((name, c_void_p) for name in ("rows", "known", "partner", "size", "lengths", "dependent")),
         *((name, c_void_p) for name in ("assembly", "assembly_jacobian", "others")),
+        ("n_found", c_int),
+        *((name, c_void_p) for name in ("found", "find")),
     )
 
 

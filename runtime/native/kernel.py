@@ -174,6 +174,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     ),
     "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
     "mech_start_state": (c_int, (c_void_p, c_double, *(c_void_p,) * 6, POINTER(StartReportStruct))),
+    "mech_start_found": (c_int, (c_void_p, c_double, *(c_void_p,) * 5)),
     "mech_assemble": (c_int, (c_void_p, c_double, *(c_void_p,) * 5, POINTER(StartReportStruct))),
     "mech_nominal_at_start": (
         c_int,

@@ -31,7 +31,7 @@ class StartFacts(NamedTuple):
 
 def start_facts(problem: Problem) -> StartFacts | None:
     """Return the facts of a model; None where its initial state is as it is stated."""
-    if not problem.assembly and not problem.dependent:
+    if not (problem.assembly or problem.dependent or problem.found):
         return None
     partner = problem.partner
     return StartFacts(

@@ -129,6 +129,12 @@ def augment(case: Case, directions: Directions) -> Augmented:
         raise SimulationError(
             f"the functions of '{problem.name}' were not made by the compiler, which alone differentiates them"
         )
+    if problem.found:
+        names = ", ".join(f"'{problem.parameters[k].name}'" for k in problem.found)
+        raise SimulationError(
+            f"the start of '{problem.name}' finds {names}, which changes with everything: such a motion has no derivatives yet",
+            help="write the value that a run tells in the model, with '='",
+        )
     size = problem.ny * (1 + directions.count)
     if size > MOST:
         raise SimulationError(

@@ -184,6 +184,11 @@ def _check(case: Case) -> None:
             "for motions that are smooth",
             help=instead,
         )
+    if problem.dependent and problem.assembly:
+        raise SimulationError(
+            f"initial values of '{problem.name}' are stated with others that the start moves: these are not pulled back",
+            help=instead,
+        )
     if problem.discretes:
         raise SimulationError(
             f"'{problem.name}' has discrete variables, which are not pulled back", help=instead

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from msgspec.structs import replace
 
-from ..case import Case, inputs_at, prepare
+from ..case import AGAIN, Case, inputs_at, prepare
 from ..outcome import SimulationError
 from ..problem import Array, Setting
 from ..start.free_state import Flags
@@ -37,7 +37,21 @@ def start_tangents(augmented: Augmented, listed: Sequence[Direction]) -> Array:
     """
     case = augmented.case
     w = _stated(augmented, listed)
-    return w if case.assembled is None else assembled(case, listed, w, lambda w: _left(augmented, w))
+    if case.assembled is None:
+        return w
+    dependent = list(case.problem.dependent)
+    moving = [i for i in dependent if i < case.problem.nq + case.problem.nv]
+    by_caller, by_experiment = chosen(case)
+    for _ in range(AGAIN):
+        found = assembled(case, listed, w.copy(), lambda w: _left(augmented, w))
+        if not dependent:
+            return found
+        after = found.copy()
+        _of_others(augmented, after, by_caller | by_experiment, listed, case.y0)
+        w[dependent] = after[dependent]
+        if np.allclose(after[moving], found[moving], rtol=1e-13, atol=1e-300):
+            break
+    return after
 
 
 def _stated(augmented: Augmented, listed: Sequence[Direction]) -> Array:
@@ -58,7 +72,7 @@ def _stated(augmented: Augmented, listed: Sequence[Direction]) -> Array:
             if direction.index >= 0:
                 w[direction.index, k] = 1.0
     if problem.dependent:
-        _of_others(augmented, w, by_caller | by_experiment, listed)
+        _of_others(augmented, w, by_caller | by_experiment, listed, case.wanted)
     for i in problem.rotations:  # the stated numbers are scaled to unit length
         q = case.wanted[i : i + 4]
         w[i : i + 4] -= np.outer(q, q @ w[i : i + 4])
@@ -92,8 +106,10 @@ def _experiment(augmented: Augmented, w: Array, settings: set[Setting], listed: 
                 )
 
 
-def _of_others(augmented: Augmented, w: Array, settings: set[Setting], listed: Sequence[Direction]) -> None:
-    """Put in the derivatives of initial values that are stated with those of others."""
+def _of_others(
+    augmented: Augmented, w: Array, settings: set[Setting], listed: Sequence[Direction], y: Array
+) -> None:
+    """Put in the derivatives of initial values that are stated with those of others, at a state y."""
     case, problem = augmented.case, augmented.case.problem
     function = augmented.function("tangent_initial_of_others", len(problem.dependent))
     u, z = augmented.inputs(case.begin), augmented.discretes(case.z)
@@ -102,7 +118,7 @@ def _of_others(augmented: Augmented, w: Array, settings: set[Setting], listed: S
         for direction in listed
     ]
     for _ in problem.dependent:
-        values = function(case.begin, augmented.joined(case.wanted, w), u, z, augmented.p)
+        values = function(case.begin, augmented.joined(y, w), u, z, augmented.p)
         rows = values.reshape(augmented.count, -1)
         for k, kept in enumerate(free):
             w[[problem.dependent[m] for m in kept], k] = rows[k, kept]

@@ -15,10 +15,11 @@ from ...mechanics.system import InitialRow, MechanicalSystem
 from ..model import AssemblyEntry, Function
 from ..solve.solved import Solved
 from .entries import Layout
+from .found import Condition, Found
 
 
 def assembly(
-    system: MechanicalSystem, solved: Solved, layout: Layout, reporter: Reporter
+    system: MechanicalSystem, solved: Solved, layout: Layout, found: Found, reporter: Reporter
 ) -> tuple[tuple[AssemblyEntry, ...], tuple[Function, ...]]:
     """Return the rows and the functions ``assembly`` (residuals) and ``assembly_jacobian``; none without rows.
 
@@ -26,7 +27,7 @@ def assembly(
     for each velocity of the state, row by row.
     """
     resolve = solved.resolve
-    conditions = [(row, resolve([row.residual])[0]) for row in system.initials]
+    conditions = found.conditions
     entries: list[AssemblyEntry] = []
     residuals: list[Node] = []
     gradients: list[dict[int, Node]] = []
@@ -43,29 +44,46 @@ def assembly(
         for row in solved.switched
         if (mode := row.constraint.mode) and mode.kind == "constraint" and mode.begins
     )
-    support = {row: set(system.graph.support(n)) for row, n in conditions}
+    guessed = [n for n, start in zip(velocities, found.starts[layout.nq :], strict=False) if not start.known]
+    free = {
+        system.q[k].node for k, start in zip(layout.q_indices, found.starts, strict=False) if not start.known
+    }
+
+    def stage(condition: Condition) -> int:
+        support = set(system.graph.support(condition.residual))
+        if not support.intersection(velocities):
+            if not support.intersection(coordinates):
+                _no_coordinate(condition.row, reporter)
+            return 1
+        if not condition.late or not support.intersection(free):
+            return 2
+        if loose := [n for n in guessed if n in support]:
+            _rate_is_open(system, condition.row, loose[0], reporter)
+        return 1
+
     for row in (*solved.all_rows, *held):
         if row.position is not None:
             residual, rate = resolve([row.position, row.rate])
             name, unit = row.title, row.constraint.units[row.component]
             entry = AssemblyEntry(name, 1, "constraint", True, unit, row.constraint.origin.shown)
             add(entry, residual, *jacobian(system.graph, [rate], velocities))
-    along = {system.q[k].node: n for k, n in enumerate(system.qdot)}
-    for condition, residual in conditions:
-        if not support[condition].intersection(velocities):
-            if not support[condition].intersection(coordinates):
-                _no_coordinate(condition, reporter)
-            (rate,) = resolve(jvp(system.graph, [residual], along))
-            add(_entry(condition, 1), residual, *jacobian(system.graph, [rate], velocities))
+    stages = [stage(condition) for condition in conditions]
+    for condition, number in zip(conditions, stages, strict=True):
+        if number == 1:
+            add(_entry(condition.row, 1), condition.residual, _displaced(system, condition.residual, layout))
     for row in (*solved.all_rows, *held):
         (residual,) = resolve([row.rate])
         unit = row.constraint.units[row.component]
         unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit
         entry = AssemblyEntry(row.title, 2, "constraint", True, unit, row.constraint.origin.shown)
         add(entry, residual, *jacobian(system.graph, [residual], velocities))
-    for condition, residual in conditions:
-        if support[condition].intersection(velocities):
-            add(_entry(condition, 2), residual, *jacobian(system.graph, [residual], velocities))
+    for condition, number in zip(conditions, stages, strict=True):
+        if number == 2:
+            add(
+                _entry(condition.row, 2),
+                condition.residual,
+                *jacobian(system.graph, [condition.residual], velocities),
+            )
     if not entries:
         return (), ()
     dense = [row.get(j, system.graph.zero) for row in gradients for j in range(len(velocities))]
@@ -75,12 +93,44 @@ def assembly(
     )
 
 
+def _displaced(system: MechanicalSystem, residual: Node, layout: Layout) -> dict[int, Node]:
+    """Return how a residual changes where the coordinates move along each velocity, while velocities stay."""
+    graph = system.graph
+    velocities = [system.v[i].node for i in layout.v_indices]
+    if not graph.depend([residual], velocities):
+        along = {system.q[k].node: n for k, n in enumerate(system.qdot)}
+        return jacobian(graph, jvp(graph, [residual], along), velocities)[0]
+    gradient = {}
+    for j, i in enumerate(layout.v_indices):
+        along = dict(
+            zip(
+                (s.node for s in system.q),
+                jvp(graph, list(system.qdot), {system.v[i].node: graph.one}),
+                strict=True,
+            )
+        )
+        moves = {q: n for q, n in along.items() if not graph.is_zero(n)}
+        gradient[j] = jvp(graph, [residual], moves)[0]
+    return {j: n for j, n in gradient.items() if not graph.is_zero(n)}
+
+
 def _entry(row: InitialRow, stage: int) -> AssemblyEntry:
     return AssemblyEntry(row.name, stage, "initial", row.known, row.unit, row.origin.shown)
 
 
 def _per_second(unit: str) -> str:
     return f"{unit or '1'}/s"
+
+
+def _rate_is_open(system: MechanicalSystem, row: InitialRow, rate: Node, reporter: Reporter) -> None:
+    name = system.graph.name(rate)
+    reporter.error(
+        "E0612",
+        f"the initial condition on '{row.name}' depends on '{name}', which is not given",
+        row.origin.shown,
+        caption="coordinates are found by it, at given rates",
+        help=f"add 'initial {name} = 0;', or whatever the rate is at the start",
+    )
 
 
 def _no_coordinate(row: InitialRow, reporter: Reporter) -> None:

@@ -245,6 +245,16 @@ def parameter_value(member: VariableMember) -> Expression | None:
     )
 
 
+def is_found(member: VariableMember) -> bool:
+    """Tell whether a parameter is guessed, so that the start finds it: by the strongest modification, or its default."""
+    if member.role is not Role.PARAMETER:
+        return False
+    winner = strongest(member.modifiers)
+    if winner is not None:
+        return winner.kind == "~"
+    return isinstance(member.declaration, ast.Parameter) and member.declaration.found
+
+
 def _structural_value(member: VariableMember) -> Expression:
     """Return the value of a structural parameter as literals."""
     assert member.type is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Label
 
-from ..model import Expression, Type
+from ..model import Expression, Role, Type
 from ..names.instance import ROLE_WORDS, Member, Modifier, VariableMember
 from ..names.scope import Poisoned
 from .declared_types import distributed, fit
@@ -54,7 +54,7 @@ def check_plain(member: VariableMember, modifier: Modifier) -> None:
         raise scope.fail("E0401", f"'{name}' is {noun} and has nothing inside", modifier.span)
     if modifier.rate:
         raise scope.fail("E0403", f"'{name}' is {noun}; its rate cannot be set", modifier.span)
-    if modifier.kind == "~":
+    if modifier.kind == "~" and (member.role is not Role.PARAMETER or member.structural):
         raise scope.fail(
             "E0403",
             f"'{name}' is {noun}, which is known and not guessed",

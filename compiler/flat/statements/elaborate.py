@@ -23,7 +23,7 @@ from ..types import FRAME
 from .drawings import audible
 from .energies import energy, gravities, inertia, mass
 from .events import when
-from .initial_values import initial
+from .initial_values import initial, stationary_start
 from .loads import contact, damping, friction, load
 from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
@@ -79,6 +79,8 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             end(scope, statement, record)
         case ast.Initial():
             initial(scope, statement, record)
+        case ast.StationaryStart():
+            stationary_start(scope, statement, record)
         case ast.Equation():
             equation(scope, statement, record)
         case ast.Exact():

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
 
 from .. import model, types
 from ..expressions.coordinates import Target, slice_elements, target_of
@@ -16,6 +19,9 @@ from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index, subscripts
 from ..values.evaluate import elements, pick, whole_number
 from .record import Record, StatedStart
+
+_HIGHEST = {Role.COORDINATE: 2, Role.STATE: 1, Role.DISCRETE: 0}
+"""The highest derivatives that may be given at the start."""
 
 
 def initial(scope: Scope, statement: ast.Initial, record: Record) -> None:
@@ -36,9 +42,7 @@ def _initial(
         for part, part_value in zip(parts, elements(value), strict=True):
             _initial(scope, statement, part, part_value, record)
         return
-    if target is not None and (target.role in (Role.PARAMETER, Role.INPUT) or target.rate > 1):
-        raise _no_initial(scope, statement, target)
-    if target is not None and target.role in (Role.STATE, Role.DISCRETE) and target.rate:
+    if target is not None and target.rate > _HIGHEST.get(target.role, -1):
         raise _no_initial(scope, statement, target)
     wanted = left.type if left.type.kind is not Kind.POINT else types.numeric(left.type)
     if wanted.kind not in (*types.NUMERIC, Kind.ROTATION, Kind.BOOLEAN):
@@ -52,7 +56,7 @@ def _initial(
     declared = target.member.declaration.name_span if target else statement.target.span
     value = fit(scope, value, wanted, node.span, name=name, declared=declared)
     start = StartValue(value, guess, scope.origin(statement.span))
-    if target is None:
+    if target is None or target.rate == _HIGHEST[target.role] > 0:  # what forces and equations give
         record.initials.append(model.InitialCondition(left, start, scope.origin(statement.span)))
         return
     rank = rank_of(scope, STATED)
@@ -62,12 +66,12 @@ def _initial(
 
 def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisoned:
     span = statement.target.span
-    if target.rate > 1:
+    if target.role is Role.COORDINATE:
         return scope.fail(
             "E0590",
-            "initial values of second and higher derivatives are not supported yet",
+            "initial values of third and higher derivatives are not supported yet",
             span,
-            help="coordinates begin with a value and a rate; an acceleration follows from the forces",
+            help="a start may state a value, a rate and an acceleration",
         )
     noun = ROLE_WORDS[target.role]
     what = f"the rate of {noun}" if target.rate else noun
@@ -77,6 +81,87 @@ def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisone
         span,
         labels=(Label(target.member.declaration.name_span, "declared here"),),
     )
+
+
+def stationary_start(scope: Scope, statement: ast.StationaryStart, record: Record) -> None:
+    """Record that coordinates are at rest at the start and not accelerated, and that states do not change.
+
+    Without names those of the instance and its components are meant, which are known only later.
+    """
+    if not statement.targets:
+        record.stationary.append((scope, statement))
+        return
+    for node in statement.targets:
+        expression = scope.elaborate(node)
+        target = target_of(scope, expression)
+        parts = (expression,) if target is not None else slice_elements(expression) or ()
+        found = [target_of(scope, part) for part in parts]
+        if not found or any(t is None or t.role not in _RESTING or t.rate for t in found):
+            raise scope.fail(
+                "E0420",
+                f"'{node.span.text}' is neither a coordinate nor a state",
+                node.span,
+                caption="'initial stationary' takes what moves",
+                help="state more by 'initial der(..) = 0;'",
+            )
+        for part, one in zip(parts, found, strict=True):
+            assert one is not None
+            _rest(scope, statement.span, part, one, record)
+
+
+def all_stationary(record: Record) -> None:
+    """Let everything rest that ``initial stationary;`` speaks of, but for what is driven."""
+    driven = {_place(d.target) for d in record.drives}
+    for scope, statement in record.stationary:
+        prefix = f"{scope.path}." if scope.path else ""
+        for member in record.variables:
+            if member.role not in _RESTING or not member.name.startswith(prefix):
+                continue
+            whole = type_of(member)
+            name = model.Name(type=whole, span=statement.span, name=member.name)
+            target = Target(member.name, (), member.role, 0, whole, whole, member)
+            if not any(place == member.name for place, _ in driven):
+                _rest(scope, statement.span, name, target, record)
+                continue
+            given = [index for place, index in driven if place == member.name]
+            for index in subscripts(whole.shape) if whole.shape else ():
+                if not any(index[: len(one)] == one for one in given):
+                    type = types.element_of(whole, len(index))
+                    element = model.Element(type=type, span=statement.span, base=name, indices=index)
+                    part = Target(member.name, index, member.role, 0, type, whole, member)
+                    _rest(scope, statement.span, element, part, record)
+
+
+def _place(expression: Expression) -> tuple[str, Index]:
+    """Return the name of what is driven, and of which element."""
+    indices: Index = ()
+    while not isinstance(expression, model.Name):
+        if isinstance(expression, model.Element):
+            indices = (*expression.indices, *indices)
+            expression = expression.base
+        else:
+            assert isinstance(expression, model.Derivative)
+            expression = expression.operand
+    return expression.name, indices
+
+
+_RESTING = (Role.COORDINATE, Role.STATE)
+
+
+def _rest(scope: Scope, span: Span, expression: Expression, target: Target, record: Record) -> None:
+    """Record rates of zero, and conditions on what gives the highest derivative."""
+    order = _HIGHEST[target.role]
+    origin, time = scope.origin(span), scope.flattening.time_type.dimension
+    rate = rate_type(scope.flattening, target.type)
+    if order == 2:
+        zero = model.Literal(type=types.with_shape(rate, ()), span=span, value=Fraction(0))
+        start = StartValue(zero, False, origin)
+        stated = StatedStart(target.member, target.indices, True, start, rank_of(scope, STATED), span)
+        record.starts.setdefault(target.name, []).append(stated)
+        rate = types.real(rate.dimension / time, rate.shape, rate.angle)
+    highest = model.Derivative(type=rate, span=span, operand=expression, order=order)
+    zero = model.Literal(type=types.with_shape(rate, ()), span=span, value=Fraction(0))
+    record.initials.append(model.InitialCondition(highest, StartValue(zero, False, origin), origin))
 
 
 # ---------------------------------------------------------------- which one wins

@@ -52,6 +52,7 @@ class Record(Struct):
     draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)
     ends: list[model.End] = field(default_factory=list)
     functional: model.Expression | None = None
+    stationary: list[tuple[Scope, ast.StationaryStart]] = field(default_factory=list)
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)
     reached: set[int] = field(default_factory=set)

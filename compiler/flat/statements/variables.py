@@ -11,7 +11,7 @@ from mechc.suggest import closest
 from .. import types
 from ..expressions.coordinates import definition_of
 from ..instances.declared_types import fits
-from ..instances.members import type_of
+from ..instances.members import is_found, type_of
 from ..model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
 from ..names.instance import VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
@@ -65,6 +65,7 @@ def variable(member: VariableMember, value: Expression | None, record: Record) -
         rates=rates,
         attributes=attributes(scope, declaration, type),
         doc=declaration.doc,
+        found=is_found(member),
     )
 
 

@@ -52,6 +52,10 @@ _REFUSED: dict[type[ast.Statement], tuple[str, str]] = {
     ),
     ast.Damping: ("damping does not follow from anything stationary", _LOSES),
     ast.Friction: ("friction does not follow from anything stationary", _LOSES),
+    ast.StationaryStart: (
+        "a curve has two ends, and no start",
+        "state a slope of zero: 'initial der(z) = 0;'",
+    ),
     ast.Exact: ("a closed solution is compared with a motion", "write it as an output"),
 }
 

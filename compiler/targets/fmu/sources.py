@@ -44,7 +44,7 @@ def sources(
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
     if program.hybrid is None:
         del glue["fmi_events.c"]
-    if not program.assembly:
+    if not (program.assembly or program.found):
         del glue["fmi_start.c"]
     own = {
         "model.c": code,
@@ -94,7 +94,11 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         _numbers("mech_real", "start_p", case.p[:n_p]),
         _numbers("unsigned char", "y_given", given_y),
         _numbers("unsigned char", "u_given", [int(i in start.given_inputs) for i in range(nu)]),
-        _numbers("unsigned char", "p_given", [int(i in start.given_parameters) for i in range(n_p)]),
+        _numbers(
+            "unsigned char",
+            "p_given",
+            [int(i in start.given_parameters or i in program.found) for i in range(n_p)],
+        ),
         _numbers("unsigned char", "p_settable", [int(i in settable) for i in range(n_p)]),
         _numbers("unsigned char", "y_settable", [1] * ny),
         _numbers("unsigned char", "y_held", case.known),
@@ -124,7 +128,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         f"    .initial_is_free = {int(table.free_initial)},",
         f"    .y_held = y_held, .n_dependent = {len(program.dependent)}, .dependent = dependent,",
         f"    .others = {'initial_of_others' if program.dependent else 'NULL'},",
-        f"    .assemble = {'fmu_assemble' if program.assembly else 'NULL'},",
+        f"    .assemble = {'fmu_assemble' if program.assembly or program.found else 'NULL'},",
         f"    .inputs_move = {int(table.inputs_move)},",
         f"    .n_sizes = {len(sizes)}, .sizes = {'sizes' if sizes else 'NULL'},",
         "    .assertions = assertions,",

@@ -45,7 +45,8 @@ def settable_parameters(equations: Equations, given: Iterable[int]) -> tuple[int
     return tuple(
         i
         for i in range(len(equations.parameters))
-        if i in fixed or i not in rules or not equations.graph.support(rules[i])
+        if i not in equations.found
+        and (i in fixed or i not in rules or not equations.graph.support(rules[i]))
     )
 
 

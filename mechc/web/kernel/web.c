@@ -142,7 +142,8 @@ int EXPORT(web_begin)(void)
 {
     inputs_at(begin_time);
     mech_start_report told;
-    return mech_start_state(model, begin_time, y_given, u, z, p, y0, plain, &told);
+    const int status = mech_start_state(model, begin_time, y_given, u, z, p, y0, plain, &told);
+    return status || mech_start_found(model, begin_time, y0, u, z, p, set) < 0 ? status : MECH_START_UNDEFINED;
 }
 
 /* Whether there is room for so many events, of which those that happened stay. */

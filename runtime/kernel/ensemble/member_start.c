@@ -107,6 +107,12 @@ int mech_member_start(mech_room *r, mech_member *told)
     told->index = report.row;
     told->failed_value = report.off;
     if (told->status) return MECH_MEMBER_START;
+    if (mech_start_found(m, e->options->t0, r->y, r->u, r->z, r->p, r->p_set) >= 0 ||
+        outside(r->p, m->np, e->p_low, e->p_high) >= 0) {
+        told->index = outside(r->p, m->np, e->p_low, e->p_high);
+        told->failed_value = r->p[told->index];
+        return MECH_MEMBER_PARAMETER;
+    }
     told->index = outside(r->y, ny, e->y_low, e->y_high);
     if (told->index >= 0) {
         told->failed_value = r->y[told->index];

@@ -8,7 +8,7 @@
 #include "second_order.h"
 #include "start.h"
 
-enum { ATTEMPTS = 8 };
+enum { ATTEMPTS = 8, AGAIN = 20 };
 
 /* A gradient that changes by a tenth within this distance, in characteristic sizes, has no direction; of states that are the nearest
    ones, and of those at which the search for these got stuck. */
@@ -188,20 +188,69 @@ int mech_assemble(const mech_model *m, mech_real t, const unsigned char *known, 
     return r->status;
 }
 
+int mech_start_found(const mech_model *m, mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                     mech_real *p, unsigned char *set)
+{
+    const mech_start *s = m->start;
+    int wrong = -1;
+    if (!s || !s->n_found) return wrong;
+    mech_real *value = calloc((size_t)s->n_found, sizeof *value);
+    if (!value) return s->found[0];
+    s->find(t, y, u, z, p, value);
+    for (int k = 0; k < s->n_found; k++) {
+        if (!mech_finite(value[k])) wrong = s->found[k];
+        p[s->found[k]] = value[k];
+        set[s->found[k]] = 1;
+    }
+    free(value);
+    m->parameters(p, set);
+    return wrong;
+}
+
+/* Initial values that follow from those of others; gives whether a coordinate or velocity among them has another value now. */
+static int follow_others(const mech_model *m, mech_real t, const unsigned char *given, const mech_real *u, const mech_real *z,
+                         const mech_real *p, mech_real *y, mech_real *value)
+{
+    const mech_start *s = m->start;
+    int moved = 0;
+    for (int round = 0; s && round < s->n_dependent; round++) { /* one of them may be stated with another */
+        s->others(t, y, u, z, p, value);
+        for (int k = 0; k < s->n_dependent; k++) {
+            const int i = s->dependent[k];
+            if (given && given[i]) continue;
+            if (i < m->nq + m->nv && mech_abs(y[i] - value[k]) > MECH_C(1e-14) * (mech_abs(y[i]) + mech_abs(value[k]))) moved = 1;
+            y[i] = value[k];
+        }
+    }
+    return moved;
+}
+
+/* Assembles from `first`, the state as it is stated; again where this moves what initial values are stated with. */
+static void assemble_with_others(const mech_model *m, mech_real t, const unsigned char *given, const unsigned char *known,
+                                 const mech_real *u, const mech_real *z, const mech_real *p, mech_real *first, mech_real *y,
+                                 mech_real *value, mech_start_report *r)
+{
+    const size_t bytes = (size_t)(m->nq + m->nv + m->nx) * sizeof(mech_real);
+    const mech_start *s = m->start;
+    for (int again = 0; again < AGAIN; again++) {
+        memcpy(y, first, bytes);
+        if (mech_assemble(m, t, known, u, z, p, y, r) || !s || !s->n_dependent) return;
+        const int moved = follow_others(m, t, given, u, z, p, y, value);
+        for (int k = 0; k < s->n_dependent; k++) first[s->dependent[k]] = y[s->dependent[k]];
+        if (!moved || !s->n_rows) return;
+    }
+    r->status = MECH_START_APART;
+}
+
 /* What the model states of y, behind what was given; then initial values that follow from those of others. */
 static void state_values(const mech_model *m, mech_real t, const unsigned char *given, const mech_real *u,
                          const mech_real *z, const mech_real *p, mech_real *y, mech_real *value)
 {
     const int ny = m->nq + m->nv + m->nx;
-    const mech_start *s = m->start;
     m->initial(t, y, u, z, p, value);
     for (int i = 0; i < ny; i++)
         if (!given || !given[i]) y[i] = value[i];
-    for (int round = 0; s && round < s->n_dependent; round++) { /* one of them may be stated with another */
-        s->others(t, y, u, z, p, value);
-        for (int k = 0; k < s->n_dependent; k++)
-            if (!given || !given[s->dependent[k]]) y[s->dependent[k]] = value[k];
-    }
+    follow_others(m, t, given, u, z, p, y, value);
     mech_normalise(m, y);
 }
 
@@ -228,7 +277,7 @@ int mech_start_state(const mech_model *m, mech_real t, const unsigned char *give
     mech_start_report own, *r = report ? report : &own;
     const int ny = m->nq + m->nv + m->nx;
     *r = (mech_start_report){MECH_STARTED, -1, {0, 0}, 0};
-    mech_real *value = calloc((size_t)ny + 1, sizeof *value); /* formulas, then what was stated */
+    mech_real *value = calloc(2 * (size_t)ny + 2, sizeof *value); /* formulas, then what was stated; others */
     unsigned char *known = calloc((size_t)ny + 1, 1);
     if (!value || !known) r->status = MECH_START_NO_MEMORY;
     if (!r->status) {
@@ -239,7 +288,7 @@ int mech_start_state(const mech_model *m, mech_real t, const unsigned char *give
             if (!mech_finite(y[i])) *r = (mech_start_report){MECH_START_UNDEFINED, i, {0, 0}, y[i]};
         for (int i = 0; m->start && i < ny; i++)
             known[i] = given && given[i] ? given[i] == MECH_KNOWN : m->start->known[i];
-        if (!r->status) mech_assemble(m, t, known, u, z, p, y, r);
+        if (!r->status) assemble_with_others(m, t, given, known, u, z, p, value, y, value + ny + 1, r);
         if (plain) put_back(m, p, value, y, plain);
     }
     free(value);

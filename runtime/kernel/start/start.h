@@ -37,6 +37,11 @@ MECH_API int mech_start_state(const mech_model *model, mech_real t, const unsign
 MECH_API int mech_assemble(const mech_model *model, mech_real t, const unsigned char *known, const mech_real *u,
                            const mech_real *z, const mech_real *p, mech_real *y, mech_start_report *report);
 
+/* Puts the parameters that the start finds into p, and what follows from them; `set` as of `parameters`. The index of one that is
+ * not finite, else -1. */
+MECH_API int mech_start_found(const mech_model *model, mech_real t, const mech_real *y, const mech_real *u,
+                              const mech_real *z, mech_real *p, unsigned char *set);
+
 enum mech_quantity_kind { MECH_PLAIN = 0, MECH_ACCOUNT = 1, MECH_ROTATION_ENTRY = 2 };
 
 /* One state as nominal values see it. */

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...case import Case, Progress, SimulationOptions, find_experiment, part_of, prepare
+from ...case import Case, Progress, SimulationOptions, find_experiment, part_of, prepare, start_remarks
 from ...functions import load_functions
 from ...integrate.choose_method import choose_method
 from ...integrate.interruption import NotedInterruptions
@@ -283,7 +283,7 @@ def _verdict(done: _Done) -> Verdict:
         outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
     energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
     remarks = (
-        *(case.assembled.remarks if case.assembled else ()),
+        *start_remarks(case),
         *done.remarks,
         *_remarks(problem, case, main),
         *undefined_outputs(problem, table),
