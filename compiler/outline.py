@@ -55,10 +55,11 @@ class Outline(Struct, frozen=True):
 
 
 class Summary(Struct, frozen=True):
-    """What is told of a program without its statements. ``loops``: its code may hold loops; ``offers``: it holds functions for
-    others, which may be evaluated over balls of numbers."""
+    """What is told of a program without its statements. ``operations``: how many; ``loops``: its code may hold loops; ``offers``:
+    it holds functions for others, which may be evaluated over balls of numbers."""
 
     description: Description
+    operations: int
     loops: bool
     offers: bool
 
@@ -91,7 +92,10 @@ def summary_of(program: Program) -> Summary:
     from .targets.description import described
 
     return Summary(
-        described(program), program.long or program.few_slots, program.function("bias") is not None
+        described(program),
+        sum(function.operations for function in (program.parameters, *program.functions)),
+        program.long or program.few_slots,
+        program.function("bias") is not None,
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from msgspec.structs import replace
 
 from mechc.runtime.functions import with_code
-from mechc.runtime.native.build import build_shared, built_once, model_flags
+from mechc.runtime.native.build import build_shared, built_once, find_quick_compiler, model_flags
 from mechc.runtime.problem import Problem
 
 from .outline import Summary, summary_of
@@ -33,9 +33,11 @@ def make_problem(
     target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
+    quick: bool = False,
 ) -> Problem:
-    """Return the functions of a program, ready to be called. Raises CompilerMissing and BuildError."""
-    return problem_of(summary_of(program), lambda: program, target, reproducible=reproducible)
+    """Return the functions of a program, ready to be called; ``quick``: soon, where better code would not pay. Raises CompilerMissing
+    and BuildError."""
+    return problem_of(summary_of(program), lambda: program, target, reproducible=reproducible, quick=quick)
 
 
 def problem_of(
@@ -44,11 +46,12 @@ def problem_of(
     target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
+    quick: bool = False,
     kept_as: str = "",
 ) -> Problem:
     """Return the same of a program that is read when it is needed. ``kept_as`` tells it from all others: its code is found by
     that, without being written again, and without the program."""
-    made = _made(summary, program, target, reproducible, kept_as)
+    made = _made(summary, program, target, reproducible, quick, kept_as)
     if not summary.offers:
         return made
     from .targets.balls import enclosure
@@ -61,6 +64,7 @@ def _made(
     program: Callable[[], Program],
     target: Literal["c", "python"],
     reproducible: bool,
+    quick: bool,
     kept_as: str,
 ) -> Problem:
     if summary.description.curve is not None:
@@ -70,17 +74,19 @@ def _made(
         return with_code(summary.description, functions=functions, parameters_function=parameters)
     if target == "python":
         return _in_python(program())
-    flags = model_flags(reproducible, summary.loops)
+    compiler = find_quick_compiler() if quick else None
+    strict = reproducible or compiler is not None
+    flags = model_flags(strict, summary.loops)
 
     def build() -> Path:
-        return build_shared(_written(program(), reproducible), flags)
+        return build_shared(_written(program(), strict), flags, compiler=compiler)
 
     if kept_as:
         known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SERIES)}}
-        library = built_once(known, flags, build)
+        library = built_once(known, flags, build, compiler)
     else:
         library = build()
-    return with_code(summary.description, library=library)
+    return with_code(summary.description, library=library, quick=compiler is not None)
 
 
 def _in_python(program: Program) -> Problem:

@@ -49,14 +49,14 @@ class Code(Struct, eq=False):
     """Outputs that a question adds: names and texts."""
     twin: bool = False
     """Whether it is no longer what the text says: a flat model that was made of another one."""
-    problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
+    problems: dict[tuple[str, bool, bool, frozenset[str]], Problem] = field(default_factory=dict)
     lanes: dict[tuple[object, ...], Path] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
     asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)
     plans: dict[str | None, Plan | None] = field(default_factory=dict)
     """Experiments by the names that were asked for."""
-    posed: dict[tuple[int, str | None], tuple[Asked, Problem, Study]] = field(default_factory=dict)
+    posed: dict[tuple[int, str | None, bool], tuple[Asked, Problem, Study]] = field(default_factory=dict)
     """The last questions that were put, by their identity, with what answers them, without values."""
     single: frozenset[str] = frozenset()
     """What ``freely`` gives, once somebody has asked for it."""

@@ -198,6 +198,11 @@ class CompiledModel:
             plans[name] = self._found(name)
         return plans[name]
 
+    def sweeps(self, experiment: str | None) -> bool:
+        """Tell whether an experiment gives several values to something."""
+        plan = self._experiment(experiment)
+        return plan is not None and plan.sweeps
+
     def _found(self, name: str | None) -> Plan | None:
         experiments = self.compilation.outline.experiments
         if name is None:
@@ -240,9 +245,11 @@ class CompiledModel:
         *,
         method: str = "",
         reproducible: bool = False,
+        quick: bool = False,
         parts: Collection[str] = (),
     ) -> Problem:
-        """Return the functions of the model ready to be called, compiled by a C compiler.
+        """Return the functions of the model ready to be called, compiled by a C compiler; ``quick``: those of a large model by
+        libtcc, whose code is ready at once, as better code would not pay.
 
         ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on
@@ -253,7 +260,8 @@ class CompiledModel:
         one_of(target, TARGETS, "target")
         check_parts(parts)
         wanted = parts_for(method).union(parts)
-        problems, key = self._code.problems, (target, reproducible, wanted)
+        quick = quick and target == "c" and self.compilation.summary.operations > LARGE
+        problems, key = self._code.problems, (target, reproducible, quick, wanted)
         if key not in problems:
             from .compiler.problem import make_problem, problem_of
 
@@ -264,10 +272,11 @@ class CompiledModel:
                     lambda: made.program,
                     target,
                     reproducible=reproducible,
+                    quick=quick,
                     kept_as=made.kept_as,
                 )
             else:
-                problem = make_problem(self.program(wanted), target, reproducible=reproducible)
+                problem = make_problem(self.program(wanted), target, reproducible=reproducible, quick=quick)
             problems[key] = replace(
                 problem,
                 tangents=self._tangents(target, reproducible, wanted),
@@ -359,6 +368,9 @@ class CompiledModel:
             )
         return type(self)(code.asked[wanted], self._settings)
 
+
+LARGE = 1500
+"""Operations above which gcc takes more than a third of a second."""
 
 M = TypeVar("M", bound=CompiledModel)
 

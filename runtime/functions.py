@@ -141,6 +141,7 @@ def _from_library(problem: Problem) -> Functions:
     library = ctypes.CDLL(str(problem.library))
     library.mech_model_get.restype = ctypes.POINTER(contract.ModelStruct)
     model: contract.ModelStruct = library.mech_model_get().contents
+    model.quick = problem.quick
     _check_sizes(problem, model)
 
     def needed(name: str, size: int) -> ModelFunction | None:

@@ -399,6 +399,8 @@ class Problem(Description, frozen=True):
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None
+    quick: bool = False
+    """Whether libtcc made the library where there is a better compiler, because its code is ready first (``native/libtcc.py``)."""
     tangents: Callable[[Directions], Problem] | None = None
     """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
     adjoints: Callable[[Adjoint], Problem] | None = None

@@ -97,7 +97,8 @@ def _cost(solution: ShownSolution, style: Style) -> list[str]:
 
 
 def _method(solution: ShownSolution) -> str:
-    return f"{solution.statistics.method}, {'compiled C' if solution.compiled else 'Python'}"
+    by = "compiled C by libtcc" if solution.problem.quick else "compiled C" if solution.compiled else "Python"
+    return f"{solution.statistics.method}, {by}"
 
 
 def _without_motion(solution: ShownSolution) -> bool:

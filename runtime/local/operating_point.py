@@ -217,7 +217,7 @@ def _begun(case: Case) -> tuple[Array, Array]:
             f"'{case.problem.name}' switches, and what holds at a state is found by the compiled kernel",
             help="this needs a C compiler: mechc doctor",
         )
-    kernel = native.load_kernel(False)
+    kernel = native.kernel_for(case.functions.struct)
     with Solver(kernel, case, "dop853", case.tolerance, np.full(case.y0.size, case.tolerance)) as solver:
         status = solver.advance(case.begin, 1)
         _, y = solver.report()

@@ -94,6 +94,11 @@ def find_compiler() -> Compiler | None:
     return _assumed or found if found is None or found.in_process else found
 
 
+def find_quick_compiler() -> Compiler | None:
+    """Find libtcc where models have another compiler, whose code is better but ready later; None where ``CC`` chooses one."""
+    return None if os.environ.get("CC") or compiler_by_its_file() is None else find_libtcc()
+
+
 _assumed: Compiler | None = None
 
 
@@ -193,13 +198,18 @@ def build_shared(
     return library
 
 
-def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Path]) -> Path:
+def built_once(
+    known: Mapping[str, str],
+    flags: Sequence[str],
+    build: Callable[[], Path],
+    compiler: Compiler | None = None,
+) -> Path:
     """Give what ``build`` gives, from the cache under the name of what is ``known`` of it beforehand.
 
     So that sources need not be written or read to look for what was compiled of them, nor the compiler asked: one library under
     two names, where the system knows such. Raises what ``build`` raises.
     """
-    compiler = compiler_by_its_file() or find_compiler()
+    compiler = compiler or compiler_by_its_file() or find_compiler()
     if compiler is None:
         return build()
     stem = f"known-{cache_key(known, flags, '', compiler)}"

@@ -106,6 +106,8 @@ class SeriesStruct(Contract):
 
 class ModelStruct(Contract):
     c_name = "mech_model"
+    quick = False
+    """Whether libtcc made it because that is ready first (``Problem.quick``)."""
     _fields_ = (
         *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
         *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),

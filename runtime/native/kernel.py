@@ -24,6 +24,7 @@ from pathlib import Path
 
 from .build import build_shared, built_once, kernel_flags
 from .contract import BranchStruct, HybridStruct, ModelStruct
+from .libtcc import find_libtcc
 
 KERNEL = Path(__file__).parents[1] / "kernel"
 KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
@@ -198,7 +199,10 @@ def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
 
 def kernel_for(model: ModelStruct, reproducible: bool = False, method: str = _USUAL) -> ctypes.CDLL:
     """Load a kernel that can run the model by this method: where the whole one was not needed yet, of the usual method and
-    what the model needs alone, of which the same bits come. Raises ``BuildError`` and ``CompilerMissing``."""
+    what the model needs alone, of which the same bits come. A model that is quick has the kernel by libtcc, with the bits of a
+    reproducible one. Raises ``BuildError`` and ``CompilerMissing``."""
+    if model.quick:
+        return _quick()
     if method != _USUAL or reproducible in _whole:
         return _loaded(reproducible)
     return _fitted(reproducible, _own_code(model.nq + model.nv + model.nx), bool(model.hybrid))
@@ -220,6 +224,16 @@ def _loaded(reproducible: bool) -> ctypes.CDLL:
     file = built_once(known, flags, lambda: build_shared(kernel_sources(), flags, name="kernel"))
     _whole.add(reproducible)
     return _opened(file)
+
+
+@functools.cache
+def _quick() -> ctypes.CDLL:
+    flags, libtcc = kernel_flags(True), find_libtcc()
+
+    def build() -> Path:
+        return build_shared(kernel_sources(), flags, name="kernel", compiler=libtcc)
+
+    return _opened(built_once({"kernel": _kernel_state()}, flags, build, compiler=libtcc))
 
 
 @functools.cache

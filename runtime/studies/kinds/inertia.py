@@ -44,6 +44,7 @@ class InertiaOf(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs = frozenset({"matter"})
+    quick = True
     about: Annotated[
         str,
         settable(
