@@ -157,6 +157,7 @@ _ALL = (
     Builtin("grad", 2, None, _F, "gradient of a field, a function of its place: grad(V, r)"),
     Builtin("curl", 2, None, _F, "curl of a vector field: curl(F, r); a number in the plane"),
     Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),
+    Builtin("file", 1, 2, _S, "numbers of a CSV, NPZ or Matrix Market file: file(name), file(name, column)"),
     Builtin("size", 2, 2, _S, "number of elements along index k of an array, of rows for k = 1: size(A, k)"),
     Builtin("concat", 2, None, _S, "vectors one behind the other, or matrices below each other"),
     Builtin(

@@ -197,6 +197,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         variation=curve,
         unknowns=tuple(record.unknowns),
         implicit=tuple(record.implicit),
+        files=tuple(flattening.files.values()),
     )
     check_unknowns(flat, reporter)
     reporter.stop_on_errors()

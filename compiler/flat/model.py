@@ -575,6 +575,13 @@ class Study(Struct, frozen=True):
     doc: str = ""
 
 
+class ReadFile(Struct, frozen=True):
+    """A file whose values the model holds: its name as written, and the SHA-256 of its content."""
+
+    name: str
+    checksum: str
+
+
 class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
@@ -614,3 +621,4 @@ class FlatModel(Struct, frozen=True):
     variation: Variation | None = None
     unknowns: tuple[UnknownOutput, ...] = ()
     implicit: tuple[ImplicitEquation, ...] = ()
+    files: tuple[ReadFile, ...] = ()

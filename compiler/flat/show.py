@@ -77,6 +77,8 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield f"  independent {model.independent} from {text(model.variation.lower)} to {text(model.variation.upper)}"
     elif model.independent != "time":
         yield f"  independent {model.independent}"
+    for file in model.files:
+        yield f'  file "{file.name}" {file.checksum[:16]}'
     for name, constant in model.structural.items():
         yield f"  structural {name} = {_constant(constant)}"
     for variable in model.variables:

@@ -105,6 +105,7 @@ def page(model: CompiledModel, solution: Solution) -> str:
         *_table("Inputs", equations.inputs, {}),
         *_table("Parameters", equations.parameters, values),
         *_table("Outputs", equations.outputs, {}),
+        *_files(model),
         "<h2>Reference results</h2>",
         f'<p><a href="reference.csv">reference.csv</a> holds the default experiment: {_extent(solution)}. Names are '
         "those of the model description, numbers are in the units given there.</p>",
@@ -134,6 +135,17 @@ def _equations(model: CompiledModel) -> list[str]:
             "writes them.</p>",
         ]
     return [sections_html(model.compilation.system)]
+
+
+def _files(model: CompiledModel) -> list[str]:
+    """Name the files whose values the model holds; nothing where there are none."""
+    files = model.compilation.flat.files
+    if not files:
+        return []
+    rows = [f"<tr><td>{escape(f.name)}</td><td><code>{f.checksum}</code></td></tr>" for f in files]
+    head = "<table><tr><th>name</th><th>SHA-256</th></tr>"
+    words = "<p>Their values were read when the FMU was made; it does not need them.</p>"
+    return ["<h2>Files</h2>", words, head, *rows, "</table>"]
 
 
 def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) -> list[str]:

@@ -222,6 +222,7 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "size": (PLANE, "size(outer(a, {1, 2}), 2) + n", [4]),
     "concat": (PLANE, "concat(b, n, a[2:3])", [4, 5, 6, 2, 2, 3]),
     "eigenvalues": (PLANE, "eigenvalues({{2, 1}, {1, 2}})", [1, 3]),
+    "file": (PLANE, f'file("{ROOT}/tests/models/values/forces.csv", "force")/1 kN', [1.5, 2.5]),
     "linspace": (PLANE, "linspace(n, 6, 3)", [2, 4, 6]),
     "table": (PLANE, "table(n, {0, 2, 3}, {5, 7, 8})", [7]),
     "trans": (PLANE, "pos(world * trans({n, 1}*1 m))", [2, 1]),

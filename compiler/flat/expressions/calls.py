@@ -14,6 +14,7 @@ from ..names.scope import Poisoned, Scope
 from ..operands import free_names
 from ..values.evaluate import iterate
 from .fields import field_derivative, is_field_derivative
+from .files import FILE_RULES
 from .functions import RULES, combined
 from .kinematics import KINEMATIC_RULES
 from .meshes import MESH_RULES
@@ -25,7 +26,7 @@ _OF_MOTIONS = ("sample", "initial")
 """Functions that tell an instant of a motion."""
 _OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"
 
-_ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES}
+_ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES, **FILE_RULES}
 
 
 def call(scope: Scope, node: ast.Call) -> Expression:

@@ -14,10 +14,10 @@ from mechc.lang.source import Span
 from .. import types
 from ..model import Apply, Expression, Kind, Literal
 from ..moments import Moments, flaw, moments, repeated, two_sided
-from ..names.looked_for import note
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import Value, constant, not_structural, to_expression
 from ..values.mesh_files import READERS, triangles
+from .files import noted, path_of, text_of
 from .signature import Call
 
 POWERS = {"mesh_volume": 3, "mesh_centre": 1, "mesh_inertia": 5}
@@ -34,39 +34,20 @@ def mesh(call: Call) -> Expression:
 
 
 def mesh_path(scope: Scope, value: Expression, node_span: Span) -> Path:
-    """Return the path of a mesh file, which is told from the folder of the text that names it, and must be there."""
-    name = constant(value)
-    assert isinstance(name, str)
-    path = Path(name)
-    if not path.is_absolute():
-        path = Path(value.span.file.name).parent / path
-    if path.suffix.casefold() not in READERS:
-        raise scope.fail(
-            "E1004",
-            f"'{name}' is no STL or OBJ file",
-            node_span,
-            help="its name ends with '.stl' or '.obj'",
-        )
-    if not note(path).is_file():
-        raise scope.fail(
-            "E1004",
-            f"there is no file '{name}'",
-            node_span,
-            help="its place is told from the folder of the text that names it",
-        )
-    return path
+    """Return the path of a mesh file."""
+    return path_of(scope, value, node_span, READERS, "E1004", "STL or OBJ file", "'.stl' or '.obj'")
 
 
 def _of_file(call: Call) -> Expression:
     scope, span = call.scope, call.nodes[0].span
-    if not isinstance(constant(call.arguments[0]), str):
-        raise not_structural(scope, call.nodes[0], call.arguments[0], "the name of a file")
+    name = text_of(call, 0, "the name of a file")
     if call.scalar(1).dimension != call.dimension(types.LENGTH):
         raise call.wrong(1, "the length that 1 in the file is")
     path = mesh_path(scope, call.arguments[0], span)
     known = scope.flattening.meshes
     if str(path) not in known:
         try:
+            noted(scope, name, path)
             surface = triangles(path)
         except (OSError, ValueError) as error:
             raise scope.fail("E1004", str(error), span) from None

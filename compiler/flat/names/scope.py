@@ -19,6 +19,7 @@ from .classes import Classes
 from .namespace import Library, Namespace
 
 if TYPE_CHECKING:
+    from ..model import ReadFile
     from ..moments import Moments
     from .instance import DefinitionMember, Instance, VariableMember
 
@@ -112,6 +113,8 @@ class Flattening(Struct):
     quadratures: int = 0
     constants: dict[int, Literal] = field(default_factory=dict)
     meshes: dict[str, Moments] = field(default_factory=dict)
+    numbers: dict[tuple[str, str], Expression] = field(default_factory=dict)
+    files: dict[str, ReadFile] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
