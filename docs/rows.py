@@ -214,7 +214,7 @@ ASKS = {
 """What a row asks, where it shares an example with others."""
 
 SAID = {
-    "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
+    "K1": "the potential of the thesis is wrong, and its chaos follows from that ([more](explanation/what_a_sign_can_do.md))",
     "K5": "named as future work, no number stated",
     "U6": "no number stated: the model says how far a place is from the three surfaces",
     "U36": "the sign of its second field, (y, x, z^3), is lost in the text: it is conservative for plus, not for minus",

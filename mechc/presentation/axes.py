@@ -102,11 +102,11 @@ def drawn(diagrams: Sequence[Diagram], ax: Any = None, style: str = "") -> Any:
 
     from .notebook import Picture
 
+    if ax is not None:
+        for axes, diagram in zip(given_axes(ax, len(diagrams)), diagrams, strict=True):
+            draw_on(axes, diagram.draw, style)
+        return ax
     with matplotlib.rc_context(style_named(style)):
-        if ax is not None:
-            for axes, diagram in zip(given_axes(ax, len(diagrams)), diagrams, strict=True):
-                diagram.draw(axes)
-            return ax
         size = SIZES[style]
         heights = [size * diagram.height for diagram in diagrams]
         made = Picture(figsize=(size * WIDTH, sum(heights)), layout="constrained")
@@ -114,6 +114,17 @@ def drawn(diagrams: Sequence[Diagram], ax: Any = None, style: str = "") -> Any:
         for place, diagram in zip(places, diagrams, strict=True):
             diagram.draw(made.add_subplot(place))
     return made
+
+
+def draw_on(axes: Any, draw: Callable[[Any], None], style: str) -> None:
+    """Draw into axes of a caller, whose own title takes the place of ours."""
+    import matplotlib
+
+    with matplotlib.rc_context(style_named(style)):
+        draw(axes)
+    text = axes.get_title(loc="left")
+    axes.set_title("", loc="left")
+    axes.set_title(text)
 
 
 def given_axes(ax: Any, count: int) -> list[Any]:

@@ -9,13 +9,14 @@ import os
 import sys
 import textwrap
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..requests.parse_values import UsageMistake
-from .axes import COLOURS, SIZES, View, equal_box, given_axes, legend, style_named, title
+from .axes import COLOURS, SIZES, View, draw_on, equal_box, given_axes, legend, style_named, title
 from .letters import axis_label, letters, unit_label
 from .panels import Changes, Curves, Energies, Panel, Paths, Portrait, Scenery, curves_of, element, panels_of
 from .scenery import draw_scenery, point_name
@@ -62,15 +63,12 @@ def figure(solution: ShownSolution, names: Sequence[str] = (), style: str = "") 
 
 def draw_into(ax: Any, solution: ShownSolution, names: Sequence[str], style: str = "") -> Any:
     """Draw quantities of a solution into axes that are given, one for each diagram, and return these. Raises UsageMistake."""
-    import matplotlib
-
     if not names:
         raise UsageMistake("what is drawn into given axes has no default", 'say it: plot("theta", ax=ax)')
     solution = solution.in_picture()
     view, panels = View(solution), curves_of(solution, _chosen(solution, names))
-    with matplotlib.rc_context(style_named(style)):
-        for axes, panel in zip(given_axes(ax, len(panels)), panels, strict=True):
-            _draw(axes, panel, view)
+    for axes, panel in zip(given_axes(ax, len(panels)), panels, strict=True):
+        draw_on(axes, partial(_draw, panel=panel, view=view), style)
     return ax
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import integrate, small_swings
-from gallery import Array, at, check_estimate, references, run, values
+from gallery import Array, at, check_estimate, load, references, run, values
 
 TIP = {"xB": "B[1]", "yB": "B[2]"}
 K1 = {"q1": "q1", "q2": "q2", "u1": "der(q1)", "u2": "der(q2)"}
@@ -65,6 +65,28 @@ def test_the_two_cases_part_between_4_5_and_4_9_seconds() -> None:
     assert 4.4 < t[np.argmin(apart)] < 4.5
     assert 4.5 < t[np.flatnonzero(apart < begun)[-1]] < 4.9
     assert np.interp(4.9, t, apart) > 4 * apart.min()
+
+
+def test_as_published_the_two_cases_part_within_half_a_second_after_4_s() -> None:
+    """K1: with the potential of the thesis the tips are 2 cm apart at 4 s, and more than 1.3 m at 4.35 s; with the right one they stay within
+    80 cm for 10 s."""
+    t = np.linspace(0, 10, 2001)
+    apart = {}
+    for name in ("DoublePendulum", WRONG):
+        one, other = (run("double_pendulum_bars", case, model=name)(t) for case in (None, "caseB"))
+        apart[name] = np.hypot(one["B[1]"] - other["B[1]"], one["B[2]"] - other["B[2]"])
+    assert apart["DoublePendulum"].max() < 0.8 and apart[WRONG].max() > 3.5
+    assert np.interp(4.0, t, apart[WRONG]) < 0.02 and np.interp(4.35, t, apart[WRONG]) > 1.3
+
+
+def test_the_printed_potential_makes_the_motion_chaotic() -> None:
+    """K1: in a section the right motion keeps to five small rings, and that of the printed potential wanders over all angles."""
+    reach = {}
+    for name in ("DoublePendulum", WRONG):
+        found = load("double_pendulum_bars", name).section(where="der(q1) = 0", count=300)
+        reach[name] = np.ptp(found.arrays["der(q2)"]), found.details["accuracy"]["agreeing"][0]
+    assert reach["DoublePendulum"][0] < 3.6 and reach["DoublePendulum"][1] == 200
+    assert reach[WRONG][0] > 18 and reach[WRONG][1] < 200
 
 
 @pytest.mark.parametrize(

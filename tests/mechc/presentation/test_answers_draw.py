@@ -57,6 +57,8 @@ def test_it_draws_into_given_axes(tmp_path: Path) -> None:
         and (tmp_path / "here.png").exists()
     )
     assert [len(one.get_lines()) for one in axes] == [3, 1, 1]
+    axes[0].set_title("mine")
+    assert axes[0].get_title() == "mine" and axes[0].get_title(loc="left") == ""
     for k, line in zip((1, 4, 9), axes[0].get_lines(), strict=True):
         t, x = line.get_data()
         assert line.get_label() == f"k = {k}"
