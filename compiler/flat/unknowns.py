@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import prod
 
+import msgspec
 from msgspec import Struct
 
-from .model import Expression, FlatModel, ImplicitEquation, Unknown, UnknownOutput
+from .model import Expression, FlatModel, ImplicitEquation, Typed, Unknown, UnknownOutput
 from .operands import children, free_names
+
+_ANSWERS = ("definitions", "assertions", "exacts", "draws", "implicit", "unknowns")
+"""Fields of a model on which its motion does not depend."""
 
 
 class Group(Struct, frozen=True):
@@ -42,6 +46,29 @@ def unknowns_in(value: object, definitions: Mapping[str, Expression | None]) -> 
                 pending.append(definitions[name])
         pending.extend(e for e in _unknown_parts(at))
     return found
+
+
+def felt(model: FlatModel) -> frozenset[str]:
+    """Return the names of the unknown outputs on which the motion depends."""
+    if not model.unknowns:
+        return frozenset()
+    definitions = {d.name: d.value for d in model.definitions}
+    fields = (getattr(model, f) for f in model.__struct_fields__ if f not in _ANSWERS)
+    return frozenset(n for field in fields for e in expressions(field) for n in unknowns_in(e, definitions))
+
+
+def expressions(value: object) -> Iterator[Expression]:
+    """Yield the outermost expressions in what a field of a model holds."""
+    if isinstance(value, Typed):
+        yield value  # type: ignore[misc]
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from expressions(item)
+    elif isinstance(value, dict):
+        yield from expressions(tuple(value.values()))
+    elif isinstance(value, msgspec.Struct):
+        for field in value.__struct_fields__:
+            yield from expressions(getattr(value, field))
 
 
 def _unknown_parts(value: object) -> list[Unknown]:

@@ -37,11 +37,14 @@ def as_choice(graph: Graph, n: Node, arguments: tuple[Node, ...], below: Below) 
             return None
 
 
-def as_choices(graph: Graph, nodes: Sequence[Node], fixed: Collection[Node]) -> tuple[Node, ...]:
-    """Return nodes with abs, min and max as choices, but for those of the symbols ``fixed`` alone."""
+def as_choices(
+    graph: Graph, nodes: Sequence[Node], fixed: Collection[Node], whole: Collection[Node] = ()
+) -> tuple[Node, ...]:
+    """Return nodes with abs, min and max as choices, but for those of the symbols ``fixed`` alone, and for what is inside
+    the nodes ``whole``."""
     known = set(fixed)
     images: dict[Node, Node] = {}
-    for n in graph.reach(nodes):
+    for n in graph.reach(nodes, whole):
         arguments = graph.args(n)
         if not arguments:
             continue

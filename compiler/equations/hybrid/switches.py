@@ -133,10 +133,13 @@ def find_switches(
     return Switches(tuple(located), tuple(timed), replace)
 
 
-def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[Node]:
+def relations_of_time(
+    system: MechanicalSystem, rates: Sequence[Node], resolve: Mapping[Node, Node]
+) -> list[Node]:
     """Return what the rates of constraints ask of time alone, as where max(0, f(time)) bends: they jump there."""
     graph, known = system.graph, {system.symbols.time, *(s.node for s in system.symbols.parameters)}
-    asked = [n for n in graph.reach(rates) if compared(graph, n) is not None]
+    inside = _inside_unknowns(system, resolve)
+    asked = [n for n in graph.reach(rates) if compared(graph, n) is not None and n not in inside]
     return [n for n in asked if known.issuperset(graph.support(n))]
 
 
@@ -155,7 +158,8 @@ def jumps_of_dissipation(
     forces, which ``resolve`` puts in the place of answers about them.
     """
     graph, velocities = system.graph, system.symbols.velocities
-    compares = [n for n in graph.reach(laws) if compared(graph, n) is not None]
+    inside = _inside_unknowns(system, {})
+    compares = [n for n in graph.reach(laws) if compared(graph, n) is not None and n not in inside]
     images = dict(zip(compares, substitute(graph, compares, resolve), strict=True))
     felt = set(graph.reached_among(rates, list(images.values()))).difference(written)
     return [
@@ -163,6 +167,13 @@ def jumps_of_dissipation(
         for n, there in images.items()
         if there in felt and not velocities.isdisjoint(graph.support(there)) and _jumps(graph, there, rates)
     ]
+
+
+def _inside_unknowns(system: MechanicalSystem, resolve: Mapping[Node, Node]) -> set[Node]:
+    """Return what Newton's method compares to find what equations determine, and the signs in its derivatives."""
+    graph = system.graph
+    found = substitute(graph, list(system.lowering.unknowns.found), resolve)
+    return {n for n in graph.reach(found) if compared(graph, n) is not None}
 
 
 def _jumps(graph: Graph, relation: Node, formulas: Sequence[Node]) -> bool:

@@ -72,7 +72,7 @@ def add_events(
     written = solved.resolve(list(system.lowering.relations))
     braking = vjp(graph, [(system.dissipation, graph.one)], sorted(system.symbols.velocities))
     bends = [
-        *relations_of_time(system, held),
+        *relations_of_time(system, held, solved.replace),
         *jumps_of_dissipation(system, rhs.outputs, braking, solved.replace, written),
     ]
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)

@@ -13,7 +13,7 @@ from itertools import chain, pairwise
 
 from mechc.lang.diagnostics import Reporter
 
-from ...graph import Graph, Node
+from ...graph import Node
 from ...graph import operations as ops
 from ...graph.evaluate import Tape
 from ...graph.rewrite import substitute
@@ -50,7 +50,7 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
         count = len(places)
         formulas = substitute(system.graph, [*places, *row.rates], driven)
         for k, formula in enumerate(formulas):
-            if not _levels(system.graph, formula, system.symbols.time):
+            if not _levels(system, formula):
                 continue
             defaults = defaults or default_values(system)
             at = next(_jumps(system, formula, defaults), None)
@@ -71,10 +71,9 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
 
 def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter) -> None:
     """Report constraints that ask for another position from one instant to the next."""
-    graph, time = system.graph, system.symbols.time
     told: set[str] = set()
     for row in rows:
-        if row.position is None or row.constraint.name in told or not _levels(graph, row.position, time):
+        if row.position is None or row.constraint.name in told or not _levels(system, row.position):
             continue
         at = next(_jumps(system, row.position, default_values(system)), None)
         if at is None:
@@ -90,15 +89,19 @@ def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter
         )
 
 
-def _levels(graph: Graph, formula: Node, time: Node) -> list[Node]:
+def _levels(system: MechanicalSystem, formula: Node) -> list[Node]:
     """Return what tells by whole numbers on which piece of a formula a time is."""
-    found = [n for n in graph.reach([formula]) if graph.op(n) in ops.JUMPING and time in graph.support(n)]
+    graph, time = system.graph, system.symbols.time
+    inside = system.lowering.unknowns.found
+    found = [
+        n for n in graph.reach([formula], inside) if graph.op(n) in ops.JUMPING and time in graph.support(n)
+    ]
     return [graph.floor(graph.div(*graph.args(n))) if graph.op(n) == ops.MODULO else n for n in found]
 
 
 def _jumps(system: MechanicalSystem, formula: Node, defaults: Mapping[Node, float]) -> Iterator[float]:
     graph, time = system.graph, system.symbols.time
-    levels = _levels(graph, formula, time)
+    levels = _levels(system, formula)
     still = {n: x for n, x in defaults.items() if n != time}
     values, pieces = (Tape(graph, asked, defaults).settled(still) for asked in ([formula], levels))
 

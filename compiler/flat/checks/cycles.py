@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from mechc.lang.diagnostics import Reporter
 
-from ..model import Definition, Expression, Literal, Role, Variable
+from ..model import Definition, DefinitionRole, Expression, Literal, Role, Variable
 from ..operands import free_names
 
 
@@ -21,7 +21,20 @@ def check_cycles(
             f"'{chain[0]}' is defined by itself",
             elements[chain[0]].origin.span,
             caption=" -> ".join([*chain, chain[0]]),
+            help=_cure(chain, definitions),
         )
+
+
+def _cure(chain: list[str], definitions: tuple[Definition, ...]) -> str | None:
+    """Say how a circle of signals is solved, where an output of a component is in it."""
+    outputs = {d.name for d in definitions if d.role is DefinitionRole.OUTPUT}
+    name = next((n.rpartition(".")[2] for n in chain if n in outputs and "." in n), None)
+    if name is None:
+        return None
+    return (
+        f"where both hold at once, let an equation determine one of them: 'output {name} ~ 0;' and "
+        f"'equation {name} = ..;' in the place of 'output {name} = ..;'"
+    )
 
 
 def chains_to_themselves(

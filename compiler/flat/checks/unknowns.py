@@ -1,21 +1,17 @@
-"""Outputs that equations determine: enough equations, and nothing of the motion depends on them."""
+"""Outputs that equations determine: enough equations, and nothing that is needed before a run depends on them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import msgspec
-
 from mechc.lang.diagnostics import Label, Reporter
 
-from ..model import Expression, FlatModel, Typed
-from ..unknowns import Group, groups, unknowns_in
+from ..model import FlatModel
+from ..unknowns import Group, expressions, groups, unknowns_in
 
 MOST = 10
 """Most numbers that one system determines."""
 
-_ANSWERS = ("definitions", "assertions", "exacts", "draws", "implicit", "unknowns")
-"""Where unknowns may stand: what nothing of the motion depends on."""
+_BEFORE = ("variables", "experiments", "studies")
+"""What is known before a run: values of parameters, starts, settings."""
 
 
 def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
@@ -40,17 +36,15 @@ def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
                 f"a guess must not depend on what is to be found, as on '{name}'",
                 unknown.guess.span,
             )
-    for field in model.__struct_fields__:
-        if field in _ANSWERS:
-            continue
-        for expression in _expressions(getattr(model, field)):
+    for field in _BEFORE:
+        for expression in expressions(getattr(model, field)):
             for name in unknowns_in(expression, definitions):
                 reporter.error(
                     "E0338",
-                    f"'{name}' is found by equations, and the motion must not depend on it",
+                    f"'{name}' is found along the motion, and this value is needed before",
                     expression.span,
-                    caption="which of several solutions is meant, nothing would tell along the motion",
-                    help="write a formula, or a coordinate with a 'constraint'; outputs, 'exact' and 'assert' may use it",
+                    caption="the value of a parameter, a start or a setting",
+                    help="write a formula of parameters; 'initial a = b;' may contain what equations determine",
                 )
 
 
@@ -74,17 +68,3 @@ def _check_count(group: Group, reporter: Reporter) -> None:
             labels=labels,
             help="coordinates with constraints may be many more",
         )
-
-
-def _expressions(value: object) -> Iterator[Expression]:
-    """Yield the outermost expressions in what a field of a model holds."""
-    if isinstance(value, Typed):
-        yield value  # type: ignore[misc]
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from _expressions(item)
-    elif isinstance(value, dict):
-        yield from _expressions(tuple(value.values()))
-    elif isinstance(value, msgspec.Struct):
-        for field in value.__struct_fields__:
-            yield from _expressions(getattr(value, field))

@@ -3,7 +3,8 @@
 Steps are shortened where they lead away: where the next step by the same derivatives would not be shorter, in shares of the
 unknowns. The rows themselves would tell of one that is nearly solved more than of all that are not.
 P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3 (the natural test of monotonicity).
-Each further step stands in a branch that is not entered once steps are small. A last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function.
+Each further step stands in a branch that is not entered once steps are small. A last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function; n such steps
+give derivatives up to the order 2^n - 1, whatever the guess was.
 Of more equations than unknowns the steps are those of least squares, and all must hold. Where nothing is found the result
 is no number.
 """
@@ -42,8 +43,11 @@ class _Point(Struct, frozen=True):
     largest: Nodes
 
 
-def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: Sequence[Node]) -> Nodes:
-    """Return what makes all rows vanish, found from a guess. Raises DivisionByZero where they determine nothing there."""
+def newton(
+    graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: Sequence[Node], polish: int = 1
+) -> Nodes:
+    """Return what makes all rows vanish, found from a guess, with so many last steps. Raises DivisionByZero where they
+    determine nothing there."""
     system = _System(graph, rows, unknowns)
     point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
     if system.linear:
@@ -66,8 +70,20 @@ def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: 
     result: Nodes = (nowhere,) * len(unknowns)
     for small, at in reversed(found):
         result = tuple(graph.select(small, a, b) for a, b in zip(at.values, result, strict=True))
-    last = system.at(result, tuple(map(graph.abs, result)))
-    return tuple(map(graph.add, result, system.step(last)))
+    for _ in range(polish):
+        last = system.at(result, tuple(map(graph.abs, result)))
+        result = tuple(map(graph.add, result, system.step(last)))
+    return result
+
+
+def linear_solution(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> Nodes:
+    """Return what makes rows vanish that are affine in the unknowns."""
+    zeros = (graph.zero,) * len(unknowns)
+    system = _System(graph, rows, unknowns)
+    point = system.at(zeros, zeros)
+    if len(rows) == len(unknowns) == 1:
+        return (graph.neg(graph.div(point.residual[0], point.matrix[0][0])),)
+    return system.step(point)
 
 
 def linearised(
@@ -82,7 +98,7 @@ class _System:
     def __init__(self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> None:
         self.graph, self.rows, self.unknowns = graph, list(rows), list(unknowns)
         self.slopes = jacobian(graph, self.rows, self.unknowns)
-        self.terms = [_terms(graph, row) for row in rows]
+        self.terms = [terms_of(graph, row) for row in rows]
         symbols = set(unknowns)
         self.linear = not any(
             symbols & set(graph.support(slope)) for row in self.slopes for slope in row.values()
@@ -205,7 +221,7 @@ def pivoted(graph: Graph, rows: list[list[Node]]) -> Nodes:
     return tuple(found[k] for k in range(count))
 
 
-def _terms(graph: Graph, node: Node) -> list[Node]:
+def terms_of(graph: Graph, node: Node) -> list[Node]:
     """Return what a node is a sum of."""
     found, pending = [], [node]
     while pending:

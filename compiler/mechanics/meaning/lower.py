@@ -221,8 +221,9 @@ class Lowering:
         """Return nodes whose kinks and jumps are switches like those of ``if``: where their rates jump, a run stops."""
         symbols = self._symbols
         fixed = {s.node for s in (*symbols.parameters, *symbols.discretes)}
-        bent = as_choices(self.graph, nodes, fixed)
-        compared = (n for n in self.graph.reach(bent) if self.graph.op(n) in COMPARING)
+        found = self.unknowns.found
+        bent = as_choices(self.graph, nodes, fixed, found)
+        compared = (n for n in self.graph.reach(bent, found) if self.graph.op(n) in COMPARING)
         self.relations |= dict.fromkeys(compared)
         return bent
 

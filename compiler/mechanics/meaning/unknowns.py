@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -9,14 +10,20 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Label
 
 from ...flat.model import FlatModel, Origin
-from ...flat.unknowns import Group, groups
+from ...flat.unknowns import Group, felt, groups
 from ...graph import DivisionByZero, Node
+from ...graph.differentiate import jvp
 from ...graph.elimination.clashes import clash, linear
-from ...graph.elimination.newton import newton
+from ...graph.elimination.newton import linear_solution, newton
+from ...graph.rewrite import substitute
 from .values import Value, elements, filled
 
 if TYPE_CHECKING:
     from .lower import Lowering
+
+POLISH = 2
+"""Last steps of what the motion depends on: equations of motion hold second derivatives of energies, and implicit methods
+differentiate them once more."""
 
 LARGEST = 1e300
 """Numbers above it are none."""
@@ -46,7 +53,10 @@ class Unknowns:
         self._lowering = lowering
         self._groups = {u.name: group for group in groups(model) for u in group.unknowns}
         self._shapes = {d.name: d.type.shape for d in model.definitions}
+        self._felt = felt(model)
         self._values: dict[str, Value] = {}
+        self.found: dict[Node, None] = {}
+        """All numbers found: what Newton's method compares inside them is no condition of the model."""
         self.conditions: list[Condition] = []
         self.systems: list[System] = []
 
@@ -86,11 +96,15 @@ class Unknowns:
         ):
             raise self._contradicting(group, everywhere=True)
         try:
-            found = dict(zip(unknowns, newton(graph, rows, unknowns, guess), strict=True))
+            polish = POLISH if any(u.name in self._felt for u in group.unknowns) else 1
+            found = dict(zip(unknowns, newton(graph, rows, unknowns, guess, polish), strict=True))
         except DivisionByZero:
             if clash(graph, rows, unknowns, guess):
                 raise self._contradicting(group, everywhere=linear(graph, rows, unknowns)) from None
             raise self._undetermined(group, "at the guess they leave it open") from None
+        self.found |= dict.fromkeys(found.values())
+        if polish > 1:
+            self._offer_rates(rows, unknowns, list(found.values()))
         names = tuple(u.name for u in group.unknowns)
         lowering.integrals.errors |= {k: i.where(graph, found) for k, i in integrals.items()}
         self.systems.append(System(names, tuple(unknowns), tuple(guess), tuple(rows)))
@@ -104,6 +118,25 @@ class Unknowns:
             holds = graph.logical_and(holds, graph.less_equal(graph.abs(x), limit))
         message = f"no solution for {group.words} is found from the guess"
         self.conditions.append(Condition(holds, message, group.unknowns[0].origin))
+
+    def _offer_rates(self, rows: Sequence[Node], unknowns: Sequence[Node], values: Sequence[Node]) -> None:
+        """Say how the rates of what is found follow from the equations, and the rates of these rates likewise."""
+        graph, rate = self._lowering.graph, self._lowering.rate
+        made: list[Node] = []
+
+        def rates() -> list[Node]:
+            if not made:
+                symbols = [graph.symbol(f"{graph.name(u)}'") for u in unknowns]
+                along = jvp(graph, rows, dict(zip(unknowns, symbols, strict=True)))
+                further = [graph.add(a, rate(row)) for a, row in zip(along, rows, strict=True)]
+                further = substitute(graph, further, dict(zip(unknowns, values, strict=True)))
+                made.extend(linear_solution(graph, further, symbols))
+                self.found |= dict.fromkeys(made)
+                self._offer_rates(further, symbols, made)
+            return made
+
+        for k, node in enumerate(values):
+            rate.offer(node, lambda k=k: rates()[k])  # type: ignore[misc]
 
     def _check(self, group: Group, stated: list[Node], rows: list[Node], unknowns: list[Node]) -> None:
         """Report equations that cannot hold, and too few that say something."""
