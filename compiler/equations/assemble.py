@@ -26,6 +26,7 @@ from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
 from .rows.crowd import Member, check_crowd, forces_by_name, set_apart
 from .rows.prescribed_slips import with_prescribed_slips
+from .rows.without_mass import with_balances
 from .solve.accelerations import massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, prescribed_motion, solve_system
@@ -52,6 +53,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
 
 
 def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
+    system = with_balances(system, reporter)
     system = with_prescribed_slips(system, prescribed_motion(system)[0], reporter)
     system, members = set_apart(system, reporter)
     if members:
@@ -165,6 +167,7 @@ def _rates(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Nod
         *(system.qdot[k] for k in layout.q_indices),
         *(system.a[i] for i in layout.v_indices),
         *(system.rate(s.node) for s in system.symbols.states),
+        *(system.qdot[k] for k in layout.first_order),
         *(accounts[name] for name in layout.accounts),
     ]
 
@@ -272,6 +275,7 @@ def _starts(system: MechanicalSystem, layout: Layout) -> list[InitialValue]:
         *(system.start_q[k] for k in layout.q_indices),
         *(system.start_v[i] for i in layout.v_indices),
         *system.start_x,
+        *(system.start_q[k] for k in layout.first_order),
         *(zero for _ in layout.accounts),
     ]
 

@@ -151,11 +151,11 @@ def needs(
         "tables": _has_tables(system, functions),
         "discrete": bool(layout.discretes),
         "time": graph.depend(rhs.outputs, [system.symbols.time]),
-        "drives": bool(system.drives),
+        "drives": any(not row.balanced for row in system.drives),
         "gravity": any(m.field is not None for m in system.masses),
         "dissipation": "energy.dissipated" in layout.accounts,
         "supply": "energy.supplied" in layout.accounts,
-        "states": bool(system.symbols.states),
+        "states": bool(system.symbols.states or layout.first_order),
         "assertions": any(f.name == "assertions" for f in functions),
     }
     return frozenset(name for name, holds in facts.items() if holds)

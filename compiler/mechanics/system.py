@@ -71,7 +71,8 @@ class ConstraintRows(Struct, frozen=True):
 class DriveRow(Struct, frozen=True):
     """A prescribed motion: indices into q and v with their formulas of time.
 
-    ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v.
+    ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v. ``balanced``: the
+    balance of forces on a coordinate without mass prescribes it, as a function of the state, and no reaction drives it.
     """
 
     names: tuple[str, ...]
@@ -80,6 +81,7 @@ class DriveRow(Struct, frozen=True):
     values: tuple[Node, ...]
     rates: tuple[Node, ...]
     origin: Origin
+    balanced: bool = False
 
 
 class InitialValue(Struct, frozen=True):

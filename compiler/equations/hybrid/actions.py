@@ -85,6 +85,33 @@ def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter
                 break
 
 
+def check_masses(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report what events set or push though it has no mass: the balance of forces decides it at all times."""
+    rows = [row for row in system.drives if row.balanced]
+    decided = {system.q[k].node: row for row in rows for k in row.q}
+    rates = {system.v[i].node: row for row in rows for i in row.v}
+    for branch in system.branches:
+        for action in branch.actions:
+            if isinstance(action, SetAction):
+                found = next((n for n in action.targets if n in decided or n in rates), None)
+                word = "set"
+            elif isinstance(action, ImpulseAction):
+                touched = set(system.graph.support(*(rate for rate, _ in action.pairs)))
+                found = next((n for n in rates if n in touched), None)
+                word = "pushed"
+            else:
+                continue
+            if found is not None:
+                name = (decided.get(found) or rates[found]).names[0]
+                reporter.error(
+                    "E0713",
+                    f"'{name}' has no mass, so it cannot be {word}",
+                    action.origin.span,
+                    caption="the balance of forces decides it at all times",
+                    help="let the event change a force, or give a mass to what moves with it",
+                )
+
+
 def _holding(solved: Solved) -> list[Row]:
     """Return the rows of constraints that hold, or may hold, those that can be released last."""
     released = [

@@ -20,7 +20,7 @@ from ..rows.modes import frictions
 from ..solve.energies import carried
 from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
-from .actions import branch_results, check_positions
+from .actions import branch_results, check_masses, check_positions
 from .crowd import Crowd
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
@@ -56,6 +56,7 @@ def add_events(
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
     check_positions(system, solved, reporter)
+    check_masses(system, reporter)
     rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])

@@ -22,14 +22,15 @@ _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
 
 
 class Layout(Struct, frozen=True):
-    """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``accounts``:
-    energy accounts appended to x. ``slots`` gives the place of every symbol."""
+    """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``first_order``: coordinates
+    without mass whose rate the balance of forces gives, which are in x; ``accounts``: energy accounts appended to x. ``slots`` gives the place of every symbol."""
 
     nq: int
     nv: int
     nx: int
     q_indices: tuple[int, ...]
     v_indices: tuple[int, ...]
+    first_order: tuple[int, ...]
     accounts: tuple[str, ...]
     account_symbols: Mapping[str, Node]
     slots: Mapping[Node, Slot]
@@ -77,14 +78,15 @@ def layout_of(
     """Return where every symbol of a model lives at run time. ``parts``: see needs.py."""
     graph, symbols = system.graph, system.symbols
     pure = system.model.dimensionless
-    q_indices = tuple(k for k, s in enumerate(system.q) if s.node not in driven)
+    first_order = first_order_coordinates(system)
+    q_indices = tuple(k for k, s in enumerate(system.q) if s.node not in driven and k not in first_order)
     v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
     powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
     booked = frozenset(powers) if "accounts" in parts else booked_by_events(system)
     if not energies.reason and supplied_at_instants(system, energies.total):
         booked |= {"energy.supplied"}
     accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
-    if not (q_indices or v_indices or symbols.states or accounts):
+    if not (q_indices or v_indices or symbols.states or first_order or accounts):
         accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state
     account_symbols = {name: graph.symbol(f"?{name}") for name in accounts}
     joule = "" if pure else "J"
@@ -92,12 +94,14 @@ def layout_of(
         *(_entry(system.q[k], "coordinate", pure) for k in q_indices),
         *(_entry(system.v[i], "rate", pure, rate=True) for i in v_indices),
         *(_entry(s, "state", pure) for s in symbols.states),
+        *(_entry(system.q[k], "state", pure) for k in first_order),
         *(Entry(name, "account", joule) for name in accounts),
     )
     nodes = (
         *(system.q[k].node for k in q_indices),
         *(system.v[i].node for i in v_indices),
         *(s.node for s in symbols.states),
+        *(system.q[k].node for k in first_order),
         *account_symbols.values(),
     )
     idle = idle_parameters(system.model)
@@ -108,9 +112,10 @@ def layout_of(
     return Layout(
         nq=len(q_indices),
         nv=len(v_indices),
-        nx=len(symbols.states) + len(accounts),
+        nx=len(symbols.states) + len(first_order) + len(accounts),
         q_indices=q_indices,
         v_indices=v_indices,
+        first_order=first_order,
         accounts=accounts,
         account_symbols=account_symbols,
         slots=slots,
@@ -126,6 +131,18 @@ def layout_of(
         dimensionless=pure,
         constrained=bool(system.constraints),
     )
+
+
+def first_order_coordinates(system: MechanicalSystem) -> tuple[int, ...]:
+    """Return the indices in q of coordinates without mass that are first-order states."""
+    rates = {i for row in system.drives if row.balanced and not row.q for i in row.v}
+    if not rates:
+        return ()
+    found, first_q, first_v = [], 0, 0
+    for coordinate in system.symbols.coordinates:
+        found += [first_q + k for k in range(len(coordinate.v)) if first_v + k in rates]
+        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
+    return tuple(found)
 
 
 def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str:

@@ -48,7 +48,11 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     rows: list[tuple[Entry, Node]] = []
     for drive in system.drives:
         rows += [(layout.entry(system.q[k], "coordinate"), system.q[k].node) for k in drive.q]
-        rows += [(layout.entry(system.v[i], "rate", rate=True), system.v[i].node) for i in drive.v]
+        rows += [
+            (layout.entry(system.v[i], "rate", rate=True), system.v[i].node)
+            for i in drive.v
+            if not drive.balanced or _has_a_rate(system, solved, system.v[i].node)
+        ]
     for row in system.outputs:
         rows.append((_declared(row.definition, row.name, layout), row.node))
     energy = solved.energies
@@ -79,6 +83,11 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
             rows.append((Entry(name, "momentum", unit), node))
     return rows
+
+
+def _has_a_rate(system: MechanicalSystem, solved: Solved, rate: Node) -> bool:
+    """Tell whether a rate that a balance of forces gives is known: that of an input is not."""
+    return system.unknown_rates.keys().isdisjoint(system.graph.support(*solved.resolve([rate])))
 
 
 def _declared(definition: Definition, name: str, layout: Layout) -> Entry:

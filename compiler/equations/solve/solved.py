@@ -86,6 +86,7 @@ def solve_system(
     """
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
+    balanced = _balanced(system)
     check_prescribed(system, driven, reporter)
     _check_starts(system, driven, reporter)
     carried = [m.mass for m in system.masses]
@@ -154,10 +155,18 @@ def solve_system(
             raise report_circle(system, forces.symbols, reporter) from None
         solution = dict(zip(solution, substitute(graph, list(solution.values()), known), strict=True))
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
+    if balanced:  # their rates may hold accelerations
+        late = substitute(graph, [driven[n] for n in balanced], {**absent, **solution})
+        replace |= zip(balanced, late, strict=True)
     replace |= _asked_by_rates(system, answered, replace)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
-    energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
+    outside = {
+        n: f for n, f in driven.items() if n not in balanced
+    }  # what moves freely has the energy of its own
+    energy = energies(system, {**outside, **still}, free, power, friction_loss(system, switched))
+    if balanced:
+        energy = _with_balances(system, energy, {**replace, **state_rates})
     warn_of_counting_twice(system, energy.kinetic, {**driven, **still}, reporter)
     replies = replace_fields(replies, dropped=frozenset(absent))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
@@ -204,13 +213,36 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
     return replace, frozenset(i for row in system.drives for i in row.v)
 
 
+def _balanced(system: MechanicalSystem) -> tuple[Node, ...]:
+    """Return the symbols of coordinates without mass, of their rates and accelerations that the balance of forces gives."""
+    rows = [row for row in system.drives if row.balanced]
+    places = [system.q[k].node for row in rows for k in row.q]
+    return (*places, *(n for row in rows for i in row.v for n in (system.v[i].node, system.a[i])))
+
+
+def _with_balances(system: MechanicalSystem, energy: Energies, known: Mapping[Node, Node]) -> Energies:
+    """Return energies with what the balance of forces decides put in, and without accounts where its rates are unknown."""
+    graph = system.graph
+    kinetic, potential, total, *powers = substitute(
+        graph, [energy.kinetic, energy.potential, energy.total, energy.supplied, energy.dissipated], known
+    )
+    energy = replace_fields(energy, kinetic=kinetic, potential=potential, total=total)
+    unknown = graph.reached_among(powers, system.unknown_rates)
+    if not unknown:
+        return energy
+    scalar = system.unknown_rates[min(unknown)]
+    name = title(scalar) if isinstance(scalar, Query) else scalar.name
+    reason = f"coordinates without mass follow '{name}', whose rate is unknown"
+    return replace_fields(energy, supplied=graph.zero, dissipated=graph.zero, reason=energy.reason or reason)
+
+
 def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
     """Report driven coordinates that are declared to start elsewhere than their drive says."""
     if not any(row.q for row in system.drives):
         return
     values = default_values(system)
     for row in system.drives:
-        for k in row.q:
+        for k in () if row.balanced else row.q:
             start = system.start_q[k]
             if not start.known or start.start is None:
                 continue
@@ -290,6 +322,7 @@ def _independent(
 
     values = default_values(system)
     if fixed:
+        fixed = {n: f for n, f in fixed.items() if values.keys() >= set(system.graph.support(f))}
         numbers = evaluate(system.graph, list(fixed.values()), values)
         values |= dict(zip(fixed, numbers, strict=True))
     found = rank(system, rows, free, values)
@@ -356,7 +389,12 @@ def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequenc
             named[whole] = (system.graph.add(known[0], *symbols),)
             continue
         named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
-    drives = {name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)}
+    drives = {
+        name: raw[i]
+        for row in system.drives
+        if not row.balanced
+        for name, i in zip(row.names, row.v, strict=True)
+    }
     return Replies(named, frozenset(), drives, joint_reactions(system, multipliers))
 
 
@@ -379,6 +417,6 @@ def _outer_power(
     for row, rate, part in zip(rows, whole, along, strict=True):
         power = graph.sub(power, graph.mul(row.multiplier, graph.sub(rate, part)))
     for drive in system.drives:
-        for i in drive.v:
+        for i in () if drive.balanced else drive.v:
             power = graph.add(power, graph.mul(raw[i], driven[system.v[i].node]))
     return power

@@ -1,0 +1,547 @@
+"""Coordinates without mass: the balance of forces on them, 0 = Q, prescribes their motion as a function of the state.
+
+A coordinate z moves no mass where its rate is in no energy and in no velocity of a mass. Its row r of the equations of motion holds no
+acceleration then. With D = dr/d(der z) of the coordinates that feel each other,
+
+- directions in which D is regular, as dissipation makes it, have rates: the balance is solved for der(z), and z is a first-order
+  state;
+- directions n with n^T D = 0 have none: n^T r = 0 is solved for z, and its total derivative for der(z).
+
+So each of these coordinates has a drive (``DriveRow``) that the compiler writes, and whose reaction vanishes. What is linear is solved
+along the structure; what is not by Newton's method in the graph, from the start of the coordinate.
+
+What constraints hold is left to their weights (weights.py), and rotations are not covered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.units import DIMENSIONLESS, parse_unit
+
+from ...flat.model import Literal
+from ...graph import DivisionByZero, Node
+from ...graph.differentiate import gradient, jacobian
+from ...graph.elimination.eliminate import ZeroPivot, solve
+from ...graph.elimination.linear import NotAffine
+from ...graph.elimination.newton import newton, terms_of
+from ...graph.evaluate import Tape, evaluate
+from ...graph.rewrite import substitute
+from ...mechanics.kinematics.frames import Frame
+from ...mechanics.kinematics.pose import numbers_of
+from ...mechanics.meaning.symbols import unit_text
+from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
+from .defaults import default_values
+from .residual import residual
+
+PLACES = 4
+"""Disturbed states at which ranks are decided."""
+
+VANISHING = 1e-9
+"""Share of the largest entry of a row below which what elimination leaves of it is rounding."""
+
+ROUNDING = Fraction(1, 10**13)
+"""Share of its terms below which a sum is rounding."""
+
+PREFERRED = 1e-3
+"""Share of the best pivot that suffices for a coordinate whose start is a guess, where the other one's is stated."""
+
+POLISH = 2
+"""Last steps of Newton's method: derivatives up to the third are exact."""
+
+LARGEST = 1e300
+
+Array = NDArray[np.float64]
+
+
+class Massless(Struct, frozen=True):
+    """One coordinate: its indices in v and q."""
+
+    v: int
+    q: int
+
+
+def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSystem:
+    """Return the system with a drive for each coordinate without mass that forces alone move; report those that nothing
+    moves."""
+    found = _without_mass(system)
+    if not found:
+        return system
+    graph = system.graph
+    still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
+    state_rates = {system.rate(x): f for x, f in system.xdot.items()}
+    multipliers = [
+        tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
+        for n, rows in enumerate(system.constraints)
+    ]
+    raw = residual(system, multipliers)
+    rows = dict(
+        zip(found, substitute(graph, [raw[m.v] for m in found], {**still, **state_rates}), strict=True)
+    )
+    work = _Work(system, state_rates, _places(system, graph.support(*rows.values())), reporter)
+    found = [m for m in found if not work.accelerated(rows[m])]
+    for m in found:
+        rows[m] = work.without_inertia(m, rows[m])
+    for block in _blocks(system, found, rows):
+        work.solve(block, [rows[m] for m in block])
+    reporter.stop_on_errors()
+    return replace(
+        system,
+        drives=(*system.drives, *work.drives),
+        initials=(*system.initials, *_stated(system, work.drives)),
+        assertions=(*system.assertions, *work.assertions),
+    )
+
+
+# ---------------------------------------------------------------- which ones
+
+
+def _without_mass(system: MechanicalSystem) -> list[Massless]:
+    """Return the coordinates that move no mass and that no constraint holds."""
+    graph = system.graph
+    pairs: list[Massless] = []
+    first_q = first_v = 0
+    for coordinate in system.symbols.coordinates:
+        if not coordinate.is_rotation:
+            pairs += [Massless(first_v + k, first_q + k) for k in range(len(coordinate.v))]
+        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
+    driven = {i for row in system.drives for i in row.v}
+    pairs = [m for m in pairs if m.v not in driven]
+    if not pairs:
+        return []
+    efforts = [n for effort in system.efforts for pair in effort.pairs for n in pair]
+    moving = set(graph.support(system.kinetic, system.lagrangian))
+    masses, inertias = system.masses, system.inertias
+    sizes = [m.mass for m in masses] + [x for body in inertias for row in body.inertia for x in row]
+    zeros = _zeros(system).intersection((*moving, *graph.support(*sizes)))
+    if zeros:
+        values = dict(zip(sizes, evaluate(graph, sizes, default_values(system)), strict=True))
+        masses = tuple(m for m in masses if values[m.mass])
+        inertias = tuple(body for body in inertias if any(values[x] for row in body.inertia for x in row))
+        moving -= _without_inertia(system, [m.v for m in pairs if system.v[m.v].node in moving])
+    moving |= set(graph.support(*efforts)).intersection(system.a)
+    carried = {n for mass in masses for n in mass.point.offset}
+    carried |= set(_placing([*(m.point.frame for m in masses), *(b.frame for b in inertias)]))
+    placed = set(graph.support(*carried))
+    held = set(graph.support(*(n for rows in system.constraints for n in rows.residuals)))
+
+    def weightless(m: Massless) -> bool:
+        q, v, a = system.q[m.q].node, system.v[m.v].node, system.a[m.v]
+        return moving.isdisjoint((v, a)) and placed.isdisjoint((q, v)) and held.isdisjoint((q, v, a))
+
+    return [m for m in pairs if weightless(m)]
+
+
+def _zeros(system: MechanicalSystem) -> set[Node]:
+    """Return the parameters that are zero unless a run says otherwise."""
+    return {
+        s.node
+        for s in system.symbols.parameters
+        if isinstance(s.variable.value, Literal) and s.variable.value.value == 0
+    }
+
+
+def _without_inertia(system: MechanicalSystem, rates: Sequence[int]) -> set[Node]:
+    """Return those of the rates whose inertia in the energies vanishes with the values of the parameters."""
+    graph = system.graph.trial()  # what is formed here must not change the order of nodes
+    velocities = [s.node for s in system.v]
+    energy = graph.add(system.kinetic, system.lagrangian)
+    momenta = gradient(graph, energy, [velocities[i] for i in rates])
+    entries = jacobian(graph, momenta, velocities)
+    places = _places(system, graph.support(*momenta))
+    found = set()
+    for i, row in zip(rates, entries, strict=True):
+        if not any(x for place in places for x in evaluate(graph, list(row.values()), place)):
+            found.add(velocities[i])
+    return found
+
+
+def _placing(frames: Iterable[Frame]) -> Iterable[Node]:
+    """Yield what places frames: lengths and angles of all steps from the root."""
+    seen: set[int] = set()
+    for frame in frames:
+        at: Frame | None = frame
+        while at is not None and id(at) not in seen:
+            seen.add(id(at))
+            if at.step is not None:
+                yield from numbers_of(at.step)
+            at = at.parent
+
+
+def _blocks(
+    system: MechanicalSystem, found: Sequence[Massless], rows: Mapping[Massless, Node]
+) -> list[list[Massless]]:
+    """Return the coordinates in groups whose balances hold each other's places or rates."""
+    graph = system.graph
+    own = {system.q[m.q].node: m for m in found} | {system.v[m.v].node: m for m in found}
+    leader = {m: m for m in found}
+
+    def first(m: Massless) -> Massless:
+        while leader[m] is not m:
+            leader[m] = leader[leader[m]]
+            m = leader[m]
+        return m
+
+    for m in found:
+        for n in graph.support(rows[m]):
+            if n in own:
+                leader[first(own[n])] = first(m)
+    groups: dict[Massless, list[Massless]] = {}
+    for m in found:
+        groups.setdefault(first(m), []).append(m)
+    return list(groups.values())
+
+
+def _places(system: MechanicalSystem, symbols: Iterable[Node]) -> list[dict[Node, float]]:
+    """Return values of everything at the start and at disturbed states, where ranks are decided."""
+    start = default_values(system)
+    start |= {n: 1.0 for n in symbols if n not in start}
+    random = np.random.default_rng(22)
+    moving = [*system.q, *system.v, *system.symbols.states]
+    places = []
+    for _ in range(PLACES):
+        shifts = random.standard_normal(len(moving))
+        places.append(
+            start
+            | {
+                s.node: start[s.node] + 0.1 * d * (abs(start[s.node]) or 1.0)
+                for s, d in zip(moving, shifts, strict=True)
+            }
+        )
+    return places
+
+
+def _stated(system: MechanicalSystem, drives: Sequence[DriveRow]) -> list[InitialRow]:
+    """Return the stated starts of what is no state: conditions on the others."""
+    graph = system.graph
+    rows = []
+    second = DIMENSIONLESS if system.model.dimensionless else parse_unit("s").dimension
+    for drive in drives:
+        stated = [(system.q[k], system.start_q[k], 0) for k in drive.q]
+        stated += [(system.v[i], system.start_v[i], 1) for i in drive.v]
+        for scalar, start, order in stated:
+            if start.known and start.start is not None:
+                unit = unit_text(scalar.variable.type.dimension / second**order)
+                residual = graph.sub(scalar.node, start.value)
+                rows.append(InitialRow(scalar.name, residual, True, unit, start.start.origin))
+    return rows
+
+
+# ---------------------------------------------------------------- their motion
+
+
+class _Work:
+    """Solves one block after the other; ``drives`` and ``assertions`` are what it found."""
+
+    def __init__(
+        self,
+        system: MechanicalSystem,
+        state_rates: Mapping[Node, Node],
+        places: list[dict[Node, float]],
+        reporter: Reporter,
+    ) -> None:
+        self.system, self.graph = system, system.graph
+        self.state_rates, self.places, self.reporter = state_rates, places, reporter
+        self.drives: list[DriveRow] = []
+        self.assertions: list[AssertionRow] = []
+
+    def accelerated(self, row: Node) -> bool:
+        """Tell whether accelerations have a share in a balance with the values of the model."""
+        entries = jacobian(self.graph, [row], self.system.a)
+        return any(entries) and any(m.any() for m in self._matrices(entries, len(self.system.a)))
+
+    def without_inertia(self, m: Massless, row: Node) -> Node:
+        """Return a balance without accelerations; assert that they have no share in it, where parameters decide that."""
+        graph, system = self.graph, self.system
+        (entries,) = jacobian(graph, [row], system.a)
+        if not entries:
+            return row
+        total = graph.zero
+        for n in entries.values():
+            total = graph.add(total, graph.abs(n))
+        scalar = system.v[m.v]
+        message = f"'{scalar.of}' has no mass with the values of the model, and some with those of this run"
+        self.assertions.append(
+            AssertionRow(graph.less_equal(total, graph.zero), message, scalar.variable.origin)
+        )
+        (still,) = substitute(graph, [row], dict.fromkeys(system.a, graph.zero))
+        return still
+
+    def solve(self, block: Sequence[Massless], rows: Sequence[Node]) -> None:
+        """Add the drives of a block."""
+        system, graph = self.system, self.graph
+        places = [system.q[m.q].node for m in block]
+        rates = [system.v[m.v].node for m in block]
+        resisted, combined = self._ranked(block, rows, rates)
+        still = dict.fromkeys(rates, graph.zero)
+        balances = substitute(graph, combined, still) if combined else []
+        algebraic = self._held(block, balances, places)
+        if algebraic is None:
+            return
+        values = self._solved(
+            balances,
+            [places[k] for k in algebraic],
+            [system.start_q[block[k].q].value for k in algebraic],
+            [block[k] for k in algebraic],
+        )
+        moved = [system.rate(n) for n in balances]
+        moved = substitute(graph, moved, self.state_rates)
+        guesses = [system.start_v[m.v].value for m in block]
+        ahead = self._solved([*(rows[i] for i in resisted), *moved], rates, guesses, block)
+        known = dict(zip(algebraic, values, strict=True))
+        for k, m in enumerate(block):
+            scalar = system.v[m.v]
+            q, value = ((m.q,), (known[k],)) if k in known else ((), ())
+            self.drives.append(
+                DriveRow((scalar.of,), q, (m.v,), value, (ahead[k],), scalar.variable.origin, balanced=True)
+            )
+
+    def _ranked(
+        self, block: Sequence[Massless], rows: Sequence[Node], rates: Sequence[Node]
+    ) -> tuple[list[int], list[Node]]:
+        """Return the rows that decide rates, and the combinations of rows that hold none."""
+        graph = self.graph
+        entries = jacobian(graph, rows, rates)
+        if not any(entries):
+            return [], list(rows)
+        matrices = self._matrices(entries, len(rates))
+        if not matrices:
+            return list(range(len(rows))), []
+        scales = np.max([np.abs(d).max(axis=1) for d in matrices], axis=0)
+        wide = np.hstack(matrices) / np.where(scales > 0, scales, 1.0)[:, None]
+        kept = _independent(wide)
+        if len(kept) == len(rows):
+            return kept, []
+        others = [i for i in range(len(rows)) if i not in kept]
+        combined = []
+        basis = wide[kept].T if kept else np.zeros((wide.shape[1], 0))
+        for i in others:
+            shares = np.linalg.lstsq(basis, wide[i], rcond=None)[0] if kept else np.zeros(0)
+            total = rows[i]
+            for j, share in zip(kept, shares, strict=True):
+                factor = share * (scales[i] or 1.0) / scales[j]
+                whole = Fraction(factor).limit_denominator(1000)
+                if abs(float(whole) - factor) > VANISHING * max(1.0, abs(factor)):
+                    whole = Fraction(factor)
+                if whole:
+                    total = graph.sub(total, graph.mul(graph.constant(whole), rows[j]))
+            combined.append(total)
+            self._assert_undamped(block, i, total, rates)
+        return kept, combined
+
+    def _assert_undamped(
+        self, block: Sequence[Massless], i: int, combined: Node, rates: Sequence[Node]
+    ) -> None:
+        """Assert that a combination of balances holds no rate, where that is not so whatever the parameters are."""
+        graph = self.graph
+        (row,) = jacobian(graph, [combined], rates)
+        left = [n for n in row.values() if n != graph.zero]
+        if not left:
+            return
+        holds = graph.one
+        for n in left:
+            terms = graph.zero
+            for term in terms_of(graph, n):
+                terms = graph.add(terms, graph.abs(term))
+            holds = graph.logical_and(
+                holds, graph.less_equal(graph.abs(n), graph.mul(graph.constant(ROUNDING), terms))
+            )
+        if holds == graph.one:
+            return
+        scalar = self.system.v[block[i].v]
+        message = (
+            f"'{scalar.of}' has no mass, and the values of this run let its balance of forces contain a rate that it does "
+            "not contain with the values of the model"
+        )
+        self.assertions.append(AssertionRow(holds, message, scalar.variable.origin))
+
+    def _held(
+        self, block: Sequence[Massless], balances: Sequence[Node], places: Sequence[Node]
+    ) -> list[int] | None:
+        """Return the coordinates for which balances without rates are solved; report what none of them decides."""
+        if not balances:
+            return []
+        entries = jacobian(self.graph, balances, places)
+        matrices = self._matrices(entries, len(places))
+        guessed = [not self.system.start_q[m.q].known for m in block]
+        best: list[int] = []
+        for matrix in matrices:
+            chosen = _pivots(matrix, guessed)
+            if len(chosen) > len(best):
+                best = chosen
+            if len(best) == len(balances):
+                return sorted(best)
+        names = [self.system.v[m.v].of for m in block]
+        touched = (
+            [k for k in range(len(block)) if k not in best]
+            if len(balances) == len(block)
+            else range(len(block))
+        )
+        loose = [names[k] for k in touched]
+        scalar = self.system.v[block[next(iter(touched))].v]
+        alone = len(block) == 1
+        self.reporter.error(
+            "E0520",
+            f"nothing with mass moves with '{loose[0]}', and no force decides where it is"
+            if alone
+            else f"nothing with mass moves with {_listed(names)} together, and no force decides where they are",
+            scalar.variable.origin.shown,
+            caption="the balance of forces does not depend on this coordinate"
+            if alone
+            else "the balances of forces leave a motion of them open",
+            help="give a mass to what it moves, connect it by a spring or a damping, or remove the coordinate",
+        )
+        return None
+
+    def _matrices(self, entries: Sequence[Mapping[int, Node]], width: int) -> list[Array]:
+        """Return a Jacobian as numbers at the places where it has a value."""
+        flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+        tape = Tape(self.graph, [n for *_, n in flat], self.places[0])
+        found = []
+        for place in self.places:
+            values = tape(place)
+            matrix = np.zeros((len(entries), width))
+            for i, j, n in flat:
+                matrix[i, j] = values[n]
+            if np.isfinite(matrix).all():
+                found.append(matrix)
+        return found
+
+    def _solved(
+        self,
+        rows: Sequence[Node],
+        unknowns: Sequence[Node],
+        guesses: Sequence[Node],
+        block: Sequence[Massless],
+    ) -> tuple[Node, ...]:
+        """Return formulas of the unknowns that make the rows vanish."""
+        graph = self.graph
+        if not rows:
+            return ()
+        try:
+            order = self._matched(rows, unknowns)
+            found = solve(graph, [rows[i] for i in order], unknowns)
+        except NotAffine:
+            return self._by_steps(rows, unknowns, guesses, block)
+        except ZeroPivot:
+            raise self._undecided(block) from None
+        self._assert_decided(found.pivots, block)
+        return found.solutions
+
+    def _matched(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> Sequence[int]:
+        """Return the rows in an order in which each holds the unknown of its place, as balances do of their own coordinates."""
+        if len(rows) == 1:
+            return [0]
+        entries = jacobian(self.graph, rows, unknowns)
+        from scipy.optimize import linear_sum_assignment
+
+        sizes = np.zeros((len(rows), len(unknowns)))
+        for matrix in self._matrices(entries, len(unknowns)):
+            sizes = np.maximum(sizes, np.abs(matrix))
+        largest = sizes.max(axis=1, keepdims=True)
+        shares = np.log(np.maximum(sizes / np.where(largest > 0, largest, 1.0), 1e-30))
+        i, j = linear_sum_assignment(shares, maximize=True)
+        return [int(k) for _, k in sorted(zip(j, i, strict=True))]
+
+    def _by_steps(
+        self,
+        rows: Sequence[Node],
+        unknowns: Sequence[Node],
+        guesses: Sequence[Node],
+        block: Sequence[Massless],
+    ) -> tuple[Node, ...]:
+        graph = self.graph
+        try:
+            found = newton(graph, rows, unknowns, guesses, POLISH)
+        except DivisionByZero:
+            raise self._undecided(block) from None
+        holds = graph.one
+        for n in found:
+            holds = graph.logical_and(
+                holds, graph.less_equal(graph.abs(n), graph.constant(Fraction(LARGEST)))
+            )
+        names = _listed([self.system.v[m.v].of for m in block])
+        origin = self.system.v[block[0].v].variable.origin
+        self.system.lowering.unknowns.found |= dict.fromkeys(found)
+        message = f"no balance of forces on {names} is found from the start"
+        self.assertions.append(AssertionRow(holds, message, origin))
+        return found
+
+    def _assert_decided(self, pivots: Sequence[Node], block: Sequence[Massless]) -> None:
+        """Assert that no pivot is rounding, where states or parameters decide that."""
+        graph = self.graph
+        holds = graph.one
+        for pivot in pivots:
+            if graph.is_constant(pivot):
+                continue
+            terms = graph.zero
+            for term in terms_of(graph, pivot):
+                terms = graph.add(terms, graph.abs(term))
+            least = graph.mul(graph.constant(ROUNDING), terms)
+            holds = graph.logical_and(holds, graph.less(least, graph.abs(pivot)))
+        if holds == graph.one:
+            return
+        names = _listed([self.system.v[m.v].of for m in block])
+        origin = self.system.v[block[0].v].variable.origin
+        message = f"nothing with mass moves with {names}, and no force decides the motion"
+        self.assertions.append(AssertionRow(holds, message, origin))
+
+    def _undecided(self, block: Sequence[Massless]) -> Exception:
+        names = _listed([self.system.v[m.v].of for m in block])
+        return self.reporter.fail(
+            "E0520",
+            f"nothing with mass moves with {names}, and at the start no force decides the motion",
+            self.system.v[block[0].v].variable.origin.shown,
+            caption="the balance of forces does not depend on this coordinate there",
+            help="begin where a spring or a damping acts on it, or give a mass to what it moves",
+        )
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = [f"'{name}'" for name in names[:4]]
+    if len(names) > len(shown):
+        return ", ".join(shown) + f" and {len(names) - len(shown)} more"
+    return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
+
+
+def _independent(matrix: Array) -> list[int]:
+    """Return rows that are no combination of earlier ones."""
+    basis: list[Array] = []
+    kept = []
+    for i, row in enumerate(matrix):
+        rest = row
+        for _ in range(2):
+            for b in basis:
+                rest = rest - (b @ rest) * b
+        size = float(np.linalg.norm(rest))
+        if size > VANISHING * max(float(np.linalg.norm(row)), VANISHING):
+            basis.append(rest / size)
+            kept.append(i)
+    return kept
+
+
+def _pivots(matrix: Array, preferred: Sequence[bool]) -> list[int]:
+    """Return columns that make the rows regular, of those with a large pivot the preferred ones."""
+    left = matrix / np.where(np.abs(matrix).max(axis=1) > 0, np.abs(matrix).max(axis=1), 1.0)[:, None]
+    open_rows = list(range(len(matrix)))
+    chosen: list[int] = []
+    while open_rows:
+        sizes = np.abs(left[open_rows]).max(axis=0)
+        sizes[chosen] = 0.0
+        if not sizes.max(initial=0.0) > VANISHING:
+            break
+        liked = np.where(preferred, sizes, PREFERRED * sizes)
+        column = int(liked.argmax())
+        row = max(open_rows, key=lambda i: abs(left[i, column]))
+        open_rows.remove(row)
+        chosen.append(column)
+        for i in open_rows:
+            left[i] = left[i] - left[row] * (left[i, column] / left[row, column])
+    return chosen

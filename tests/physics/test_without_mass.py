@@ -1,0 +1,417 @@
+"""Coordinates without mass: springs in series, Maxwell elements and networks against closed forms, SciPy and pencils of matrices."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.linalg import eig, expm
+from scipy.optimize import brentq
+from slow_params import slow_but
+
+import mechc
+from mechc import CompileError
+from mechc.cli.main import run as cli
+
+Array = NDArray[np.float64]
+
+SERIES = """
+coordinate Length x = 1 m;
+coordinate Length z ~ 0.3 m;
+parameter k = 4 N/m;
+kinetic 1/2*1 kg*der(x)^2;
+potential 1/2*k*(x - z)^2 + 1/2*4 N/m*z^2;
+experiment(stop = 2 s, tolerance = 1e-11);
+"""
+MAXWELL = """
+coordinate Length x = 1 m;
+coordinate Length z = 0 m;
+parameter c = 1 N.s/m;
+kinetic 1/2*1 kg*der(x)^2;
+potential 1/2*4 N/m*(x - z)^2;
+damping c on z;
+experiment(stop = 2 s, tolerance = 1e-11);
+"""
+
+
+def run(text: str, **options: object) -> mechc.Solution:
+    solution = mechc.loads(text).simulate(estimate_error=False, **options)  # type: ignore[arg-type]
+    assert isinstance(solution, mechc.Solution)
+    assert solution.failure is None, solution.message
+    return solution
+
+
+def maxwell(t: float) -> Array:
+    """x, x', z of m x'' = -k (x - z), c z' = k (x - z)."""
+    matrix = np.array([[0, 1, 0], [-4, 0, 4], [4, 0, -4]], float)
+    return np.asarray(expm(matrix * t) @ [1, 0, 0])
+
+
+# ---------------------------------------------------------------- closed forms
+
+
+@pytest.mark.parametrize(
+    "method",
+    slow_but(["dop853", "taylor"], ["dop853", "taylor", "radau5", "gauss8", "lobatto6", "scipy:DOP853"]),
+)
+def test_two_springs_are_one(method: str) -> None:
+    fixed = {"step": "10 ms"} if method in ("gauss8", "lobatto6") else {}
+    solution = run(SERIES, method=method, **fixed)
+    assert np.abs(solution["x"] - np.cos(np.sqrt(2) * solution.time)).max() < 1e-9
+    assert np.abs(solution["z"] - solution["x"] / 2).max() < 1e-15
+    assert np.abs(solution["der(z)"] - solution["der(x)"] / 2).max() < 1e-15
+
+
+@pytest.mark.parametrize("n", slow_but([5], [2, 5, 20, 200]))
+def test_springs_in_series(n: int) -> None:
+    stiff = [4 + (7 * i) % 5 for i in range(n)]
+    text = f"coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; coordinate Length z[{n - 1}] ~ 0 m;"
+    ends = ["0 m", *(f"z[{i}]" for i in range(1, n)), "x"]
+    for a, b, k in zip(ends, ends[1:], stiff, strict=False):
+        text += f"potential 1/2*{k} N/m*({b} - {a})^2;\n"
+    solution = run(text + "experiment(stop = 2 s, tolerance = 1e-12);")
+    give = np.cumsum([1 / k for k in stiff])
+    assert solution["x"][-1] == pytest.approx(np.cos(2 / np.sqrt(give[-1])), abs=1e-11)
+    for i in range(1, n):
+        assert solution[f"z[{i}]"][-1] == pytest.approx(solution["x"][-1] * give[i - 1] / give[-1], abs=1e-13)
+
+
+@pytest.mark.parametrize("method", slow_but(["dop853"], ["dop853", "taylor", "radau5", "gauss8"]))
+def test_maxwell_element(method: str) -> None:
+    solution = run(MAXWELL, method=method, **({"step": "10 ms"} if method == "gauss8" else {}))
+    exact = maxwell(2.0)
+    assert [solution[q][-1] for q in ("x", "der(x)", "z")] == pytest.approx(list(exact), abs=1e-9)
+    lost = solution["energy.dissipated"] + solution["energy.total"] - 2
+    assert np.abs(lost).max() < 1e-10
+
+
+@pytest.mark.slow
+def test_a_chain_of_maxwell_elements() -> None:
+    """A damper between two nodes without mass leaves one balance without rates, that of both together."""
+    text = """
+    coordinate Length x = 1 m; coordinate Length a = 0.6 m; coordinate Length b ~ 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 1/2*4 N/m*(x - a)^2 + 1/2*3 N/m*b^2; damping 0.7 N.s/m on a - b;
+    experiment(stop = 2 s, tolerance = 1e-12);
+    """
+    solution = run(text)
+
+    def rates(t: float, y: Array) -> list[float]:  # 4 (x - a) = 3 b = 0.7 (a' - b'), so b = 4 (x - a)/3
+        x, v, a = y
+        return [v, -4 * (x - a), (4 * (x - a) / 0.7 + 4 * v / 3) / (7 / 3)]
+
+    reference = solve_ivp(rates, (0, 2), [1, 0, 0.6], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    assert [solution[q][-1] for q in ("x", "der(x)", "a")] == pytest.approx(list(reference), abs=1e-10)
+    assert solution["b"] == pytest.approx(4 * (solution["x"] - solution["a"]) / 3, abs=1e-14)
+
+
+# ---------------------------------------------------------------- networks
+
+
+Edge = tuple[int, int, str, float, float]
+
+
+def network(seed: int) -> tuple[list[float], list[Edge]]:
+    """Masses, some zero, and springs and dampers: a tree to the ground (-1), and some further ones."""
+    random = Random(seed)
+    n = random.randint(2, 7)
+    masses = [random.choice([0, 0, round(random.uniform(0.3, 2), 2)]) for _ in range(n)]
+    if not any(masses):
+        masses[random.randrange(n)] = 1.0
+
+    def element(i: int, j: int, kinds: list[str]) -> Edge:
+        return i, j, random.choice(kinds), round(random.uniform(1, 30), 1), round(random.uniform(0.2, 3), 2)
+
+    edges = [element(0, -1, ["k"])]
+    edges += [element(i, random.randrange(-1, i), ["k", "k", "c", "kc"]) for i in range(1, n)]
+    pairs = [(random.randrange(n), random.randrange(-1, n)) for _ in range(random.randint(0, n))]
+    edges += [element(i, j, ["k", "c", "kc"]) for i, j in pairs if i != j]
+    return masses, edges
+
+
+def written(masses: list[float], edges: list[Edge], seed: int) -> str:
+    random = Random(-seed - 1)
+    text = ""
+    for i, m in enumerate(masses):
+        text += f"coordinate Length x{i} {'=' if m else '~'} {random.uniform(-1, 1):.2f} m;\n"
+        if m:
+            text += f"initial der(x{i}) = {random.uniform(-1, 1):.2f} m/s; kinetic 1/2*{m} kg*der(x{i})^2;\n"
+    for i, j, kind, k, c in edges:
+        along = f"x{i}" + (f" - x{j}" if j >= 0 else "")
+        text += f"potential 1/2*{k} N/m*({along})^2;\n" if "k" in kind else ""
+        text += f"damping {c} N.s/m on {along};\n" if "c" in kind else ""
+    return text + "experiment(stop = 2 s, tolerance = 1e-12);"
+
+
+def pencil(masses: list[float], edges: list[Edge], x: Array, v: Array, t: float) -> tuple[float, Array]:
+    """Return how far a start is from the solutions of E y' = A y, and the places at t, by the finite eigenvalues of the pencil."""
+    n = len(masses)
+    damping, stiffness = np.zeros((n, n)), np.zeros((n, n))
+    for i, j, kind, k, c in edges:
+        e = np.eye(n)[i] - (np.eye(n)[j] if j >= 0 else 0)
+        stiffness += k * np.outer(e, e) if "k" in kind else 0
+        damping += c * np.outer(e, e) if "c" in kind else 0
+    heavy = np.array(masses) > 0
+    rows, columns = np.r_[heavy, np.ones(n, bool)], np.r_[np.ones(n, bool), heavy]
+    left = np.block([[np.eye(n), np.zeros((n, n))], [damping, np.diag(masses)]])[rows][:, columns]
+    right = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, np.zeros((n, n))]])[rows][:, columns]
+    (alpha, beta), vectors = eig(right, left, homogeneous_eigvals=True)
+    finite = np.abs(beta) > 1e-9 * np.maximum(np.abs(alpha), np.abs(beta))
+    start = np.r_[x, v[heavy]]
+    shares = np.linalg.lstsq(vectors[:, finite], start.astype(complex), rcond=None)[0]
+    moved = vectors[:, finite] @ (shares * np.exp(alpha[finite] / beta[finite] * t))
+    return float(np.abs(vectors[:, finite] @ shares - start).max()), moved.real[:n]
+
+
+@pytest.mark.parametrize("seed", slow_but([4, 9, 296], range(300)))
+def test_random_networks(seed: int) -> None:
+    masses, edges = network(seed)
+    solution = run(written(masses, edges, seed))
+    names = [f"x{i}" for i in range(len(masses))]
+    first, last = (np.array([solution[name][k] for name in names]) for k in (0, -1))
+    rates = np.array([solution[f"der({name})"][0] for name in names])
+    off, expected = pencil(masses, edges, first, rates, 2.0)
+    assert off < 1e-12
+    assert np.abs(last - expected).max() < 1e-9 * max(1, np.abs(expected).max())
+    lost = solution["energy.total"] - solution["energy.total"][0]
+    if "energy.dissipated" in solution.quantities:
+        lost = lost + solution["energy.dissipated"]
+    assert np.abs(lost).max() < 1e-9 * solution["energy.total"][0]
+
+
+# ---------------------------------------------------------------- what is not linear
+
+
+def test_a_node_on_a_cubic_spring() -> None:
+    """4 (x - z) = 4 z^3, and its rate by the implicit function."""
+    text = SERIES.replace("1/2*4 N/m*z^2", "1/4*4 N/m^3*z^4")
+
+    def node(x: float) -> float:
+        return float(brentq(lambda z: z**3 + z - x, -2, 2, xtol=1e-15))
+
+    def rates(t: float, y: Array) -> list[float]:
+        return [y[1], -4 * (y[0] - node(y[0]))]
+
+    solution = run(text)
+    reference = solve_ivp(rates, (0, 2), [1, 0], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    assert [solution[q][-1] for q in ("x", "der(x)")] == pytest.approx(list(reference), abs=1e-10)
+    z = solution["z"]
+    assert z**3 + z == pytest.approx(solution["x"], abs=1e-15)
+    assert solution["der(z)"] == pytest.approx(solution["der(x)"] / (3 * z**2 + 1), abs=1e-13)
+    assert np.ptp(solution["energy.total"]) < 1e-10
+
+
+@pytest.mark.slow
+def test_a_damper_that_is_not_linear() -> None:
+    """z' + z'^3 = 4 (x - z)."""
+    text = MAXWELL.replace("damping c on z;", "dissipation 1/2*c*der(z)^2 + 1/4*c*1 s^2/m^2*der(z)^4;")
+
+    def rates(t: float, y: Array) -> list[float]:
+        x, v, z = y
+        return [v, -4 * (x - z), brentq(lambda w: w + w**3 - 4 * (x - z), -9, 9, xtol=1e-15)]
+
+    solution = run(text)
+    reference = solve_ivp(rates, (0, 2), [1, 0, 0], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    assert [solution[q][-1] for q in ("x", "der(x)", "z")] == pytest.approx(list(reference), abs=1e-10)
+
+
+@pytest.mark.slow
+def test_a_spring_that_is_slack_on_one_side() -> None:
+    """A node between a linear spring and one that only pulls: its kink is an event."""
+    text = SERIES.replace("1/2*4 N/m*z^2", "1/2*1 N/m*z^2 + (if z > 0 m then 1/2*8 N/m*z^2 else 0 J)")
+
+    def rates(t: float, y: Array) -> list[float]:
+        z = 4 * y[0] / (13 if y[0] > 0 else 5)
+        return [y[1], -4 * (y[0] - z)]
+
+    solution = run(text)
+    reference = solve_ivp(rates, (0, 2), [1, 0], rtol=1e-12, atol=1e-13, method="DOP853", max_step=1e-2).y[
+        :, -1
+    ]
+    assert [solution[q][-1] for q in ("x", "der(x)")] == pytest.approx(list(reference), abs=1e-8)
+
+
+def test_a_force_by_the_velocity_of_what_has_mass() -> None:
+    """4 (x - z) - 4 z - 0.3 x' = 0: der(z) follows from the acceleration."""
+    solution = run(SERIES + "force -0.3 N.s/m*der(x) on z;")
+    matrix = np.array([[0, 1], [-2, -0.15]])
+    reference = expm(matrix * 2.0) @ [1, 0]
+    assert [solution[q][-1] for q in ("x", "der(x)")] == pytest.approx(list(reference), abs=1e-10)
+    accelerated = matrix[1] @ reference
+    assert solution["der(z)"][-1] == pytest.approx((4 * reference[1] - 0.3 * accelerated) / 8, abs=1e-10)
+
+
+# ---------------------------------------------------------------- inertias of zero, bodies
+
+
+def test_an_inertia_that_a_parameter_makes_zero() -> None:
+    text = SERIES + "parameter J = 0 kg; kinetic 1/2*J*der(z)^2;"
+    solution = run(text)
+    assert solution["x"][-1] == pytest.approx(np.cos(2 * np.sqrt(2)), abs=1e-10)
+    other = mechc.loads(text).simulate(set={"J": 0.1}, estimate_error=False)
+    assert isinstance(other, mechc.Solution) and "'z' has no mass with the values of the model" in str(
+        other.message
+    )
+
+
+def test_a_lever_without_mass() -> None:
+    """A lever of 2 m on a hinge, a torsion spring in it, and a spring to a mass: (1/8 + 4/3)^-1 N/m together."""
+    solution = run(
+        """
+        import mech.planar.*;
+        Body lever(m = 0 kg, J = 0 kg.m^2); Revolute hinge(world -> lever.a, angle ~ 0.1 rad);
+        Particle mass(m = 1 kg); Prismatic rail(world -> mass.a, position = 1 m);
+        potential 1/2*8 N/m*(rail.position - 2 m*hinge.angle)^2 + 1/2*3 N.m*hinge.angle^2;
+        experiment(stop = 2 s, tolerance = 1e-11);
+        """
+    )
+    assert solution["rail.position"][-1] == pytest.approx(np.cos(2 / np.sqrt(1 / 8 + 4 / 3)), abs=1e-10)
+
+
+# ---------------------------------------------------------------- starts, events, inputs
+
+
+def test_a_stated_start_is_a_condition_on_the_others() -> None:
+    text = SERIES.replace("x = 1 m", "x ~ 1 m").replace("z ~ 0.3 m", "z = 0.25 m")
+    solution = run(text + "initial der(x) ~ 0 m/s; initial der(z) = 0.5 m/s;")
+    assert [solution[q][0] for q in ("x", "z", "der(x)")] == pytest.approx([0.5, 0.25, 1.0], abs=1e-14)
+    with pytest.raises(mechc.SimulationError, match="contradict"):
+        mechc.loads(SERIES.replace("z ~ 0.3 m", "z = 0.25 m")).simulate()
+
+
+def test_an_impact_moves_what_has_no_mass_along() -> None:
+    """x' jumps at the stop, and z' = x'/2 with it; z goes on."""
+    solution = run(SERIES + "contact stop: x restitution 0.5;")
+    ((t, _),) = [(e.time, e) for e in solution.events if e.time > 0]
+    assert t == pytest.approx(np.pi / 2 / np.sqrt(2), abs=1e-9)
+    after = solution.time > t + 1e-9
+    expected = np.sin(np.sqrt(2) * (solution.time - t)) / 2
+    assert np.abs(solution["x"] - expected)[after].max() < 1e-9
+    assert np.abs(solution["z"] - expected / 2)[after].max() < 1e-9
+    balance = solution["energy.total"] + solution["energy.dissipated"]
+    assert np.ptp(balance) < 1e-9
+
+
+def test_a_force_that_jumps_does_work_on_what_has_no_mass() -> None:
+    """The node jumps by F/8, and the account of energy holds what the force brought."""
+    solution = run(SERIES + "force (if time > 1 s then 2 N else 0 N) on z;")
+    t, x = solution.time, solution["x"]
+    late = t > 1 + 1e-9
+    assert np.abs(solution["z"] - x / 2 - np.where(late, 0.25, 0))[late].max() < 1e-13
+    w = np.sqrt(2)  # x'' = -2 x + 1 after t = 1
+    start, speed = np.cos(w) - 0.5, -w * np.sin(w)
+    expected = 0.5 + start * np.cos(w * (t - 1)) + speed / w * np.sin(w * (t - 1))
+    assert np.abs(x - expected)[late].max() < 1e-9
+    assert np.ptp(solution["energy.total"] - solution["energy.supplied"]) < 1e-9
+
+
+def test_an_input_acts_without_its_rate() -> None:
+    """z follows the force of an input, so nothing tells der(z) or the work; the motion is known."""
+    solution = run(SERIES + "input Force F = 1 N*sin(time/1 s); force F on z;")
+    other = run(SERIES + "force 1 N*sin(time/1 s) on z;")
+    assert solution["x"][-1] == pytest.approx(other["x"][-1], abs=1e-11)
+    assert "der(z)" not in solution.quantities and "energy.supplied" not in solution.quantities
+    assert "der(z)" in other.quantities and np.ptp(other["energy.total"] - other["energy.supplied"]) < 1e-10
+
+
+# ---------------------------------------------------------------- studies and targets
+
+
+def test_algebraic_coordinates_are_no_states() -> None:
+    linear = mechc.loads(SERIES).linearize()
+    assert np.sort(np.asarray(linear.poles).imag) == pytest.approx([-np.sqrt(2), np.sqrt(2)], abs=1e-13)  # type: ignore[union-attr]
+    assert np.asarray(linear.A).shape == (2, 2)  # type: ignore[union-attr]
+
+
+@pytest.mark.slow
+def test_sensitivities() -> None:
+    """x = cos(sqrt(K) t) with K = 4 k/(4 + k), dK/dk = 16/(4 + k)^2 = 1/4."""
+    solution = run(SERIES, sensitivity="k")
+    w, t = np.sqrt(2), 2.0
+    slope = -np.sin(w * t) * t / (2 * w) / 4
+    assert solution.sensitivity("x", "k").values[-1] == pytest.approx(slope, abs=1e-9)
+    own = np.cos(w * t) / 16 * 1.0  # dz/dk at x held: z = k x/(4 + k), 4 x/64
+    assert solution.sensitivity("z", "k").values[-1] == pytest.approx(slope / 2 + own, abs=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("text", [SERIES, MAXWELL])
+def test_targets_give_the_same_motion(text: str, tmp_path: Path) -> None:
+    exact = float(maxwell(2.0)[0]) if text is MAXWELL else float(np.cos(2 * np.sqrt(2)))
+    model = mechc.loads(text)
+    interpreted = model.simulate(target="python", estimate_error=False)
+    assert isinstance(interpreted, mechc.Solution)
+    assert interpreted["x"][-1] == pytest.approx(exact, abs=1e-9)
+    (tmp_path / "model.mech").write_text(
+        text, encoding="utf-8"
+    )  # an FMU is compared with the native run before it is written
+    arguments = [str(tmp_path / "model.mech"), "--target", "fmu", "-o", str(tmp_path / "model.fmu")]
+    assert cli(["compile", *arguments]) == 0
+
+
+# ---------------------------------------------------------------- what is refused
+
+
+X = "dimensionless; coordinate x = 1; kinetic 1/2*der(x)^2; "
+REFUSED = {
+    "a node on nothing": (X + "coordinate z ~ 0;", "E0520", "'z', and no force decides where it is"),
+    "two nodes on each other": (
+        X + "coordinate z ~ 0; coordinate w ~ 0; potential (z - w)^2;",
+        "E0520",
+        "'z' and 'w' together",
+    ),
+    "a damper between two": (
+        X + "coordinate z ~ 0; coordinate w ~ 0; damping 1 on z - w;",
+        "E0520",
+        "'z' and 'w' together",
+    ),
+    "set by an event": (
+        X + "coordinate z ~ 0; potential (x - z)^2 + z^2; when time > 1 then reinit(z, 1); end when;",
+        "E0713",
+        "'z' has no mass, so it cannot be set",
+    ),
+    "pushed by an event": (
+        X + "coordinate z ~ 0; potential (x - z)^2 + z^2; when time > 1 then impulse 1 on z; end when;",
+        "E0713",
+        "'z' has no mass, so it cannot be pushed",
+    ),
+    "friction on it": (
+        X + "coordinate z ~ 0; potential (x - z)^2; friction 1 on z;",
+        "E0520",
+        "nothing with mass moves with 'z'",
+    ),
+    "held in part": (
+        X + "coordinate z ~ 0; coordinate w ~ 0; potential (x - z)^2 + z^2 + w^2; constraint z + w = x;",
+        "E0520",
+        "nothing with mass moves with 'z'",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_nothing_decides_is_refused_by_name(name: str) -> None:
+    text, code, words = REFUSED[name]
+    with pytest.raises(CompileError) as refused:
+        mechc.loads(text + "experiment(stop = 1);")
+    assert code in str(refused.value) and words in str(refused.value)
+
+
+UNDECIDED = {
+    "no stiffness": (SERIES.replace("4 N/m*z^2", "k*z^2"), {"k": 0.0}, "no force decides the motion"),
+    "a damping that comes": (
+        SERIES + "parameter d = 0 N.s/m; damping d on z;",
+        {"d": 1.0},
+        "contain a rate that it does not contain",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", UNDECIDED)
+def test_parameters_that_change_what_decides_are_told(name: str) -> None:
+    text, values, words = UNDECIDED[name]
+    solution = mechc.loads(text).simulate(set=values, estimate_error=False)
+    assert isinstance(solution, mechc.Solution) and words in str(solution.message)
