@@ -15,7 +15,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -27,6 +27,10 @@ sys.path.insert(0, str(HERE.parent))
 
 import figures  # noqa: E402
 
+import mechc  # noqa: E402
+from mechc.cli.main import run  # noqa: E402
+from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
+from mechc.web.write import write_page  # noqa: E402
 from website.links import moved  # noqa: E402
 
 NAMES = """# Names of the Python interface
@@ -147,32 +151,34 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
     """Return the moving page of each example, of a curve its picture, made where it is not there yet."""
     LIVE.mkdir(parents=True, exist_ok=True)
     state = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(_sources()))).digest()
-
-    def one(example: Path) -> tuple[str, Path | None, str]:
-        key = hashlib.sha256(state + example.read_bytes()).hexdigest()[:16]
-        name = example_name(example.relative_to(ROOT))
-        page = LIVE / f"{name}-{key}.html"
-        if page.exists():
-            return name, page, ""
-        command = [sys.executable, "-m", "mechc", "compile", str(example), "--target", "web", "-o", str(page)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
-        if page.exists():
-            return name, page, ""
-        said = (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]
-        picture = page.with_suffix(".png")  # a curve does not move
-        command = [sys.executable, "-m", "mechc", "run", str(example), "-q", "--plot", str(picture)]
-        if "does not move" in said and not picture.exists():
-            subprocess.run(command, capture_output=True, check=False, cwd=ROOT)
-        return name, picture if picture.exists() else None, said
-
+    keys = [hashlib.sha256(state + example.read_bytes()).hexdigest()[:16] for example in examples]
+    names = [example_name(example.relative_to(ROOT)) for example in examples]
+    pages = [LIVE / f"{name}-{key}.html" for name, key in zip(names, keys, strict=True)]
     made: dict[str, Path] = {}
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for name, page, said in pool.map(one, examples):
+    if find_libtcc() is not None:  # the run behind a page is over before better code pays
+        os.environ.setdefault("CC", "libtcc")
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for name, (page, said) in zip(names, pool.map(_made, examples, pages), strict=True):
             if page is None:
                 print(f"no moving page of {name}: {said}")
             else:
                 made[name] = page
     return made
+
+
+def _made(example: Path, page: Path) -> tuple[Path | None, str]:
+    """Write the page of an example, or the picture of a curve, which does not move; return it, or why there is none."""
+    picture = page.with_suffix(".png")
+    if page.exists() or picture.exists():
+        return (page if page.exists() else picture), ""
+    model = mechc.load(example)
+    if model.compilation.equations.curve is not None:
+        run(["run", str(example), "-q", "--plot", str(picture)])
+        return (picture if picture.exists() else None), "it has no picture"
+    try:
+        return write_page(model, page), ""
+    except (mechc.UsageMistake, mechc.SimulationError) as error:
+        return None, str(error)
 
 
 def _sources() -> list[Path]:
@@ -182,7 +188,7 @@ def _sources() -> list[Path]:
         p
         for f in folders
         for p in (ROOT / f).rglob("*")
-        if p.suffix in (".py", ".c", ".h", ".js", ".html", ".mech", ".lark")
+        if p.suffix in (".py", ".c", ".h", ".js", ".html", ".mech", ".lark", ".wasm")
     ]
 
 

@@ -160,40 +160,40 @@ def around_builds(told: Callable[[str], AbstractContextManager[object]]) -> Iter
         _around = before
 
 
+_BUILT = f"built{LIBRARY_SUFFIX}"
+"""The name that the linker gives a library: some formats hold it."""
+
+
 def build_shared(
     sources: Mapping[str, str],
     flags: Sequence[str],
     key: str = "",
     *,
     name: str = "model",
-    compiler: Compiler | None = None,
-    file: str = f"built{LIBRARY_SUFFIX}",
     link: Sequence[str] = LINK,
     chosen: Callable[[], Mapping[str, str]] | None = None,
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
     ``key`` is further text on which the result depends. ``chosen`` gives what is compiled in the place of the sources, which
-    follows from these and the key: it is asked when something is compiled. ``file`` is the name that the linker gives the
-    library (some formats hold it), ``link`` what it is told. Raises ``BuildError`` and ``CompilerMissing``.
+    follows from these and the key: it is asked when something is compiled. ``link``: what the linker is told. Raises ``BuildError`` and ``CompilerMissing``.
     """
-    compiler = compiler or find_compiler()
+    compiler = find_compiler()
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
-    digest = cache_key(sources, (*flags, file, *link), key, compiler)
+    digest = cache_key(sources, (*flags, _BUILT, *link), key, compiler)
     stem = f"{name}-{digest}"
-    suffix = Path(file).suffix
-    library = find_entry(stem, suffix)
+    library = find_entry(stem, LIBRARY_SUFFIX)
     if library is None:
         sources = sources if chosen is None else chosen()
         with _around(name), build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
             if compiler.in_process:
-                _compile_in_process(sources, flags, folder / file)
+                _compile_in_process(sources, flags, folder / _BUILT)
             else:
-                _compile(compiler, sources, flags, folder, ("-o", file, *link))
-            library = keep_entry(folder / file, stem, suffix)
+                _compile(compiler, sources, flags, folder, ("-o", _BUILT, *link))
+            library = keep_entry(folder / _BUILT, stem, LIBRARY_SUFFIX)
         prune_when_due()
     return library
 
