@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import mechc
 
@@ -104,12 +105,21 @@ def test_numbers_of_the_whole_read_each_other() -> None:
         assert abs(found.outputs[name] - exact) <= 30 * found.output_errors[name] <= 1e-11
 
 
+def test_run_finds_a_curve_unless_it_is_asked_for_in_c(tmp_path: Path) -> None:
+    from mechc.cli.run import command
+
+    (tmp_path / "line.mech").write_text(line())
+    arguments = [str(tmp_path / "line.mech"), "-q"]
+    assert CliRunner().invoke(command, arguments, standalone_mode=False).exit_code == 0
+    asked = CliRunner().invoke(command, [*arguments, "--target", "c"], standalone_mode=False)
+    assert "is a curve, which is found in Python: leave out --target c" in asked.output + str(asked.exception)
+
+
 @pytest.mark.parametrize("command", ["fit", "init", "stress", "view"])
 def test_commands_of_motions_refuse_curves(command: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     from importlib import import_module
 
     from click import UsageError
-    from click.testing import CliRunner
 
     (tmp_path / "line.mech").write_text(line())
     ran = CliRunner().invoke(import_module(f"mechc.cli.{command}").command, [str(tmp_path / "line.mech")])
