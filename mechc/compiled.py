@@ -132,6 +132,8 @@ class Code(Struct, eq=False):
 
     def with_parts(self, parts: frozenset[str]) -> Code:
         """Return the same with parts built whether they are needed or not."""
+        if parts == self.compilation.parts:
+            return self
         if parts not in self.kept:
             self.kept[parts] = (
                 self.of(self.compilation.flat, parts)

@@ -44,34 +44,33 @@ def record_text(record: Record) -> Iterator[str]:
 
 
 def _pointed(value: Rows | Array | Record) -> Iterator[str]:
-    match value:
-        case Record():
-            yield from record_text(value)
-        case Array(name, kind, values, never_null):
-            if values or never_null:
-                yield f"static const {kind} {name}[] = {{{', '.join(map(_field, values)) or '0'}}};\n"
-        case Rows(name, struct, rows, notes):
-            if rows:
-                yield f"static const {struct.c_name} {name}[] = {{"
-                for k, row in enumerate(rows):
-                    note = f" /* {comment(notes[k])} */" if notes else ""
-                    yield f"    {{{', '.join(map(_field, row))}}},{note}"
-                yield "};\n"
+    if isinstance(value, Record):
+        yield from record_text(value)
+    elif isinstance(value, Array):
+        if value.values or value.never_null:
+            entries = ", ".join(map(_field, value.values)) or "0"
+            yield f"static const {value.kind} {value.name}[] = {{{entries}}};\n"
+    elif value.rows:
+        yield f"static const {value.struct.c_name} {value.name}[] = {{"
+        for k, row in enumerate(value.rows):
+            note = f" /* {comment(value.notes[k])} */" if value.notes else ""
+            yield f"    {{{', '.join(map(_field, row))}}},{note}"
+        yield "};\n"
 
 
-def _field(value: Value | Fraction) -> str:
+def _field(value: Value | Fraction | float) -> str:
     """Return the text of a field or an entry."""
     match value:
         case None:
             return "NULL"
-        case Word(name) | Function(name):
-            return name
-        case Record(name):
-            return f"&{name}"
-        case Rows(name, _, rows):
-            return name if rows else "NULL"
-        case Array(name, _, values, never_null):
-            return name if values or never_null else "NULL"
+        case Word() | Function():
+            return value.name
+        case Record():
+            return f"&{value.name}"
+        case Rows():
+            return value.name if value.rows else "NULL"
+        case Array():
+            return value.name if value.values or value.never_null else "NULL"
         case Fraction():
             return literal(value)[0]
     return str(value)

@@ -97,7 +97,7 @@ class Rows(Struct, frozen=True):
 
     name: str
     struct: type[Contract]
-    rows: Sequence[Sequence[int | Fraction | Word | Function]]
+    rows: Sequence[Sequence[int | float | Word | Function]]
     notes: Sequence[str] = ()
 
 

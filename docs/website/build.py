@@ -171,7 +171,7 @@ def _made(example: Path, page: Path) -> tuple[Path | None, str]:
     picture = page.with_suffix(".png")
     if page.exists() or picture.exists():
         return (page if page.exists() else picture), ""
-    model = mechc.load(example)
+    model = mechc.load(example, keep={"scene"})
     if model.compilation.equations.curve is not None:
         run(["run", str(example), "-q", "--plot", str(picture)])
         return (picture if picture.exists() else None), "it has no picture"

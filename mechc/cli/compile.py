@@ -136,7 +136,8 @@ def command(
     from ..api import load
 
     _check_ending(target, output)
-    loaded = load(file, model=model, set=settings, keep=kept(keep_all, target))
+    drawn = {"scene"} if target == "web" else set()
+    loaded = load(file, model=model, set=settings, keep=kept(keep_all, target) | drawn)
     show_warnings(loaded)
     if target == "fmu":
         from ..fmu.export import FmuOptions, export_fmu

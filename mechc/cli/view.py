@@ -49,7 +49,7 @@ def command(
     from .failures import say
 
     try:
-        loaded = load(file, model=model, set=settings)
+        loaded = load(file, model=model, set=settings, keep={"scene"})
         show_warnings(loaded)
         folder = Path(tempfile.gettempdir()) / "mechc-pages"
         path = write_page(

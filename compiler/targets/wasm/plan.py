@@ -61,7 +61,7 @@ def _sizes(program: Program) -> Record:
     sizes = sizes_of(make_problem(program))
     groups = sizes.groups or [0] * len(sizes.units)
     rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
-    states = [(unit, KINDS[kind], int(pure), *others) for unit, kind, pure, *others in rows]
+    states = [(unit, KINDS[kind], int(pure), *numbers) for unit, kind, pure, *numbers in rows]
     return Record(
         "sizes",
         SizesStruct,

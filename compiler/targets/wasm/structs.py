@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any, Final
 
@@ -15,27 +16,27 @@ from .straight import number
 
 FORMATS: Final[dict[str, str]] = {"int": "i", "unsigned char": "B", "mech_real": "d"}
 
-Entry = Value | Fraction
+Entry = Value | Fraction | float
 
 
 def placed(value: Rows | Array | Record, place: Place) -> int:
     """Put what a pointer points to among the data and return its address; 0 for NULL."""
-    match value:
-        case Array(_, kind, values, never_null):
-            entries = [number(v) if isinstance(v, Fraction) else v for v in values]
-            entries = entries or [0] if never_null else entries
-            form = f"<{len(entries)}{FORMATS[kind]}"
-            return place.put(struct.pack(form, *entries)) if entries else 0
-        case Rows(_, kind, rows):
-            return place.put(b"".join(_laid_out(kind, row, place) for row in rows)) if rows else 0
-        case Record(_, kind, fields):
-            names = [field[0] for field in kind._fields_]
-            unknown = fields.keys() - set(names)
-            assert not unknown, f"{kind.c_name} has no fields {sorted(unknown)}"
-            return place.put(_laid_out(kind, [fields.get(name, 0) for name in names], place))
+    if isinstance(value, Array):
+        entries = [number(v) if isinstance(v, Fraction) else v for v in value.values]
+        if not entries and value.never_null:
+            entries = [0]
+        form = f"<{len(entries)}{FORMATS[value.kind]}"
+        return place.put(struct.pack(form, *entries)) if entries else 0
+    if isinstance(value, Rows):
+        rows = [_laid_out(value.struct, row, place) for row in value.rows]
+        return place.put(b"".join(rows)) if rows else 0
+    names = [field[0] for field in value.struct._fields_]
+    unknown = value.fields.keys() - set(names)
+    assert not unknown, f"{value.struct.c_name} has no fields {sorted(unknown)}"
+    return place.put(_laid_out(value.struct, [value.fields.get(name, 0) for name in names], place))
 
 
-def _laid_out(kind: type[Contract], values: Any, place: Place) -> bytes:
+def _laid_out(kind: type[Contract], values: Sequence[Entry], place: Place) -> bytes:
     """Return the bytes of a struct: each field at a multiple of its size, the end at one of the largest."""
     out = bytearray()
     largest = 1
