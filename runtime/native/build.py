@@ -170,15 +170,17 @@ def build_shared(
     key: str = "",
     *,
     name: str = "model",
+    compiler: Compiler | None = None,
     link: Sequence[str] = LINK,
     chosen: Callable[[], Mapping[str, str]] | None = None,
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
     ``key`` is further text on which the result depends. ``chosen`` gives what is compiled in the place of the sources, which
-    follows from these and the key: it is asked when something is compiled. ``link``: what the linker is told. Raises ``BuildError`` and ``CompilerMissing``.
+    follows from these and the key: it is asked when something is compiled. ``compiler``: None for the one that is found; ``link`` is what
+    the linker is told. Raises ``BuildError`` and ``CompilerMissing``.
     """
-    compiler = find_compiler()
+    compiler = compiler or find_compiler()
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
     digest = cache_key(sources, (*flags, _BUILT, *link), key, compiler)
