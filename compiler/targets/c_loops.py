@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from ..graph.operation import ATOM
 from ..program.loops.rolled import (
+    NUMBERS,
     Carried,
     Carry,
     Compute,
@@ -53,7 +54,7 @@ SIDE_BY_SIDE = """\
 BLOCK = 64
 """Iterations that are done side by side."""
 
-PLACES_IN_LINE = 24
+PLACES_IN_LINE, NUMBERS_IN_LINE = 24, 8
 
 
 def loops_of(program: Program) -> dict[str, Rolled]:
@@ -73,7 +74,13 @@ def loops_of(program: Program) -> dict[str, Rolled]:
 
 
 def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
-    """Yield the tables that the indices of a function read."""
+    """Yield the tables that the indices of a function read, and its constants."""
+    if rolled.numbers:
+        yield f"static const mech_real {_numbers(name)}[{len(rolled.numbers)}] = {{"
+        for begin in range(0, len(rolled.numbers), NUMBERS_IN_LINE):
+            shown = (DIALECT.literal(n)[0] for n in rolled.numbers[begin : begin + NUMBERS_IN_LINE])
+            yield f"    {', '.join(shown)},"
+        yield "};"
     for k, table in enumerate(rolled.tables):
         kind = "unsigned short" if min(table) >= 0 and max(table) < 65536 else "int"
         yield f"static const {kind} {_table(name, k)}[{len(table)}] = {{"
@@ -120,6 +127,10 @@ def _numbered(items: Sequence[Item]) -> Iterator[int]:
             if item.numbered:
                 yield item.counter
             yield from _numbered(item.body)
+
+
+def _numbers(name: str) -> str:
+    return f"{name}_{NUMBERS}"
 
 
 def _table(name: str, number: int) -> str:
@@ -357,6 +368,8 @@ class _Loops:
         match operand:
             case Read("t", _):
                 return Text("t", ATOM)
+            case Read("numbers", index):
+                return Text(f"{_numbers(self.name)}[{self.index(index)}]", ATOM)
             case Read(array, index):
                 return Text(f"{array}[{self.index(index)}]", ATOM)
             case Local(number):

@@ -96,6 +96,8 @@ class _Replay:
         match operand:
             case Read("w", index):
                 return self.memory[self.at(index)]
+            case Read("numbers", index):
+                return _number(self.values, self.rolled.numbers[self.at(index)])
             case Read(array, index):
                 return _loaded(self.values, self.stored, array, self.at(index))
             case Local(number):

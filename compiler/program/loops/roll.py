@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from fractions import Fraction
 
 import numpy as np
 
@@ -12,7 +13,21 @@ from .indices import Indices, is_affine
 from .loop_carried import Carried
 from .nest import Nest, Nests, Site
 from .places import PAD, Places
-from .rolled import Carry, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
+from .rolled import (
+    NUMBERS,
+    Carry,
+    Compute,
+    Index,
+    Item,
+    Kept,
+    Local,
+    Loop,
+    Number,
+    Operand,
+    Put,
+    Read,
+    Rolled,
+)
 from .runs import count_of_sites, runs
 from .sinking import sunk
 from .stream import Numbers, stream, tokens
@@ -30,14 +45,17 @@ def roll(function: ProgramFunction) -> Rolled | None:
     if not function.made:
         return None
     straight = stream(function)
-    entries = runs(tokens(straight), straight.operands)
-    if WORTH * count_of_sites(entries) > len(straight.done):
+    for by_number in (True, False):  # constants may differ where nothing repeats itself with them
+        entries = runs(tokens(straight, by_number), straight.operands)
+        if WORTH * count_of_sites(entries) <= len(straight.done):
+            break
+    else:
         return None
     first = Nests(straight, entries)
     Places(first)
     moved = sunk(first)
     first.let_go()
-    nests = Nests(moved, runs(tokens(moved), moved.operands))
+    nests = Nests(moved, runs(tokens(moved, by_number), moved.operands))
     rolled = _Writer(nests).rolled()
     nests.let_go()
     return rolled
@@ -49,12 +67,14 @@ class _Writer:
         self.places = Places(nests)
         self.indices = Indices()
         self.taken = set(self.places.at[self.places.at >= 0].tolist())
+        self.numbers: list[Fraction] = []
+        self.known: dict[tuple[Fraction, ...], int] = {}
         self.padded: dict[int, int] = {}
         """Free places that hold a copy, and whose value it is."""
 
     def rolled(self) -> Rolled:
         items = self._items(self.nests.top)
-        return Rolled(tuple(items), tuple(self.indices.tables), self.places.count)
+        return Rolled(tuple(items), tuple(self.indices.tables), self.places.count, tuple(self.numbers))
 
     def _items(self, children: Sequence[Site | Nest]) -> list[Item]:
         found: list[Item] = []
@@ -128,7 +148,14 @@ class _Writer:
     def _leaf(self, column: Numbers, site: Site) -> Operand:
         first = self.nests.stream.leaf(column[0])
         if type(first) is Literal:
-            return Number(first.number)
+            numbers = tuple(self.nests.stream.numbers_of(column))
+            if all(number == first.number for number in numbers):
+                return Number(first.number)
+            if numbers not in self.known:
+                self.known[numbers] = len(self.numbers)
+                self.numbers += numbers
+            places = self.known[numbers] + np.arange(len(numbers))
+            return Read(NUMBERS, self.indices.index(places, site.chain))
         assert type(first) is Load
         return Read(first.array, self.indices.index(self.nests.stream.indices_of(column), site.chain))
 

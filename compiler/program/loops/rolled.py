@@ -13,6 +13,9 @@ from msgspec import Struct
 
 from ..model import Lookup, Operate
 
+NUMBERS = "numbers"
+"""The array of ``Rolled.numbers``."""
+
 
 class Index(Struct, frozen=True):
     """base + sum of strides times counters; with a table, plus its number at the place that ``numbered`` loop has reached."""
@@ -26,7 +29,7 @@ class Index(Struct, frozen=True):
 
 
 class Read(Struct, frozen=True):
-    """The number ``array[index]``; the array is t, y, u, z, p or w."""
+    """The number ``array[index]``; the array is t, y, u, z, p, w, or the ``numbers`` of the function."""
 
     array: str
     index: Index
@@ -109,3 +112,5 @@ class Rolled(Struct, frozen=True):
     items: tuple[Item, ...]
     tables: tuple[tuple[int, ...], ...]
     workspace: int
+    numbers: tuple[Fraction, ...] = ()
+    """Constants that differ from one iteration to another."""

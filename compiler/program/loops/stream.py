@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Final
 
 import numpy as np
@@ -57,6 +58,10 @@ class Stream(Struct):
         """Return the indices that loads read."""
         return _column(self.body.second)[-1 - leaves]
 
+    def numbers_of(self, leaves: Numbers) -> list[Fraction]:
+        """Return the numbers that literals are."""
+        return [self.body.numbers[k] for k in _column(self.body.first)[-1 - leaves]]
+
     def targets_of(self, stores: Numbers) -> Numbers:
         """Return the indices that stores write."""
         return _column(self.body.second)[self.done[stores]]
@@ -96,13 +101,15 @@ def stream(function: ProgramFunction) -> Stream:
     return Stream(body, done, np.stack([first, second, third], axis=1))
 
 
-def tokens(made: Stream) -> Numbers:
-    """Number the shapes of the statements: what they do, and with what kinds of operands."""
+def tokens(made: Stream, by_number: bool = True) -> Numbers:
+    """Number the shapes of the statements: what they do, and with what kinds of operands; without ``by_number`` all literals
+    are of one kind."""
     body = made.body
     kinds, first = _column(body.kinds), _column(body.first)
     # what tells leaves apart: the array, or the number
     numbers: dict[object, int] = {}
-    known = np.array([numbers.setdefault(number, len(numbers)) for number in body.numbers] or [0])
+    told = body.numbers if by_number else [None] * len(body.numbers)
+    known = np.array([numbers.setdefault(number, len(numbers)) for number in told] or [0])
     literal = kinds == LITERAL
     leaf = np.where(kinds == LOAD, first, 0)
     leaf[literal] = len(ARRAYS) + known[first[literal]]

@@ -6,9 +6,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.compiler.program.loops.replay import verify
+from mechc.compiler.program.loops.roll import roll
+from mechc.compiler.targets.c import emit_c
 
 STEP = 1e-30
 
@@ -340,3 +344,31 @@ def test_a_motion_by_the_python_target() -> None:
     text = "\n".join(line for line in MODEL.splitlines() if "hits" not in line)
     solution: Any = mechc.loads(text).simulate(target="python")
     assert np.abs(solution["x"] - by_scipy(solution.time)[0]).max() < 1e-8
+
+
+@pytest.mark.slow
+def test_long_loops_stay_loops_in_c() -> None:
+    """Twice the turns add numbers to a table, and nothing to the code."""
+    text = """
+function f(Real a, Integer n) -> Real
+  var s = 0;
+  for i in 1:n loop
+    let u = a + i/100;
+    s := s + sin(u)*exp(-u^2)/(1 + u^2);
+  end for;
+  return s;
+end f;
+"""
+    sizes = []
+    for turns in (1200, 2400):
+        made = model(text, f"output y = f(q[1], {turns});", 1)
+        text_of = emit_c(made.compilation.program)
+        sizes.append(sum(len(line) for line in text_of.splitlines() if "real(" not in line))
+        function = made.compilation.program.function("outputs")
+        rolled = roll(function)
+        assert rolled is not None
+        verify(function, rolled)
+    u = 0.3 + np.arange(1, turns + 1) / 100
+    found = made.simulate(stop=1e-3, estimate_error=False)["y"][0]
+    assert found == pytest.approx(np.sum(np.sin(u) * np.exp(-(u**2)) / (1 + u**2)), rel=1e-12)
+    assert sizes[1] < 1.02 * sizes[0] < 40_000
