@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Sequence
-from datetime import datetime
 from pathlib import Path
 
-from mechc.runtime.native.build import find_compiler
+from mechc.measurement.machine import described
 
 REPORT = Path(__file__).parent / "report"
 MADE = "Made in "
 """How the last line of a page begins."""
-
-
-def described() -> str:
-    """Say date, processor, system, C compiler and Python in one line."""
-    cpu = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.is_file():
-        names = [
-            r.partition(":")[2].strip() for r in info.read_text().splitlines() if r.startswith("model name")
-        ]
-        cpu = f"{len(names)} x {names[0]}" if names else cpu
-    compiler = find_compiler()
-    cc = compiler.version.splitlines()[0] if compiler else "no C compiler"
-    date = datetime.now().astimezone().date().isoformat()
-    return f"{date}; {cpu}; {platform.system()}; {cc}; Python {platform.python_version()}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 import mechc
 from mechc.compiler.pipeline import program_with
+from mechc.measurement.peers.heyoka import COMPACT, equations
 from mechc.measurement.references import compile_for_reference
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
@@ -22,7 +23,6 @@ from mechc.runtime.problem import Array
 from mechc.runtime.reference.high_precision import Reference, reference
 
 from .machine import table, write
-from .peer_integrators import COMPACT, equations
 from .systems import BENT_BARS
 
 ERRORS = (1e-9, 1e-11, 1e-13)

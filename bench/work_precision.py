@@ -13,12 +13,12 @@ from msgspec import Struct
 import mechc
 from mechc.measurement.benchmark import Benchmark, benchmark
 from mechc.measurement.benchmark_report import draw
+from mechc.measurement.peers import LIBRARIES, absent
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.runtime.reference.work_precision import time_to_reach
 
 from .machine import REPORT, table, write
-from .peer_integrators import absent, peers
 from .references import FAILURES, in_parallel
 from .systems import BENT_BARS, STIFF_SPRING
 
@@ -118,14 +118,13 @@ def measured(system: System, quick: bool, *, timed: bool = True) -> Benchmark:
     return benchmark(
         model,
         methods=METHODS,
-        against=("scipy",) if timed else (),
+        against=[name for name in LIBRARIES if name not in absent()] if timed else (),
         tolerances=(TOLERANCES[::3] if quick else TOLERANCES) if timed else (),
         seconds=5 if quick else SECONDS,
         experiment=system.experiment,
         stop=system.stop,
         longest=LONGEST,
         enough=ENOUGH,
-        beside=peers(model) if timed else {},
     )
 
 

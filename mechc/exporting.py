@@ -175,7 +175,7 @@ def _module(model: CompiledModel, target: str) -> str:
         return emit_python(with_own_sizes(program, run), model.settings)
     from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
 
-    return emit_differentiable(program, CASADI if target == "casadi" else JAX, _begin(model))
+    return emit_differentiable(program, CASADI if target == "casadi" else JAX, begin_of(model))
 
 
 def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
@@ -189,7 +189,7 @@ def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
             )
 
 
-def _begin(model: CompiledModel) -> Begin:
+def begin_of(model: CompiledModel) -> Begin:
     """Return where the run of the default experiment begins."""
     from .compiler.targets.differentiable import Begin
     from .runtime.case import inputs_at

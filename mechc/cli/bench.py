@@ -28,11 +28,17 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
 @click.option("--experiment", metavar="NAME", help="Which experiment of the model.")
 @click.option("--stop", metavar="TIME", help="When to stop, instead of the experiment's time.")
 @click.option(
-    "--methods", metavar="A,B", callback=_list, help="Methods of the kernel; dop853, radau5, rk4 without it."
+    "--methods",
+    metavar="A,B",
+    callback=_list,
+    help="Methods of the kernel; all that the model allows without it.",
 )
 @click.option("--tolerances", metavar="A,B", callback=_list, help="1e-3 to 1e-14 without it.")
 @click.option(
-    "--against", metavar="A,B", callback=_list, help="Others on the same functions: scipy, scipy:DOP853."
+    "--against",
+    metavar="A,B",
+    callback=_list,
+    help="Other libraries on the same equations: scipy (or one method: scipy:DOP853), sundials, numbalsoda, heyoka, diffsol, diffrax.",
 )
 @click.option(
     "--seconds", type=float, default=60.0, show_default=True, help="CPU seconds that the reference may take."
@@ -43,6 +49,13 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     metavar="FILE",
     callback=no_model,
     help="Write the table as JSON; - for standard output alone.",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    callback=ending((".html", ".htm"), "pages"),
+    help="Write a page on which the points of the diagram tell what they are (html).",
 )
 @click.option(
     "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw the diagram (png, pdf, svg)."
@@ -94,6 +107,10 @@ def command(file: str, **given: Any) -> None:
         from ..measurement.benchmark_report import draw
 
         draw(made, Path(given["plot"]))
+    if given["output"]:
+        from ..measurement.benchmark_report import write_page
+
+        write_page(made, Path(given["output"]))
 
 
 def _bench_curve(model: CompiledModel, given: dict[str, Any]) -> None:
@@ -101,7 +118,7 @@ def _bench_curve(model: CompiledModel, given: dict[str, Any]) -> None:
     from ..requests.parse_values import UsageMistake
 
     context = click.get_current_context()
-    for name in ("stop", "methods", "tolerances", "against", "seconds"):
+    for name in ("stop", "methods", "tolerances", "against", "seconds", "output"):
         if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             raise UsageMistake(f"--{name} belongs to a motion, and '{model.name}' is a curve")
     made = convergence(model, given["experiment"])

@@ -12,15 +12,14 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from ..curves import check_motion
+from ..presentation.numbers import duration
 from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
 from ..runtime.functions import load_functions
 from ..runtime.integrate.choose_method import check_name
 from ..runtime.integrate.kernel_run import run_kernel
 from ..runtime.integrate.nominal_run import nominal_of
-from ..runtime.integrate.scipy_compiled import METHODS
-from ..runtime.integrate.scipy_methods import PREFIX
 from ..runtime.integrate.solver_options import SolverOptions
-from ..runtime.native.kernel import kernel_methods, load_kernel
+from ..runtime.methods import KERNEL_METHODS, parts_for
 from ..runtime.outcome import SimulationError
 from ..runtime.reference.high_precision import (
     FAST_PRECISION,
@@ -31,20 +30,24 @@ from ..runtime.reference.high_precision import (
     has_precision,
 )
 from ..runtime.reference.reference_cache import kept_reference
-from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Peer, Point, Task, measure
+from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Peer, Point, Task, measure, time_to_reach
 from ..runtime.results.evaluate import evaluate_rows
+from ..runtime.studies.runs.simulate import run as run_problem
+from .machine import described
+from .peers import libraries_of, peers
 from .references import ReferenceCode, compile_for_reference, solve
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
     from ..runtime.problem import Array, Problem
 
-DEFAULT_METHODS = ("dop853", "radau5", "rk4")
 MEASURED_POINTS = 41
 """Output times at which errors are measured."""
 END_TOLERANCE = 1e-6
 """Tolerance of the run that finds where a model ends it, and how long before that the last error is measured."""
 MOST_STEPS = 100_000
+LONGEST_CLAIMED = 0.5
+"""Seconds of a run above which it is not made again to see what it says of its error."""
 HORIZON_DOUBT = 1e-14
 """Times at which the two reference runs differ by more are not measured on."""
 
@@ -64,6 +67,8 @@ class Benchmark(Struct, frozen=True):
     """How far the reference is from each closed solution that the model states, over nominal + |value|."""
     ended: bool = False
     """The model ends its run soon after the horizon."""
+    peers: Mapping[str, str] = MappingProxyType({})
+    """Libraries that were measured, and how they were set up."""
 
     @property
     def digits(self) -> int:
@@ -96,6 +101,9 @@ class Benchmark(Struct, frozen=True):
             },
             "points": [to_builtins(point) for point in self.points],
             "skipped": dict(self.skipped),
+            "peers": dict(self.peers),
+            "machine": described(),
+            "conclusion": conclusion(self),
         }
 
 
@@ -111,11 +119,10 @@ def benchmark(
     progress: Callable[[], None] | None = None,
     longest: float = LONGEST,
     enough: float = 0.0,
-    beside: Mapping[str, Peer] = MappingProxyType({}),
 ) -> Benchmark:
-    """Measure a model. ``seconds``: how long the reference may take, if it is not in the cache. ``longest``: how long
-    one run may take before it is given up. ``enough``: error at which the ladder of a peer ends. ``beside``: further peers by
-    the names of their methods.
+    """Measure a model: all methods of the kernel where none are named. ``seconds``: how long the reference may take, if it is not
+    in the cache. ``longest``: how long one run may take before it is given up. ``enough``: error at which the ladder of a peer ends.
+    ``against``: peers by name (``peers/``).
 
     Where none can be computed, closed solutions that the model states take its place.
 
@@ -124,7 +131,10 @@ def benchmark(
     check_motion(model, "run time of a motion")
     for name in methods:
         check_name(name)
-    problem = model.problem("c", method="radau5")
+    names = list(methods) or list(KERNEL_METHODS)
+    parts = frozenset().union(*map(parts_for, ("radau5", *names)))
+    beside = peers(model, against, parts)
+    problem = model.problem("c", parts=parts)
     functions = load_functions(problem)
     options = SimulationOptions(
         experiment=experiment, values=model.settings, stop=stop, points=MEASURED_POINTS
@@ -150,11 +160,78 @@ def benchmark(
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
     task = Task(_until(case, horizon), nominal, truth, longest)
-    known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
-    names = [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]
     points, skipped = _measured(task, [*names, *beside], tolerances, enough, progress, beside)
+    points = tuple(p if p.method in beside else _with_claim(p, task, options) for p in points)
     closed = _agreement(exact, truth, nominal)
-    return Benchmark(model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended)
+    modes = {row.name: row.mode for row in libraries_of(beside)}
+    return Benchmark(model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended, modes)
+
+
+def _with_claim(point: Point, task: Task, options: SimulationOptions) -> Point:
+    """Let a run of the same setting estimate its own error, and compare it with what that error is."""
+    if point.error is None or point.seconds > LONGEST_CLAIMED:
+        return point
+    problem, truth = task.case.problem, task.reference
+    setting = {"step": point.setting} if point.fixed else {"tolerance": point.setting}
+    asked = replace(
+        options, stop=task.case.stop, method=point.method, points=truth.t.size, dense=False, **setting
+    )
+    try:
+        run = run_problem(problem, asked)
+    except SimulationError:
+        return point
+    estimate = run.accuracy.error
+    if estimate is None:
+        return point
+    names = [q.name for q in problem.states]
+    known = np.isin(truth.t, run.time)  # of events both sides are rows
+    rows = np.searchsorted(run.time, truth.t[known], side="right") - 1
+    y = np.column_stack([run[name][rows] for name in names])
+    sizes = np.array([estimate.nominal[name] for name in names])
+    apart = np.abs((y - truth.high[known]) - truth.low[known]) / (sizes + np.abs(truth.high[known]))
+    return replace(point, claimed=estimate.largest, claimed_of=float(np.nanmax(apart, initial=0.0)))
+
+
+LEVELS = (1e-9, 1e-6, 1e-3)
+"""Errors for which a conclusion is drawn: the first one that a method of the kernel reaches."""
+ALIKE = 1.1
+"""Times that differ by less are called the same."""
+
+
+def conclusion(made: Benchmark) -> str:
+    """Say in one sentence which method to take."""
+    ours = {name: points for name, points in made.by_method().items() if name in KERNEL_METHODS}
+    theirs = {name: points for name, points in made.by_method().items() if name not in KERNEL_METHODS}
+    for level in LEVELS:
+        times = _times_to_reach(ours, level)
+        if not times:
+            continue
+        best = min(times.values())
+        alike = [name for name, seconds in times.items() if seconds <= ALIKE * best]
+        take = next((name for name in alike if name != "auto"), alike[0])
+        words = f"for {_power(level)} take {take}: {duration(times[take])}"
+        if not theirs:
+            return words
+        others = _times_to_reach(theirs, level)
+        if not others:
+            return f"{words}; none of the peers gets there"
+        peer = min(others, key=others.__getitem__)
+        ratio = others[peer] / times[take]
+        if ratio < 1 / ALIKE:
+            return f"for {_power(level)} take {peer}: {duration(others[peer])}; the fastest method of mechc, {take}, needs {1 / ratio:.2g} times as long"
+        if ratio < ALIKE:
+            return f"{words}; {peer} takes as long"
+        return f"{words}; the fastest peer, {peer}, needs {ratio:.2g} times as long"
+    return f"no method reaches an error of {_power(LEVELS[-1])}"
+
+
+def _power(level: float) -> str:
+    return f"{level:.0e}".replace("e-0", "e-")
+
+
+def _times_to_reach(methods: Mapping[str, Sequence[Point]], level: float) -> dict[str, float]:
+    found = {name: time_to_reach(points, level) for name, points in methods.items()}
+    return {name: seconds for name, seconds in found.items() if seconds is not None}
 
 
 def _measured(
@@ -169,7 +246,7 @@ def _measured(
     points: list[Point] = []
     skipped: list[tuple[str, str]] = []
     for name in names:
-        least = enough if name.startswith(PREFIX) or name in beside else 0.0
+        least = enough if name in beside else 0.0
         try:
             points += measure(task, name, tolerances, enough=least, progress=progress, peer=beside.get(name))
         except SimulationError as error:
@@ -228,15 +305,6 @@ def _before_the_end(case: Case, nominal: Array) -> Case:
         return case
     stop = case.begin + (1 - END_TOLERANCE) * (float(done.t[-1]) - case.begin)
     return replace(case, stop=stop, grid=np.linspace(case.begin, stop, MEASURED_POINTS))
-
-
-def _peers(name: str) -> Sequence[str]:
-    """Return the methods that a word of ``--against`` stands for. Raises SimulationError."""
-    if name == "scipy":
-        return METHODS
-    if name.startswith("scipy:") and name.removeprefix("scipy:") in METHODS:
-        return (name.removeprefix("scipy:"),)
-    raise SimulationError(f"there is no peer '{name}': scipy, or one of scipy:{', scipy:'.join(METHODS)}")
 
 
 def _reference(

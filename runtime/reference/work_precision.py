@@ -18,8 +18,6 @@ from msgspec.structs import replace
 from ..case import Case
 from ..integrate.choose_method import Method, choose_method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.scipy_compiled import run_peer
-from ..integrate.scipy_methods import PREFIX
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import SimulationError
@@ -37,7 +35,7 @@ ONCE = 1.0
 MOST_STEPS = 1_000_000
 """Steps after which a run counts as failed."""
 GIVEN_UP = ("given up", "too many steps")
-LONGEST = 5.0
+LONGEST = 2.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
 
 
@@ -54,12 +52,20 @@ class Point(Struct, frozen=True):
     error_at_end: float | None
     seconds: float
     spread: float
-    """Largest minus smallest time over the median."""
+    """Range of the middle half of the times over their median."""
     steps: int
     evaluations: int
     failure: str = ""
     given_up: bool = False
     """It took too many seconds or steps; tighter settings were left out."""
+    quartiles: tuple[float, float] | None = None
+    """Of the times, in seconds."""
+    fixed: bool = False
+    """``setting`` is a step."""
+    claimed: float | None = None
+    """The error that a run with this setting estimates itself, the largest over its time, and what it truly is at the measured times;
+    None where no such run was made."""
+    claimed_of: float | None = None
 
 
 Peer = Callable[[Case, SolverOptions], Trajectory]
@@ -86,16 +92,15 @@ def measure(
     peer: Peer | None = None,
 ) -> list[Point]:
     """Measure one method over a ladder: tolerances, or steps where it takes fixed ones. ``peer`` runs it, where it is none of
-    the kernel's and of scipy's.
+    the kernel's.
 
     The ladder ends where a run is given up, and where an error is at most ``enough``. Raises ``SimulationError`` if the
     method does not fit the model.
     """
     case = replace(task.case, method=method, step=None, grid=task.reference.t)
     task = replace(task, case=case)
-    runs = run_peer if method.startswith(PREFIX) else peer
-    if runs is not None:
-        return _ladder(tolerances, lambda setting: _peer(task, method, setting, runs), progress, enough)
+    if peer is not None:
+        return _ladder(tolerances, lambda setting: _peer(task, method, setting, peer), progress, enough)
     try:
         chosen = choose_method(case)
         settings = list(tolerances)
@@ -136,7 +141,8 @@ def _point(task: Task, method: Method, setting: float) -> Point:
         return run_kernel(case, options)
 
     alone = replace(task.case, grid=task.case.grid[:1])
-    return _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
+    made = _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
+    return replace(made, fixed=method.fixed_step)
 
 
 def _peer(task: Task, method: str, setting: float, runs: Peer) -> Point:
@@ -175,7 +181,8 @@ def _repeated(
         alone = timed()
         seconds.append(min(alone.statistics.run_time, time.thread_time() - begun))
     taken = statistics.median(seconds)
-    spread = (max(seconds) - min(seconds)) / taken if taken > 0 else 0.0
+    low, high = np.percentile(seconds, (25, 75)).tolist()
+    spread = (high - low) / taken if taken > 0 else 0.0
     made = alone.statistics
     if done.interrupted:
         raise KeyboardInterrupt
@@ -197,6 +204,7 @@ def _repeated(
         spread,
         made.steps,
         made.evaluations,
+        quartiles=(low, high),
     )
 
 

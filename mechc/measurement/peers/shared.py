@@ -1,0 +1,111 @@
+"""What peers have in common: compiled functions in the forms that they want, and what is made of their answers."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Callable, Mapping
+from ctypes import c_long, c_void_p
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct
+
+from ...compiler.problem import HEADER, header
+from ...runtime.integrate.scipy_compiled import peer_lacks
+from ...runtime.integrate.solver_options import SolverOptions
+from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
+from ...runtime.native.build import build_shared, kernel_flags
+from ...runtime.outcome import Failure, SimulationError, given_up
+from ...runtime.reference.work_precision import Peer
+
+if TYPE_CHECKING:
+    from ...model import CompiledModel
+    from ...runtime.case import Case
+    from ...runtime.problem import Array
+
+RATES = Path(__file__).parent / "rates.c"
+SLICE = 20_000
+"""Steps between two looks at the clock."""
+
+
+class Library(Struct, frozen=True):
+    """An integrator of others. ``package``: the module that must be installed; ``runs`` gives its runs of a model by the names of their
+    methods, for a case of the model with these parts (hoisted constants are numbered by what is built); ``mode``: how it is set up here."""
+
+    name: str
+    package: str
+    mode: str
+    runs: Callable[[CompiledModel, frozenset[str]], Mapping[str, Peer]]
+
+
+class PeerModel(ctypes.Structure):
+    """peer_model of rates.c"""
+
+    _fields_ = (
+        *(
+            (name, c_void_p)
+            for name in ("rhs", "jacobian", "row", "col", "z", "p", "size", "entries", "columns")
+        ),
+        *((name, c_void_p) for name in ("state", "values")),
+        *((name, c_long) for name in ("ny", "n_jacobian", "evaluations")),
+    )
+
+
+@functools.cache
+def rates() -> ctypes.CDLL:
+    """Return the library of ``rates.c``."""
+    sources = {"rates.c": RATES.read_text(encoding="utf-8"), HEADER: header()}
+    return ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="peer")))
+
+
+def peer_model(case: Case, nominal: Array) -> tuple[PeerModel, list[Array]]:
+    """Return a model as rates.c reads it, and the arrays that must stay alive with it. Raises SimulationError."""
+    lacks = "has no contacts, friction or other events here" if case.problem.hybrid is not None else ""
+    if lacks := lacks or peer_lacks(case.problem, case.functions):
+        raise SimulationError(lacks)
+    struct = case.functions.struct
+    assert struct is not None
+    sizes, state, values = np.ascontiguousarray(nominal), np.empty(case.y0.size), np.empty(struct.n_jacobian)
+    made = PeerModel(
+        rhs=struct.rhs,
+        jacobian=struct.jacobian,
+        row=ctypes.cast(struct.jac_row, c_void_p),
+        col=ctypes.cast(struct.jac_col, c_void_p),
+        z=case.z.ctypes.data,
+        p=case.p.ctypes.data,
+        size=sizes.ctypes.data,
+        state=state.ctypes.data,
+        values=values.ctypes.data,
+        ny=case.y0.size,
+        n_jacobian=struct.n_jacobian,
+    )
+    return made, [sizes, state, values]
+
+
+def times_of(case: Case) -> Array:
+    """Return the times behind the start at which the state is wanted: those of the grid, or the end alone."""
+    return case.grid[case.grid > case.begin] if case.grid.size > 1 else np.array([case.stop])
+
+
+def found(
+    case: Case, options: SolverOptions, rows: Array, steps: int, evaluations: int, taken: float, end: str
+) -> Trajectory:
+    """Return what a peer made of a case: states at ``times_of``; ``end``: how it failed, if it did."""
+    problem, t = case.problem, times_of(case)[: len(rows)]
+    if case.grid.size > 1 and case.grid[0] <= case.begin:
+        t, rows = np.r_[case.begin, t], np.vstack([case.y0, rows])
+    failure = None
+    if end == "late":
+        failure = given_up(problem, taken, evaluations, case.begin, case.y0)
+    elif end:
+        library = options.method.partition(":")[0]
+        failure = Failure("of a peer", case.begin, "", f"{library} says: {end}", None, {})
+    return Trajectory(
+        t=t,
+        y=with_unit_rotations(problem.rotations, rows),
+        dense=None,
+        statistics=Statistics(options.method, steps, None, evaluations, taken),
+        failure=failure,
+    )
