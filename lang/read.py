@@ -11,7 +11,7 @@ from mechc.suggest import closest
 from .diagnostics import Reporter
 from .source import SourceFile
 
-IMPORTED = ("robot",)
+IMPORTED = ("robot", "mujoco")
 """Formats that ``mechc import`` turns into models, by their first element."""
 _XML = {
     "robot": "a robot in URDF",
@@ -57,7 +57,7 @@ def read_robot(path: Path, reporter: Reporter) -> str:
     data = _bytes(path, reporter)
     text = _text(str(path), data, reporter)
     if _root(text) not in IMPORTED:
-        foreign = _foreign(str(path), text) or "no robot in URDF"
+        foreign = _foreign(str(path), text) or "no robot in URDF or MJCF"
         raise reporter.fail("E0101", f"'{path}' is {foreign}, which is not imported", None)
     return text
 

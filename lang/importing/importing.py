@@ -12,6 +12,7 @@ from ..diagnostics import Reporter
 from ..parser import parse
 from ..printing.printer import format_file
 from ..source import SourceFile
+from .mjcf import read_mjcf
 from .urdf import read_urdf
 from .wishes import Wishes
 from .writing import Writer
@@ -28,7 +29,7 @@ class Imported(Struct, frozen=True):
 
 
 Reader = Callable[[Element, Wishes], tuple[Writer, tuple[str, ...]]]
-READERS: Mapping[str, tuple[str, Reader]] = {"robot": ("URDF", read_urdf)}
+READERS: Mapping[str, tuple[str, Reader]] = {"robot": ("URDF", read_urdf), "mujoco": ("MJCF", read_mjcf)}
 """By the first element of a file: the format, and what reads it."""
 
 

@@ -20,7 +20,7 @@ def _of_a_model(ctx: click.Context, parameter: click.Parameter, value: str | Non
     return value
 
 
-@click.command(cls=Command, name="import", short_help="Write a robot in URDF as a model.")
+@click.command(cls=Command, name="import", short_help="Write a robot in URDF or MJCF as a model.")
 @click.argument("file", metavar="FILE", shell_complete=files_here)
 @click.option(
     "-o",

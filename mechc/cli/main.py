@@ -25,7 +25,7 @@ COMMANDS = {
     "check": "Check models without running them.",
     "fmt": "Write models in the canonical layout.",
     "new": "Write a first model to start from.",
-    "import": "Write a robot in URDF as a model.",
+    "import": "Write a robot in URDF or MJCF as a model.",
     "init": "Print the consistent initial state of a model.",
     "equations": "Print the equations of motion, the Lagrangian and the momenta.",
     "explain": "Explain an error code, or what the compiler chose for a model.",
