@@ -412,11 +412,15 @@ class Damping(Statement, frozen=True):
 
 
 class Friction(Statement, frozen=True):
+    """``friction f [static fs] on s``; of two sides, ``forward f backward b [static forward fs backward bs] on s``."""
+
     label: LabelName | None
     kinetic: Expression
     static: Expression | None
     on: Expression
     options: tuple[Option, ...] = ()
+    backward: Expression | None = None
+    static_backward: Expression | None = None
 
 
 class Constraint(Statement, frozen=True):

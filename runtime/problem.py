@@ -107,7 +107,7 @@ class Branch(Struct, frozen=True):
 
 
 class SwitchedRow(Struct, frozen=True):
-    """``kind``: contact, friction, constraint, step."""
+    """``kind``: contact, friction, freewheel (a friction that never gives way backwards), constraint, step."""
 
     name: str
     kind: str

@@ -161,7 +161,7 @@ class BranchPlan(Struct, frozen=True):
 class RowPlan(Struct, frozen=True):
     """A row that can be switched (``mech_row`` of the kernel); indices into z, -1 for none.
 
-    ``kind``: contact, friction, constraint, step. ``normal``: the row of the contact of a friction, the switch of a
+    ``kind``: contact, friction, freewheel, constraint, step. ``normal``: the row of the contact of a friction, the switch of a
     step.
     """
 

@@ -316,12 +316,20 @@ class Damping(Struct, frozen=True):
 
 
 class Friction(Struct, frozen=True):
+    """``backward`` and ``static_backward``: the limits against a motion backwards, where they are others than ``kinetic`` and
+    ``static``. ``one_way``: it never gives way backwards, and these are None; ``reversed``: ``on`` has the opposite sign of what
+    is written, so that it is backwards that it never gives way."""
+
     name: str
     kinetic: Expression
     static: Expression | None
     on: Expression
     options: Mapping[str, Expression]
     origin: Origin
+    backward: Expression | None = None
+    static_backward: Expression | None = None
+    one_way: bool = False
+    reversed: bool = False
 
 
 class Constraint(Struct, frozen=True):

@@ -21,6 +21,7 @@ from .model import (
     Expression,
     FieldDerivative,
     FlatModel,
+    Friction,
     Impulse,
     Joint,
     Kind,
@@ -99,9 +100,7 @@ def _lines(model: FlatModel) -> Iterable[str]:
     for damping in model.dampings:
         yield f"  damping {damping.name}: {text(damping.value)} on {text(damping.on)}"
     for friction in model.frictions:
-        static = "" if friction.static is None else f" static {text(friction.static)}"
-        options = _options(friction.options)
-        yield f"  friction {friction.name}: {text(friction.kinetic)}{static} on {text(friction.on)}{options}"
+        yield f"  {_friction(friction)}"
     for constraint in model.constraints:
         word = f"{constraint.asserted} constraint" if constraint.asserted else "constraint"
         sign = ">=" if constraint.asserted == "inequality" else "="
@@ -154,6 +153,19 @@ def type_text(type: Type) -> str:
     else:
         base = type.kind.value
     return f"{base} [{', '.join(map(str, type.shape))}]" if type.shape else base
+
+
+def _friction(friction: Friction) -> str:
+    options = _options(friction.options)
+    static = "" if friction.static is None else f" static {text(friction.static)}"
+    if friction.one_way or friction.backward is not None:
+        back = "infinite" if friction.backward is None else text(friction.backward)
+        if friction.static is not None:
+            held = "infinite" if friction.static_backward is None else text(friction.static_backward)
+            static = f" static forward {text(friction.static)} backward {held}"
+        limits = f"forward {text(friction.kinetic)} backward {back}"
+        return f"friction {friction.name}: {limits}{static} on {text(friction.on)}{options}"
+    return f"friction {friction.name}: {text(friction.kinetic)}{static} on {text(friction.on)}{options}"
 
 
 def _variable(variable: Variable) -> Iterable[str]:

@@ -188,9 +188,14 @@ def _contact_friction(
 def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter: Reporter) -> ConstraintRows:
     graph, name = lowering.graph, friction.name
     slips = lowering.switching(rate_of(lowering, friction.on, symbols))
-    kinetic = lowering.scalar(friction.kinetic)
-    static = kinetic if friction.static is None else lowering.scalar(friction.static)
-    for value, expression in ((kinetic, friction.kinetic), (static, friction.static or friction.kinetic)):
+    stated = [friction.kinetic, friction.static or friction.kinetic]
+    kinetic, static = map(lowering.scalar, stated)
+    backward = static_backward = None
+    if friction.backward is not None:
+        stated += [friction.backward, friction.static_backward or friction.backward]
+        backward, static_backward = map(lowering.scalar, stated[2:])
+    limits = [n for n in (kinetic, static, backward, static_backward) if n is not None]
+    for value, expression in zip(limits, stated, strict=True):
         if not is_affine(graph, (value,), symbols.accelerations.intersection(graph.support(value))):
             raise _inertia_in_a_law(
                 lowering, f"the limit of friction '{name}'", "is not affine in", expression
@@ -204,7 +209,20 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
             )
     if friction.static is not None:
         _check_static(lowering, kinetic, static, friction.static, friction.kinetic, reporter)
+    if backward is not None and static_backward is not None and friction.static_backward is not None:
+        _check_static(lowering, backward, static_backward, stated[3], stated[2], reporter)
     smooth = _smooth(lowering, friction.options, slips, name, reporter)
+    if friction.one_way:
+        mode = Mode(
+            "freewheel",
+            graph.symbol(f"sticks({name})"),
+            (graph.symbol(f"#impulse {name}"),),
+            kinetic=kinetic,
+            static=static,
+            restitution=graph.zero,
+            rest=graph.minus_one,
+        )
+        return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
     mode = Mode(
         "friction",
         graph.symbol(f"sticks({name})"),
@@ -212,6 +230,8 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
         sign=graph.symbol(f"slip({name})"),
         kinetic=kinetic,
         static=static,
+        backward=backward,
+        static_backward=static_backward,
         smooth=smooth[0] if smooth else None,
     )
     return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)

@@ -51,7 +51,7 @@ def _flags(constraints: tuple[ConstraintRows, ...]) -> dict[str, Node]:
         if rows.mode is None:
             continue
         flag = rows.mode.enabled if rows.mode.kind == "contact" else rows.mode.flag
-        if flag is not None and rows.mode.kind != "friction":
+        if flag is not None and rows.mode.kind not in ("friction", "freewheel"):
             found[rows.mode.whole or rows.name] = flag
     return found
 

@@ -24,15 +24,15 @@ class Regularized(Struct, frozen=True):
 class Mode(Struct, frozen=True):
     """How the rows of a constraint are switched; every symbol is a number in z.
 
-    ``kind``: contact, friction, constraint. ``flag`` is 1 while the rows hold (a contact presses, friction sticks);
+    ``kind``: contact, friction, freewheel (a friction that never gives way backwards), constraint. ``flag`` is 1 while the rows hold (a contact presses, friction sticks);
     ``sign`` is the direction of slip, -1, 0 or 1; ``enabled`` 0 for what was released. A friction has the limits
-    ``kinetic`` and ``static`` of its force, or is in the contact ``contact`` with these as coefficients. ``smooth``
+    ``kinetic`` and ``static`` of its force (``backward`` and ``static_backward`` against a motion backwards, if these are others), or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
     negative for the default. ``whole``: the name of the contact, of whose gap this may be a part.
     ``begins``: whether a constraint holds at the start.
     """
 
-    kind: Literal["contact", "friction", "constraint"]
+    kind: Literal["contact", "friction", "freewheel", "constraint"]
     flag: Node
     impulses: tuple[Node, ...]
     sign: Node | None = None
@@ -40,6 +40,8 @@ class Mode(Struct, frozen=True):
     contact: str = ""
     kinetic: Node | None = None
     static: Node | None = None
+    backward: Node | None = None
+    static_backward: Node | None = None
     smooth: Regularized | None = None
     restitution: Node | None = None
     rest: Node | None = None

@@ -33,6 +33,10 @@ EPSILON = 2.0**-52
 SWITCHED = {
     "contact": ("Contacts", "gaps and their forces are never negative, and one of both is zero"),
     "friction": ("Dry friction", "the velocity of sliding is zero, or the force is at its limit"),
+    "freewheel": (
+        "Friction of one way",
+        "the velocity of sliding is never negative; it is zero, or the force is at its limit",
+    ),
     "regularized": (
         "Regularized friction",
         "the force is its limit times tanh of this velocity over v_stick",

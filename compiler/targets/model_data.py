@@ -114,9 +114,14 @@ Value = int | Word | Function | Array | Rows | Record | None
 ROW_KINDS: Final = {
     "contact": Word("MECH_CONTACT", 0),
     "friction": Word("MECH_FRICTION", 1),
+    "freewheel": Word("MECH_CONTACT", 0),
     "constraint": Word("MECH_BILATERAL", 2),
     "step": Word("MECH_STEP_ROW", 3),
 }
+
+
+FREEWHEEL: Final = Word("MECH_FREEWHEEL", -2)
+"""In the place of the sign of a friction that never gives way backwards."""
 
 
 def is_emitted(function: ProgramFunction) -> bool:
@@ -207,7 +212,12 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
         for branch in plan.branches
     ]
     rows = [
-        (ROW_KINDS[row.kind], row.normal, row.flag, row.sign, row.impulse, row.enabled) for row in plan.rows
+        (
+            *(ROW_KINDS[row.kind], row.normal, row.flag),
+            FREEWHEEL if row.kind == "freewheel" else row.sign,
+            *(row.impulse, row.enabled),
+        )
+        for row in plan.rows
     ]
     return Record(
         "hybrid",

@@ -58,6 +58,8 @@ ACTIONS: Mapping[str, Action] = {
     "torque": statements.torque,
     "damping": statements.damping,
     "friction": statements.friction,
+    "two_sided_friction": statements.two_sided_friction,
+    "sides": statements.sides,
     "constraint": statements.constraint,
     "inequality": curves.inequality,
     "asserted_constraint": statements.asserted_constraint,

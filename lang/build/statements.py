@@ -351,6 +351,26 @@ def damping(b: Builder, c: Children, span: Span) -> ast.Damping:
     return ast.Damping(label=c[1], value=c[2], on=c[4], doc=text_of(b, c[5]), span=span)
 
 
+def sides(b: Builder, c: Children, span: Span) -> tuple[Any, Any]:
+    return c[1], c[3]
+
+
+def two_sided_friction(b: Builder, c: Children, span: Span) -> ast.Friction:
+    _, label, (forward, backward), static, _, on, options, doc, _ = c
+    static_forward, static_backward = static or (None, None)
+    return ast.Friction(
+        label=label,
+        kinetic=forward,
+        static=static_forward,
+        on=on,
+        options=tuple(options),
+        backward=backward,
+        static_backward=static_backward,
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
 def friction(b: Builder, c: Children, span: Span) -> ast.Friction:
     _, label, kinetic, static, _, on, options, doc, _ = c
     return ast.Friction(

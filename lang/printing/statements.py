@@ -89,6 +89,15 @@ def _clauses(s: Simple) -> list[Doc]:
             return _clause("impulse", s.value) + _receivers(s)
         case ast.Damping():
             return _labelled("damping", s.label, s.value) + _clause("on", s.on)
+        case ast.Friction(backward=backward) if backward is not None:
+            head = "friction"
+            if s.label is not None:
+                head += f" {s.label.name}{flat(indices(s.label.indices)) if s.label.indices else ''}:"
+            clauses = [head, *_clause("forward", s.kinetic), *_clause("backward", backward)]
+            if s.static is not None:
+                assert s.static_backward is not None
+                clauses += ["static", *_clause("forward", s.static), *_clause("backward", s.static_backward)]
+            return _with_options(clauses + _clause("on", s.on), s.options)
         case ast.Friction():
             clauses = _labelled("friction", s.label, s.kinetic) + _clause("static", s.static)
             return _with_options(clauses + _clause("on", s.on), s.options)

@@ -24,7 +24,10 @@ WORDS = {
     "force": ("force F on x;", "a force on a coordinate, a point or a formula"),
     "torque": ("torque T on body;", "a torque on a frame or an angle"),
     "damping": ("damping c on x;", "a force against a rate, in proportion to it"),
-    "friction": ("friction 2 N on x;", "dry friction: sticks below its limit"),
+    "friction": (
+        "friction 2 N on x;",
+        "dry friction: sticks below its limit; 'forward 2 N backward 1 N on x' has two, of which one may be 'infinite'",
+    ),
     "constraint": ("constraint x^2 + y^2 = l^2;", "an equation that the motion keeps"),
     "holonomic": ("holonomic constraint x = y;", "a constraint on positions, and said to be one"),
     "nonholonomic": (

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 SWITCHING = {
     "contact": ("contact", "counted as open"),
     "friction": ("friction", "counted as sliding"),
+    "freewheel": ("friction", "counted as sliding"),
 }
 """Words for rows that hold at times only, by kind of mode; they take no freedom away for good."""
 

@@ -57,6 +57,9 @@ class Sides(Protocol):
     def at(self, instant: int) -> tuple[Array, Array]: ...
 
 
+_OF_FREEWHEELS = {"rest": "stick", "lift-off": "slip"}
+
+
 class Events(Sequence[Event]):
     """The events of a run in their order, each made when it is asked for: what the kernel noted stays as it is.
 
@@ -83,7 +86,7 @@ class Events(Sequence[Event]):
         if isinstance(index, slice):
             return tuple(self[i] for i in range(*index.indices(len(self))))
         one = self.noted[index]
-        kind, instant = native.EVENT_KINDS[one["kind"]], int(one["instant"])
+        kind, instant = self._kind(native.EVENT_KINDS[one["kind"]], int(one["index"])), int(one["instant"])
         changed: tuple[dict[str, float], dict[str, float]] = ({}, {})
         if instant < len(self._sides):
             sides = self._sides.at(instant)
@@ -125,6 +128,12 @@ class Events(Sequence[Event]):
     def notes(self, instant: int) -> list[Note]:
         """Give what was noted at an instant, in the order in which it happened."""
         return [_note(one) for one in self.noted[self.noted["instant"] == instant]]
+
+    def _kind(self, kind: str, index: int) -> str:
+        """Give the word for what happened: a friction that is a contact to the kernel sticks and slips."""
+        if kind not in _OF_FREEWHEELS or self._hybrid is None or self._hybrid.rows[index].kind != "freewheel":
+            return kind
+        return _OF_FREEWHEELS[kind]
 
     def _name(self, kind: str, index: int) -> str:
         assert self._hybrid is not None

@@ -63,11 +63,13 @@ typedef void mech_function(mech_real t, const mech_real *y, const mech_real *u, 
  * (of slip) else. bilateral: a constraint that is on or off. step: no force; an impulse where an energy jumps. */
 enum mech_row_kind { MECH_CONTACT = 0, MECH_FRICTION = 1, MECH_BILATERAL = 2, MECH_STEP_ROW = 3 };
 
+enum { MECH_FREEWHEEL = -2 }; /* a contact that always touches, between velocities: friction that never gives way backwards */
+
 typedef struct mech_row {
     int kind;
     int normal;    /* friction: the row of its contact, else -1; step: its switch                */
     int flag;      /* index in z, -1: none                                                       */
-    int sign;      /* index in z, -1: none                                                       */
+    int sign;      /* index in z, -1: none; of a contact MECH_FREEWHEEL where it is one          */
     int impulse;   /* index in z                                                                 */
     int enabled;   /* index in z, -1: always                                                     */
 } mech_row;

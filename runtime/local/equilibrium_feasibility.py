@@ -97,7 +97,7 @@ def standing(site: Site, one: Equilibrium) -> Standing:
     assert plan is not None, "what begins has a plan"
     for k, row in enumerate(site.problem.hybrid.rows):
         flag = plan.rows[k].flag
-        if row.kind == "friction" and flag >= 0 and there.z[flag] > 0.5:
+        if row.kind in ("friction", "freewheel") and flag >= 0 and there.z[flag] > 0.5:
             raise _held(site, row.name)
     return Standing(there, np.array_equal(there.z, site.z) or resting(there, one.y) is not None)
 

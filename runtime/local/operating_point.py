@@ -264,8 +264,12 @@ def indicators_of(site: Site, plan: contract.HybridStruct, y: Array) -> Array:
     return values
 
 
-HELD = {"contact": "is closed", "friction": "sticks"}
-LOOSE = {"contact": "is closed, but nothing presses it", "friction": "sticks at its limit"}
+HELD = {"contact": "is closed", "friction": "sticks", "freewheel": "sticks"}
+LOOSE = {
+    "contact": "is closed, but nothing presses it",
+    "friction": "sticks at its limit",
+    "freewheel": "sticks at its limit",
+}
 
 
 class Edges(Struct, frozen=True):
@@ -293,7 +297,8 @@ def edges(site: Site, y: Array) -> Edges:
         if flag >= 0 and site.z[flag] > 0.5:
             firm = values[plan.n_switches + k] > EDGE
             words = (HELD if firm else LOOSE).get(row.kind, "holds")
-            (held if firm else sharp).append(f"the {row.kind} '{row.name}' {words}")
+            noun = "friction" if row.kind == "freewheel" else row.kind
+            (held if firm else sharp).append(f"the {noun} '{row.name}' {words}")
         elif row.kind == "friction" and plan.rows[k].normal < 0 and abs(values[plan.n_switches + k]) <= EDGE:
             leaving.append(f"the friction '{row.name}' begins to slide")
     smooth: list[str] = []

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from ...graph import Node
 from ...graph.differentiate import jvp
+from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from ..rows.constraints import Row
 from ..rows.modes import limits
@@ -30,7 +31,22 @@ def row_values(
     drift = graph.sub(row.rate, along)
     gap = row.position if row.position is not None else zero
     limit = coefficient = extra = zero
-    if mode.kind == "friction":
+    force = row.multiplier
+    if (
+        mode.kind == "freewheel"
+    ):  # for the kernel a contact that always touches, whose force is what is left before it gives way
+        _, held = limits(system, mode, normals, {})
+        force = graph.add(force, held)
+        assert mode.restitution is not None and mode.rest is not None
+        coefficient, extra = mode.restitution, mode.rest
+    elif (
+        mode.kind == "friction" and mode.static_backward is not None
+    ):  # the force about the middle of the limits
+        _, forward = limits(system, mode, normals, {})
+        (backward,) = substitute(graph, [mode.static_backward], {})
+        limit = graph.mul(graph.half, graph.add(forward, backward))
+        force = graph.add(force, graph.mul(graph.half, graph.sub(forward, backward)))
+    elif mode.kind == "friction":
         _, limit = limits(system, mode, normals, {})
         if mode.contact:
             assert mode.kinetic is not None and mode.static is not None
@@ -38,7 +54,7 @@ def row_values(
     elif mode.kind == "contact":
         assert mode.restitution is not None and mode.rest is not None
         coefficient, extra = mode.restitution, mode.rest
-    return solved.resolve([gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra])
+    return solved.resolve([gap, row.rate, drift, row.second, force, limit, coefficient, extra])
 
 
 def indicator(
@@ -55,6 +71,8 @@ def indicator(
     match mode.kind:
         case "contact":
             found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
+        case "freewheel":
+            found = graph.select(mode.flag, force, rate), graph.select(mode.flag, zero, second)
         case "friction" if len(surface) == 2:
             return _on_surface(system, row, surface, values)
         case "friction":

@@ -2,7 +2,7 @@
 
 A contact or constraint obeys f (K a + gamma) + (1 - f) lam = 0 with the flag f in {0, 1}; a friction
 f (K a + gamma) + (1 - f) (lam + sigma F) = 0 with the direction of slip sigma and the limit F, which may contain
-multipliers and reactions. After elimination the pivot is f S + 1 - f with S > 0, so that one straight-line program
+multipliers and reactions, and which may be another one for each direction; a freewheel slides forwards alone. After elimination the pivot is f S + 1 - f with S > 0, so that one straight-line program
 serves every mode.
 """
 
@@ -44,9 +44,17 @@ def with_modes(
         assert mode is not None
         off = graph.sub(graph.one, mode.flag)
         law = row.multiplier
-        if mode.kind == "friction":
-            kinetic = _limit_of_sliding(system, mode, normals, (*system.a, *multipliers), answers, sides)
-            law = graph.add(law, graph.mul(_side(system, row, surfaces[row.multiplier]), kinetic))
+        if mode.kind in ("friction", "freewheel"):
+            unknowns = (*system.a, *multipliers)
+            kinetic = _limit_of_sliding(system, mode, normals, unknowns, answers, sides)
+            side = graph.one if mode.kind == "freewheel" else _side(system, row, surfaces[row.multiplier])
+            if mode.backward is None:
+                law = graph.add(law, graph.mul(side, kinetic))
+            else:
+                other = replace(mode, kinetic=mode.backward, static=mode.static_backward)
+                backward = _limit_of_sliding(system, other, normals, unknowns, answers, sides)
+                ahead, behind = graph.maximum(side, graph.zero), graph.minimum(side, graph.zero)
+                law = graph.add(law, graph.add(graph.mul(ahead, kinetic), graph.mul(behind, backward)))
         equation = (
             law
             if mode.smooth is not None
@@ -164,6 +172,6 @@ def friction_loss(system: MechanicalSystem, rows: Sequence[Row]) -> Node:
     total = graph.zero
     for row in rows:
         mode = row.constraint.mode
-        if mode is not None and mode.kind == "friction":
+        if mode is not None and mode.kind in ("friction", "freewheel"):
             total = graph.sub(total, graph.mul(row.multiplier, row.rate))
     return total

@@ -84,7 +84,10 @@ def _multiplier(call: Call) -> Expression:
     if interval is not None:
         return _query(call, _curve_multiplier(call, interval, label, type), label.name)
     dimension = _per(call, types.POWER if of_rates else types.ENERGY, type.dimension)
-    return _query(call, types.real(dimension, type.shape), label.name)
+    result = _query(call, types.real(dimension, type.shape), label.name)
+    if isinstance(label.statement, ast.Friction) and is_turned(label.scope, label.statement):
+        return Apply(type=result.type, span=call.node.span, function="negate", arguments=(result,))
+    return result
 
 
 def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: Type) -> Type:
@@ -107,6 +110,20 @@ def _closed(call: Call) -> Expression:
             help=f"its output 'creep({label.name})' is the speed where it ought to stick",
         )
     return _query(call, types.BOOLEAN, label.name)
+
+
+def is_infinite(scope: Scope, node: ast.Expression | None) -> bool:
+    """Tell whether a limit of friction is the word for an infinite one."""
+    named = scope.instance is not None and INFINITE in scope.instance.members
+    return node is not None and node.span.text == INFINITE and not named
+
+
+def is_turned(scope: Scope, statement: ast.Friction) -> bool:
+    """Tell whether a friction is recorded along the opposite of what it is written on: the infinite side stands backwards."""
+    return statement.backward is not None and is_infinite(scope, statement.kinetic)
+
+
+INFINITE = "infinite"
 
 
 def _is_regularized(option: ast.Option) -> bool:

@@ -9,6 +9,7 @@ from mechc.suggest import closest
 
 from .. import model, types
 from ..expressions.coordinates import has_rates
+from ..expressions.queries import is_infinite, is_turned
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
 from ..model import Expression, Kind, Type
@@ -254,16 +255,87 @@ _LAWS = ("stick", "regularized")
 def friction(scope: Scope, statement: ast.Friction, record: Record) -> None:
     """Check the limits and options of a dry friction and record it."""
     on = quantity(scope, statement.on, "friction")
-    kinetic = scope.elaborate(statement.kinetic)
-    _require_effort(scope, kinetic, statement.kinetic, on, statement.on, "friction force")
-    static = None
-    if statement.static is not None:
-        static = scope.elaborate(statement.static)
-        _require_effort(scope, static, statement.static, on, statement.on, "friction force")
+    kinetic, static = (
+        _limit(scope, statement.kinetic, on, statement),
+        _limit(scope, statement.static, on, statement),
+    )
+    backward = _limit(scope, statement.backward, on, statement)
+    static_backward = _limit(scope, statement.static_backward, on, statement)
     speed = _slip_type(scope, on)
     options = _options(scope, statement.options, _FRICTION_OPTIONS, speed, "friction")
-    name = label_name(scope, statement.label, "friction", record)
-    record.frictions.append(model.Friction(name, kinetic, static, on, options, scope.origin(statement.span)))
+    name, origin = label_name(scope, statement.label, "friction", record), scope.origin(statement.span)
+    if statement.backward is not None and (kinetic is None or backward is None):
+        _check_one_way(scope, statement, kinetic, backward, static, static_backward)
+        turned = is_turned(scope, statement)
+        if turned:
+            on = model.Apply(type=on.type, span=on.span, function="negate", arguments=(on,))
+        free, static = (backward, static_backward) if turned else (kinetic, static)
+        assert free is not None
+        record.frictions.append(
+            model.Friction(name, free, static, on, options, origin, one_way=True, reversed=turned)
+        )
+        return
+    if kinetic is None or (static is None and statement.static is not None):
+        raise scope.fail(
+            "E0725",
+            "an infinite limit holds one side of a friction",
+            (statement.static or statement.kinetic).span,
+            help="write 'forward 0 N backward infinite' for what locks backwards, 'constraint' for what never moves",
+        )
+    record.frictions.append(
+        model.Friction(name, kinetic, static, on, options, origin, backward, static_backward)
+    )
+
+
+def _limit(
+    scope: Scope, node: ast.Expression | None, on: Expression, statement: ast.Friction
+) -> Expression | None:
+    """Return a limit of friction; None where none is stated, or where it is infinite."""
+    if node is None or is_infinite(scope, node):
+        return None
+    value = scope.elaborate(node)
+    _require_effort(scope, value, node, on, statement.on, "friction force")
+    return value
+
+
+def _check_one_way(
+    scope: Scope,
+    statement: ast.Friction,
+    kinetic: Expression | None,
+    backward: Expression | None,
+    static: Expression | None,
+    static_backward: Expression | None,
+) -> None:
+    """Report what an infinite side cannot have beside it."""
+    assert statement.backward is not None
+    if kinetic is None and backward is None:
+        raise scope.fail(
+            "E0725",
+            "a friction that never gives way is a constraint",
+            statement.backward.span,
+            caption="both sides are infinite",
+            help=f"write 'constraint der({statement.on.span.text}) = 0;', which holds on both sides",
+        )
+    if statement.static is not None and (static is None, static_backward is None) != (
+        kinetic is None,
+        backward is None,
+    ):
+        raise scope.fail(
+            "E0725",
+            "a side of a friction is infinite while it sticks and while it slides",
+            statement.static.span,
+            labels=(Label(statement.kinetic.span, "while it slides"),),
+            help="write 'infinite' on the same side of both",
+        )
+    for option in statement.options:
+        if option.name == "law" and option.value.span.text == '"regularized"':
+            raise scope.fail(
+                "E0725",
+                "a smooth law has no infinite side",
+                option.value.span,
+                labels=(Label(statement.kinetic.span.to(statement.backward.span), "infinite here"),),
+                help="write a large limit in its place, or leave the law out",
+            )
 
 
 def _slip_type(scope: Scope, on: Expression) -> Type:

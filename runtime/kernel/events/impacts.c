@@ -9,6 +9,14 @@
 
 enum { ROUNDS_PER_ROW = 50, TURNS_PER_ROW = 4 };
 
+/* Notes an impact; a freewheel that takes hold as it comes to rest has none. */
+static void note(mech_solver *s, int i)
+{
+    const mech_real approach = -*mech_row_rate(s, i);
+    if (mech_row_of(s, i)->sign == MECH_FREEWHEEL && approach <= MECH_C(1e-6) * s->events->speed[i]) return;
+    mech_journal_note(s, MECH_IMPACT, i, approach);
+}
+
 /* Whether contact i approaches as impacts do: what has been laid down at this instant only does so by what the others that hold it
  * leave it. */
 static int approaches(const mech_solver *s, int i)
@@ -106,16 +114,14 @@ int mech_impacts_resolve(mech_solver *s, int *count)
         if (contact < 0) break;
         if (!ready) mech_rows_find_response(s);
         ready = 1;
-        const mech_real approach = -*mech_row_rate(s, contact);
         const int fades = crowd && dies_out(s, round, friction);
         const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows || fades;
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
-                if (i != contact && approaches(s, i))
-                    mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
+                if (i != contact && approaches(s, i)) note(s, i);
             }
-        mech_journal_note(s, MECH_IMPACT, contact, approach);
+        note(s, contact);
         status = !together           ? mech_impulse_fastest(s, contact)
                  : crowd && !friction ? mech_impulse_of_crowd(s)
                  : fades              ? mech_impulse_with_friction(s, contact)

@@ -44,7 +44,8 @@ mech_real *mech_indicator_size(const mech_solver *s, int k)
     const int i = k - h->n_switches;
     if (i < 0 || s->events->rows[i].flag < 0) return e->scale + k;
     if (e->z[s->events->rows[i].flag] > MECH_C(0.5)) return e->force + i;
-    return s->events->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
+    const mech_row *row = &s->events->rows[i];
+    return row->kind == MECH_CONTACT && row->sign != MECH_FREEWHEEL ? e->gap_scale + i : e->speed + i;
 }
 
 /* Whether the size of an indicator is that of a force. */

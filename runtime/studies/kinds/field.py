@@ -165,7 +165,8 @@ class Field(Study, frozen=True, kw_only=True):
 def _left_out(problem: Problem) -> list[str]:
     """Say which forces a body at rest does not show."""
     rows = problem.hybrid.rows if problem.hybrid is not None else ()
-    names = [f"{row.kind} '{row.name}'" for row in rows if row.kind in ("friction", "contact")]
+    kinds = {"friction": "friction", "freewheel": "friction", "contact": "contact"}
+    names = [f"{kinds[row.kind]} '{row.name}'" for row in rows if row.kind in kinds]
     if names:
         more = f" and {len(names) - 3} more" if len(names) > 3 else ""
         return [f"this is the field without {', '.join(names[:3])}{more}"]

@@ -302,6 +302,7 @@ def _left_out(problem: Problem) -> tuple[str, ...]:
         word = {
             "contact": "contacts, which are no part of H",
             "friction": "dry friction, which H knows nothing of",
+            "freewheel": "dry friction, which H knows nothing of",
         }.get(kind, "constraints that can let go")
         found.append(f"these equations are without {listed}: {word}")
     if hybrid.switches or hybrid.branches:
