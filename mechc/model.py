@@ -369,8 +369,8 @@ class CompiledModel:
         return type(self)(code.asked[wanted], self._settings)
 
 
-LARGE = 1500
-"""Operations above which gcc takes more than a third of a second."""
+LARGE = 3000
+"""Operations above which gcc takes more than half a second."""
 
 M = TypeVar("M", bound=CompiledModel)
 
