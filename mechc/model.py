@@ -198,6 +198,11 @@ class CompiledModel:
             plans[name] = self._found(name)
         return plans[name]
 
+    @property
+    def is_large(self) -> bool:
+        """Whether gcc takes more than half a second for its code."""
+        return self.compilation.summary.operations > LARGE
+
     def sweeps(self, experiment: str | None) -> bool:
         """Tell whether an experiment gives several values to something."""
         plan = self._experiment(experiment)
@@ -248,8 +253,8 @@ class CompiledModel:
         quick: bool = False,
         parts: Collection[str] = (),
     ) -> Problem:
-        """Return the functions of the model ready to be called, compiled by a C compiler; ``quick``: those of a large model by
-        libtcc, whose code is ready at once, as better code would not pay.
+        """Return the functions of the model ready to be called, compiled by a C compiler; ``quick``: by libtcc, whose code is
+        ready at once, where better code would not pay.
 
         ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on
@@ -260,7 +265,7 @@ class CompiledModel:
         one_of(target, TARGETS, "target")
         check_parts(parts)
         wanted = parts_for(method).union(parts)
-        quick = quick and target == "c" and self.compilation.summary.operations > LARGE
+        quick = quick and target == "c"
         problems, key = self._code.problems, (target, reproducible, quick, wanted)
         if key not in problems:
             from .compiler.problem import make_problem, problem_of
@@ -370,7 +375,7 @@ class CompiledModel:
 
 
 LARGE = 3000
-"""Operations above which gcc takes more than half a second."""
+"""Operations for which gcc takes half a second."""
 
 M = TypeVar("M", bound=CompiledModel)
 

@@ -260,9 +260,11 @@ def _met(run: Run) -> bool:
 
 
 def _may_be_quick(model: CompiledModel, asked: Asked) -> bool:
-    """Whether a question may take few evaluations: one run without its derivatives, or what looks at some states."""
+    """Whether the code of a model takes long, and a question may take few evaluations: one run without its derivatives, or what
+    looks at some states."""
     derived = asked.given.get("sensitivity") or asked.given.get("condition")
-    return asked.question.quick and asked.to is None and not derived and not model.sweeps(asked.experiment)
+    few = asked.question.quick and asked.to is None and not derived and not model.sweeps(asked.experiment)
+    return few and model.is_large
 
 
 def _gave_up(run: Run) -> bool:

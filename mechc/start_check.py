@@ -6,24 +6,18 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from .runtime.methods import KERNEL_METHODS
-
 if TYPE_CHECKING:
     from .model import CompiledModel
     from .runtime.outcome import SimulationError
-    from .runtime.problem import Problem
-
-IN_PYTHON = ("", "auto", "dop853")
-"""Methods of the kernel that Python has as well, as far as the first instant goes."""
 
 
 def impossible_starts(model: CompiledModel) -> list[SimulationError]:
     """Return what the default run, or that of an experiment, would be refused for at its first instant; each once.
 
-    Costs the Python form of the equations (a tenth to a quarter of the compilation). Models that switch are looked at by
-    the kernel, where there is a C compiler: nothing else knows their contacts. What only a run can say, such as a
-    parameter without a value, is no matter of a check; nor are sweeps.
+    Costs the code of the model, which libtcc makes in some milliseconds. Without any compiler nothing is looked at. What only a run
+    can say, such as a parameter without a value, is no matter of a check; nor are sweeps.
     """
+    from .runtime.native.build import CompilerMissing
     from .runtime.outcome import SimulationError
 
     found: dict[str, SimulationError] = {}
@@ -34,6 +28,8 @@ def impossible_starts(model: CompiledModel) -> list[SimulationError]:
             _begin(model.for_experiment(name), name)
         except SimulationError as error:
             found.setdefault(str(error), error)
+        except CompilerMissing:
+            break
     return list(found.values())
 
 
@@ -41,9 +37,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     """Prepare a run and take it to its first instant. Raises SimulationError."""
     from .runtime.case import SimulationOptions, find_experiment, prepare
     from .runtime.functions import load_functions
-    from .runtime.integrate.choose_method import choose_method
     from .runtime.outcome import AT_SINGULAR_POSITIONS, SimulationError
-    from .runtime.results.diagnosis import failure_at_start
 
     if _without_value(model):
         return
@@ -53,41 +47,23 @@ def _begin(model: CompiledModel, name: str | None) -> None:
         at_rest = model.problem()
         pose(at_rest, model.settings, find_experiment(at_rest, name), None)
         return
-    problem, method = _problem(model, model.method(name))
+    problem = model.problem(method=model.method(name), quick=True)
     experiment = find_experiment(problem, name)
     said = experiment is not None and "stop" in experiment.options
     options = SimulationOptions(
         experiment=name,
         values=model.settings,
         stop=None if said else 0.0,
-        method=method,
         estimate_error=False,
         dense=False,
     )
     case = prepare(problem, load_functions(problem), options)
-    if problem.library is not None:
-        from .runtime.studies.kinds.motion import simulate  # with scipy
+    from .runtime.studies.kinds.motion import simulate  # with scipy
 
-        failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
-    elif problem.hybrid is None:
-        choose_method(case)
-        failure = failure_at_start(case)
-    else:
-        return
+    failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
     # where constraints are dependent or the mass matrix is singular, a run begins anew with others
     if failure is not None and failure.kind not in AT_SINGULAR_POSITIONS:
         raise SimulationError(failure.message, failure.origin)
-
-
-def _problem(model: CompiledModel, method: str) -> tuple[Problem, str | None]:
-    """Return the functions that a look at the first instant needs, and the method if it is not the experiment's own."""
-    from .runtime.native.build import find_compiler
-
-    switches = model.compilation.program.hybrid is not None
-    kernels = method not in IN_PYTHON and not method.startswith("scipy:")
-    if (switches or kernels) and find_compiler() is not None:
-        return model.problem("c", method=method), None
-    return model.problem("python"), "auto" if method in KERNEL_METHODS else None
 
 
 def _without_value(model: CompiledModel) -> bool:

@@ -103,12 +103,9 @@ def test_starts_that_are_right(text: str) -> None:
     assert refused(MASS + text) == []
 
 
-def test_without_a_compiler_the_first_instant_of_what_switches_is_not_asked(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("mechc.runtime.native.build.find_compiler", lambda: None)
-    assert refused(MASS + SWITCHING[0][0] + "experiment(stop = 1 s);") == []
-    assert len(refused(MASS + REFUSED[0][0] + "experiment(stop = 1 s);")) == 1
+def test_without_a_compiler_no_start_is_looked_at(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("CC", str(tmp_path / "none"))
+    assert refused(MASS + REFUSED[0][0] + "experiment(stop = 1 s);") == []
 
 
 def test_check_says_what_is_off(
