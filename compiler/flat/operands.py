@@ -112,6 +112,27 @@ def free_names(expression: Expression) -> dict[str, None]:
     return found
 
 
+def unbound_names(expression: Expression) -> list[str]:
+    """Return the names that something around an expression binds: an integral, a field, the body of a function."""
+    bound: set[str] = set()
+    seen: set[int] = set()
+    pending: list[Expression] = [expression]
+    while pending:
+        at = pending.pop()
+        if id(at) in seen:
+            continue
+        seen.add(id(at))
+        match at:
+            case Quadrature(variable=variable) | FieldDerivative(variable=variable):
+                bound.add(variable)
+            case Where(names=names):
+                bound.update(names)
+            case _:
+                pass
+        pending += children(at)
+    return [name for name in free_names(expression) if "#" in name and name not in bound]
+
+
 def written_size(expression: Expression) -> int:
     """Return the number of nodes of an expression with everything shared written out."""
     sizes: dict[int, int] = {}

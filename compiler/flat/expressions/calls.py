@@ -11,7 +11,7 @@ from mechc.lang.diagnostics import Label
 from .. import types
 from ..model import Expression, Literal, Name, Quadrature
 from ..names.scope import Poisoned, Scope
-from ..operands import free_names
+from ..operands import unbound_names
 from ..values.evaluate import iterate
 from .fields import field_derivative, is_field_derivative
 from .files import FILE_RULES
@@ -181,7 +181,7 @@ def _running_integral(scope: Scope, node: ast.Call) -> Expression:
             node.arguments[0].span,
             caption=f"this is {types.describe(body.type)}",
         )
-    if any("#" in name for name in free_names(body)):
+    if unbound_names(body):
         raise scope.fail(
             "E0315",
             "an integral over time cannot stand in the body of a function, or inside of another integral",

@@ -154,8 +154,8 @@ class Body:
         """Return the values behind some steps, None where all ways have returned, and what was returned."""
         found: _Exit = None
         left: _Values | None = values
-        for statement in body:
-            if left is None:
+        for before, statement in zip((None, *body), body, strict=False):
+            if before is not None and _always_returns(before):
                 raise self.scope.fail(
                     "E0221",
                     "nothing reaches this",
@@ -163,6 +163,8 @@ class Body:
                     caption="every way before it has returned",
                     help="remove it, or return under a condition",
                 )
+            if left is None:  # by a condition that is known
+                break
             left, here = self.step(statement, left)
             found = _filled(found, here)
         return left, found
@@ -453,6 +455,19 @@ def _returns(statement: ast.Statement) -> bool:
         case ast.If(branches=branches, otherwise=otherwise):
             inside: Iterable[ast.Statement] = (*(s for b in branches for s in b.body), *otherwise)
             return any(map(_returns, inside))
+        case _:
+            return False
+
+
+def _always_returns(statement: ast.Statement) -> bool:
+    """Whether every way through a step returns, whatever holds."""
+    match statement:
+        case ast.Return():
+            return True
+        case ast.If(branches=branches, otherwise=otherwise):
+            return all(
+                body and _always_returns(body[-1]) for body in (*(b.body for b in branches), otherwise)
+            )
         case _:
             return False
 

@@ -372,3 +372,37 @@ end f;
     found = made.simulate(stop=1e-3, estimate_error=False)["y"][0]
     assert found == pytest.approx(np.sum(np.sin(u) * np.exp(-(u**2)) / (1 + u**2)), rel=1e-12)
     assert sizes[1] < 1.02 * sizes[0] < 40_000
+
+
+def test_known_conditions_decide_where_a_function_ends() -> None:
+    text = """
+function first(Real a[n], Real limit) -> Integer
+  for i in 1:n loop
+    if a[i] > limit then
+      return i;
+    end if;
+  end for;
+  return 0;
+end first;
+function fold(Real a, Integer n) -> Real
+  if n == 1 then
+    return a;
+  elseif n == 2 then
+    return a^2;
+  end if;
+  return a^3 + 1;
+end fold;
+structural parameter Integer k = first({1, 2, 5, 7}, 3);
+parameter Real c[k] = 2;
+"""
+    made = model(text, "output y = {size(c, 1), fold(q[1], 1), fold(q[1], 2), fold(q[1], 3)};", 1)
+    assert made.functions.output["y"](np.array([2.0, 0.0])).tolist() == [3, 2, 4, 9]
+
+
+def test_an_integral_over_time_of_a_function() -> None:
+    made = model(HILL, "output y = {integral(hill(0.5, 1.2, 0.3, 1 N)*time)/1 J*1 m/1 s};", 1)
+    solution: Any = made.simulate(stop=2)
+    active = np.exp(-((0.2 / 0.45) ** 2))
+    g = 0.25 * 0.4 / 1.25
+    force = 0.5 * active * (1.4 * 0.3 + g) / (0.3 + g) + (np.exp(4 * 0.2 / 0.6) - 1) / (np.exp(4) - 1)
+    assert abs(solution["y[1]"][-1] - 2 * force) < 1e-10

@@ -51,6 +51,11 @@ WRONG = {
     ),
     "no return on one way": (steps("if a > 1 then return a; end if;"), "E0221", "last 'if'"),
     "no return": (steps("let b = a;"), "E0221", "return e"),
+    "behind an if that always returns": (
+        steps("if a > 1 then return a; else return 2; end if;", "let b = 2;"),
+        "E0221",
+        "condition",
+    ),
     "behind a return": (steps("return a;", "let b = 2;"), "E0221", "condition"),
     "a new value of a let": (steps("let s = 0;", "s := 2;", "return s;"), "E0220", "var s"),
     "a new value of an argument": (steps("a := 2;", "return a;"), "E0220", "var a_ = a"),

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from mechc.compiler.flat import model as flat
-from oracle import poses
+from oracle import matrices, poses
 from oracle.fields import differences, moved
 from oracle.integrals import ONE_BY_ONE, definite_integral
 from oracle.meshes import solid
@@ -506,6 +506,12 @@ class Evaluator:
                 return poses.matrix(
                     [[a if i == j else 0.0 for j in range(len(x[0]))] for i, a in enumerate(x[0])]
                 )
+            case "det":
+                return matrices.determinant(x[0])
+            case "inverse":
+                return matrices.solved(x[0], np.eye(len(x[0])).astype(object))
+            case "solve":
+                return matrices.solved(x[0], x[1])
             case "linspace":
                 n = int(real(x[2]))
                 return vector(*(x[0] + (x[1] - x[0]) * (i / (n - 1)) for i in range(n)))

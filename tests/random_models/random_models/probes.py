@@ -86,6 +86,29 @@ _CONTACT = """\
   contact floor: h restitution 0.5;
 """
 
+_ROUTINE = """\
+function routine(Real r, Real c[n]) -> Real
+  var s = 0.1;
+  for i in 1:n loop
+    let u = s + c[i]*r;
+    if u > 0.25 then
+      s := s + 0.3*u^2;
+    else
+      s := s + 0.1*u;
+    end if;
+  end for;
+  return s;
+end routine;
+"""
+_BOTH = """\
+function both(Real r) -> (Real sine, Real square)
+  if r > 0.3 then
+    return (sin(r), 0.2*r^2);
+  end if;
+  return (0.1, 0.05*r + 0.2);
+end both;
+"""
+
 CONSTRUCTS: tuple[Construct, ...] = (
     Construct("number", "0.4"), Construct("quantity", "(0.4 m/s)/(1 m/s)"), Construct("unit of a parenthesis", "((0.2 + 0.1) m)/(1 m)"),
     Construct("+", "(X + 0.2)"), Construct("-", "(0.9 - X)"), Construct("*", "0.7*X"), Construct("/", "X/1.3"),
@@ -105,8 +128,14 @@ CONSTRUCTS: tuple[Construct, ...] = (
     Construct("transpose", "(transpose({{0.3, 0.1}, {0.2, X}})*{0.5, 0.6})[2]"), Construct("outer", "outer({X, 0.2}, {0.3, 0.4})[1, 2]"),
     Construct("identity", "(identity(2)*{X, 0.3})[1]"), Construct("diag", "(diag({0.5, X})*{0.5, 0.6})[2]"),
     Construct("table", "table(X, {-1, 0.1, 2}, {0.2, 0.3, 0.8})"), Construct("linspace", "linspace(0.1, 0.5, 3)[2]"),
+    Construct("det", "det({{1 + X^2, 0.3}, {0.2, 0.5}})"), Construct("trace", "trace({{X, 0.3}, {0.2, 0.1}})"),
+    Construct("inverse", "(inverse({{2 + X^2, 0.3}, {0.1, 1}})*{0.3, 0.4})[1]"), Construct("solve", "solve({{2 + X^2, 0.3}, {0.1, 1}}, {0.3, 0.4})[2]"),
+    Construct("eigenvalues", "eigenvalues({{0.2, 0.1}, {0.1, 0.3*n}})[2]"), Construct("concat and size", "concat({X, 0.2}, row)[size(row, 1)]/2"),
+    Construct("comprehension of two ranges", "{i*k*X/3 for i in 1:2, k in 1:3}[2, 1]"), Construct("slice", "(0.5*row[3:-1:2])[1]"),
     Construct("comprehension", "{i*X for i in 1:3}[2]"), Construct("index", "row[2]"),
     Construct("function", "shape(X)", file="function shape(Real r) = 0.3 + 0.2*r^2;\n"),
+    Construct("function with a body", "routine(X, {0.3, 0.2, 0.1})", file=_ROUTINE),
+    Construct("one of several results", "second", "  let (first, second) = both(X);\n", file=_BOTH),
     Construct("grad", "grad(dent, X)", file="function dent(Real r) = 0.3*r + 0.2*r^3;\n"),
     Construct("curl", "curl(eddy, {X, 0.4}, 0.3)", file="function eddy(Real r[2], Real c) = {c*r[2]^2, sin(r[1])};\n"),
     Construct("let", "held", "  let held = 0.4 + 0.1*(X);\n"), Construct("parameter", "a"), Construct("structural parameter", "0.2*n"),
