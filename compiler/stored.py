@@ -34,7 +34,7 @@ from .flat import model as flat_model
 from .flat.model import FlatModel, Origin, Type, Typed
 from .flat.types import make
 from .gc_pause import uncollected
-from .graph import Table
+from .graph import Samples, Table
 from .graph.columns import Columns, columns, graph_of
 from .graph.operations import OPERATIONS
 from .program import model as program_model
@@ -93,7 +93,7 @@ def read(data: bytes, stage: type[Stage]) -> Stage:
 @cache
 def _classes() -> tuple[type[Struct] | type[Enum], ...]:
     """Return every class of the stages' models, in the order of their definition."""
-    found: list[type[Struct] | type[Enum]] = [SourceFile, Span, Dimension, Table]
+    found: list[type[Struct] | type[Enum]] = [SourceFile, Span, Dimension, Table, Samples]
     modules: tuple[ModuleType, ...] = (flat_model, equations_model, crowd_plan, program_model)
     for module in modules:
         for item in vars(module).values():

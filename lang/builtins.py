@@ -148,7 +148,13 @@ _ALL = (
         "sample", 1, 2, _W, "true at the start and then periodically: sample(period), sample(period, start)"
     ),
     Builtin("initial", 0, 0, _W, "true at the start only"),
-    Builtin("table", 3, 3, _S, "smooth curve through points: table(x, {x1, x2, ..}, {y1, y2, ..})"),
+    Builtin(
+        "table",
+        3,
+        7,
+        _S,
+        "value of a curve or surface through points: table(x, {x1, x2, ..}, {y1, y2, ..})",
+    ),
     Builtin(
         "mesh_volume", 2, 2, _S, "volume inside a mesh: mesh_volume(file, scale), mesh_volume(corners, faces)"
     ),

@@ -105,6 +105,9 @@ def with_weights(model: CompiledModel) -> CompiledModel:
     return compliant(model) if failure is not None and failure.kind == SINGULAR_MASS else model
 
 
+MOST_NUMBERS = 2000
+"""Numbers of a table for CasADi."""
+
 _MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
 """Names of the modules; none is that of a library."""
 
@@ -166,6 +169,14 @@ def _module(model: CompiledModel, target: str) -> str:
             "the targets c and fmu can"
             if target == "python"
             else "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
+        )
+    if (
+        target == "casadi"
+        and (long := max((len(t.values) for t in program.tables), default=0)) > MOST_NUMBERS
+    ):
+        raise UsageMistake(
+            f"'{program.name}' has a table of {long} numbers, which CasADi's symbols would write out one by one",
+            f"up to {MOST_NUMBERS} are possible; the targets jax, python, c and fmu read tables of any length",
         )
     if target == "python":
         refuse_driving_inputs(model, "a Python module")

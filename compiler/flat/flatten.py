@@ -172,6 +172,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         dimensionless=cls.dimensionless,
         independent=flattening.independent,
         structural=_structural(flattening),
+        data=flattening.data,
         variables=variables,
         definitions=definitions,
         energies=tuple(record.energies),

@@ -590,6 +590,13 @@ class ReadFile(Struct, frozen=True):
     checksum: str
 
 
+class TableData(Struct, frozen=True):
+    """What a file gives to a table, in SI."""
+
+    points: tuple[float, ...]
+    values: tuple[float, ...]
+
+
 class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
@@ -626,6 +633,8 @@ class FlatModel(Struct, frozen=True):
     draws: tuple[Draw, ...] = ()
     quiet: bool = False
     """The model says ``draw none``: nothing is drawn by rule."""
+    data: Mapping[str, TableData] = {}
+    """What files give to tables, by the name that stands in the place of points."""
     variation: Variation | None = None
     unknowns: tuple[UnknownOutput, ...] = ()
     implicit: tuple[ImplicitEquation, ...] = ()

@@ -256,7 +256,7 @@ RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
     "mesh_volume": lambda k: ((), k[0].dimension ** Fraction(3)),
     "mesh_centre": lambda k: ((3,), k[0].dimension),
     "mesh_inertia": lambda k: ((3, 3), k[0].dimension ** Fraction(5)),
-    "table": lambda k: ((), k[2].dimension),
+    "table": lambda k: ((), k[4 if len(k) == 7 else 2].dimension),
     "components": lambda k: (k[1].shape, k[1].dimension),
     "direction": lambda k: (k[1].shape, k[1].dimension),
 }

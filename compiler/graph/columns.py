@@ -12,7 +12,7 @@ from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SYMBOL
 from .reached import Node
-from .table import Table
+from .table import Samples, Table
 
 _BYTES = 16
 """Of a value in the field."""
@@ -34,7 +34,7 @@ class Columns(Struct, frozen=True, array_like=True):
     names: tuple[str, ...]
     constants: tuple[Fraction, ...]
     lookups: tuple[tuple[int, int], ...]
-    tables: tuple[Table, ...]
+    tables: tuple[Table | Samples, ...]
     values: bytes
 
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from . import operations as ops
 from .node import Graph, Node
-from .table import Table
+from .table import Samples, Table
 
 
 class Numbers(Struct, frozen=True):
@@ -24,7 +24,7 @@ class Numbers(Struct, frozen=True):
 
     constant: Callable[[Fraction], Any]
     functions: Mapping[int, Callable[..., Any]]
-    interpolate: Callable[[Table, Any, int], Any]
+    interpolate: Callable[[Any, Any, int], Any]
 
 
 def evaluate(
@@ -101,7 +101,7 @@ class Tape:
         return {n: float(value) for n, value in environment.items()}
 
 
-def _look_up(interpolate: Callable[[Table, Any, int], Any], table: Table, order: int, x: Any) -> Any:
+def _look_up(interpolate: Callable[[Any, Any, int], Any], table: Table | Samples, order: int, x: Any) -> Any:
     return interpolate(table, x, order)
 
 

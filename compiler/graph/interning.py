@@ -25,7 +25,7 @@ from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
 from .overlay_dict import Above
 from .reached import Answers, Node, depends_on, few_reached, marked, marked_within, within
-from .table import Table
+from .table import Samples, Table
 
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
@@ -75,7 +75,7 @@ class Store:
     def __init__(self, *, by_value: bool = True, seed: int = 0) -> None:
         self.by_value = by_value
         self.seed = seed
-        self.tables: list[Table] = []
+        self.tables: list[Table | Samples] = []
         self.gradients: dict[tuple[Node, tuple[Node, ...]], list[Node]] = {}
         """Of a node, by some symbols: those that differentiate.py remembers."""
         # one entry for each node
@@ -393,7 +393,7 @@ class Store:
             self._classes[v if v <= HALF else P - v] = n
         return n
 
-    def add_table(self, table: Table) -> int:
+    def add_table(self, table: Table | Samples) -> int:
         """Return the index of a table in ``tables``, adding it if it is new."""
         if table not in self.tables:
             self.tables.append(table)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Sequence
 from . import operations as ops
 from .node import Graph, Node
 from .rewrite import rebuild
+from .table import CELL, Table
 
 COMPARING = frozenset({ops.LESS, ops.LESS_EQUAL, ops.SIGN})
 """Operations that jump where their arguments pass each other."""
@@ -35,6 +36,15 @@ def as_choice(graph: Graph, n: Node, arguments: tuple[Node, ...], below: Below) 
             return graph.select(below(*arguments), arguments[1], arguments[0])
         case _:
             return None
+
+
+def kinks_of(graph: Graph, n: Node) -> tuple[float, ...]:
+    """Return the arguments at which a look-up, or its derivative, bends or jumps; indices of samples are whole numbers anyway."""
+    index, order = graph.table_of(n)
+    table = graph.tables[index]
+    if isinstance(table, Table):
+        return table.points
+    return table.values if order == CELL else ()
 
 
 def as_choices(

@@ -14,6 +14,7 @@ from .interning import NONE
 from .operation import Operation, Parity
 from .operations import CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT
 from .reached import Node
+from .table import CELL, ELEMENT
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
 
@@ -178,6 +179,14 @@ class Graph(Arithmetic):
     def lookup(self, table: int, x: Node) -> Node:
         """Return the value of ``tables[table]`` at x."""
         return self._lookup(table, 0, x)
+
+    def element(self, table: int, index: Node) -> Node:
+        """Return the number of samples with an index, which is a whole number."""
+        return self._lookup(table, ELEMENT, index)
+
+    def cell(self, table: int, x: Node) -> Node:
+        """Return the index of the interval of ascending samples in which x lies; the first or last one beyond their ends."""
+        return self._lookup(table, CELL, x)
 
     def lookup_slope(self, n: Node) -> Node:
         """Return the derivative of a lookup with respect to its argument."""

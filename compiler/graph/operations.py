@@ -102,42 +102,6 @@ static inline mech_real modulo(mech_real a, mech_real b)
 }
 """
 
-_LOOKUP: Final = """\
-/* Value (order 0) or derivative of the cubic through points {x, value, slope}; straight beyond the ends. */
-static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_real x)
-{
-    int low = 0, high = n - 1;
-    if (x != x)
-        return x;
-    if (x < points[0][0] || x >= points[high][0]) {
-        const mech_real *end = points[x < points[0][0] ? 0 : high];
-        return order == 0 ? end[1] + end[2] * (x - end[0]) : order == 1 ? end[2] : 0;
-    }
-    while (high - low > 1) {
-        const int middle = (low + high) / 2;
-        if (points[middle][0] <= x)
-            low = middle;
-        else
-            high = middle;
-    }
-    const mech_real *a = points[low], *b = points[high];
-    const mech_real h = b[0] - a[0], s = x - a[0];
-    const mech_real secant = (b[1] - a[1]) / h;
-    const mech_real c2 = (3 * secant - 2 * a[2] - b[2]) / h;
-    const mech_real c3 = (a[2] + b[2] - 2 * secant) / (h * h);
-    switch (order) {
-    case 0:
-        return a[1] + s * (a[2] + s * (c2 + s * c3));
-    case 1:
-        return a[2] + s * (2 * c2 + s * 3 * c3);
-    case 2:
-        return 2 * c2 + 6 * c3 * s;
-    default:
-        return 6 * c3;
-    }
-}
-"""
-
 
 def _one(g: Any, x: tuple[Any, ...], n: Any) -> Any:
     return g.one
@@ -628,10 +592,6 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         "lookup",
         1,
         (lambda g, x, n: g.lookup_slope(n),),
-        c_text=_LOOKUP,
-        python=scalar_functions.lookup,
-        array="np.vectorize(lookup, otypes=[float], excluded=[0, 1])",
-        jax="lookup",
     ),
     Operation(
         ERF,

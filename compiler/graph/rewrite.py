@@ -89,7 +89,4 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     index, order = source.table_of(n)
     if target is not source:
         index = target.add_table(source.tables[index])
-    found = target.lookup(index, *arguments)
-    for _ in range(order):
-        found = target.lookup_slope(found)
-    return found
+    return target._lookup(index, order, *arguments)

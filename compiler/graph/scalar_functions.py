@@ -58,3 +58,14 @@ def lookup(table: tuple[tuple[float, ...], ...], order: int, x: float) -> float:
     if order == 1:
         return d0 + s * (2.0 * c2 + s * 3.0 * c3)
     return 2.0 * c2 + 6.0 * c3 * s if order == 2 else 6.0 * c3
+
+
+def element(values: tuple[float, ...], index: float) -> float:
+    """Return the number with an index, a whole one; the first and last ones beyond the ends."""
+    last = len(values) - 1
+    return values[int(index)] if 0.0 < index < last else values[last if index >= last else 0]
+
+
+def cell(points: tuple[float, ...], x: float) -> float:
+    """Return the index of the last point but one that is not above x."""
+    return float(bisect_right(points, x, 1, len(points) - 1) - 1) if x == x else 0.0

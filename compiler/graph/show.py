@@ -8,6 +8,7 @@ from fractions import Fraction
 
 from . import operations as ops
 from .node import Graph, Node
+from .table import ELEMENT, question
 
 LONGEST = 100
 """Characters of a formula; a longer part gets a name of its own."""
@@ -62,6 +63,8 @@ def _formula(graph: Graph, n: Node, texts: dict[Node, tuple[str, int]]) -> tuple
     listed = ", ".join(text for text, _ in arguments)
     if code == ops.LOOKUP:
         table, order = graph.table_of(n)
+        if order >= ELEMENT:
+            return f"{question(order)} of table {table + 1}({listed})", _ATOM
         return f"table {table + 1}{chr(39) * order}({listed})", _ATOM
     return f"{ops.OPERATIONS[code].name}({listed})", _ATOM
 

@@ -1,4 +1,4 @@
-"""Tables: cubic interpolation of given points with a continuous first derivative."""
+"""Tables: cubic interpolation of given points with a continuous first derivative, and plain numbers to read and search."""
 
 from __future__ import annotations
 
@@ -7,8 +7,24 @@ from itertools import pairwise
 
 from msgspec import Struct
 
+from .scalar_functions import cell, element
 
-class Table(Struct, frozen=True):
+ELEMENT, CELL = 4, 5
+"""Questions about ``Samples`` that stand where the order of the derivative of a ``Table`` stands."""
+
+
+class Samples(Struct, frozen=True, tag=True):
+    """Numbers that formulas read one at a time, or whose interval around an argument they look for."""
+
+    values: tuple[float, ...]
+
+    def __call__(self, x: float, question: int) -> float:
+        """Return the number with the index ``x``, a whole one, the first and last ones beyond the ends (ELEMENT); or the
+        index of the last number but one that is not above ``x``, of ascending ones (CELL)."""
+        return element(self.values, x) if question == ELEMENT else cell(self.values, x)
+
+
+class Table(Struct, frozen=True, tag=True):
     """A C1 cubic through (points[i], values[i]) with slopes[i]; ``points`` ascend strictly.
 
     Outside the range it goes on as a straight line with the slope at the end.
@@ -67,10 +83,25 @@ class Table(Struct, frozen=True):
                 return 0.0
 
 
-def monotone_table(points: tuple[float, ...], values: tuple[float, ...]) -> Table:
-    """Return the table whose slopes keep rising data rising and falling data falling.
+def answers(table: Table | Samples, order: int) -> bool:
+    """Tell whether a table has an answer to a question."""
+    return order in ((ELEMENT, CELL) if isinstance(table, Samples) else range(ELEMENT))
 
-    Slopes are weighted harmonic means of the neighbouring secants (F. N. Fritsch, J. Butland, SIAM J. Sci.
+
+def question(order: int) -> str:
+    """Return the name of the function that answers a question, the same in all targets."""
+    return {ELEMENT: "element", CELL: "cell"}.get(order, "lookup")
+
+
+def monotone_table(points: tuple[float, ...], values: tuple[float, ...]) -> Table:
+    """Return the table whose slopes keep rising data rising and falling data falling."""
+    return Table(points, values, monotone_slopes(points, values))
+
+
+def monotone_slopes(points: tuple[float, ...], values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return slopes at points that keep rising data rising and falling data falling.
+
+    They are weighted harmonic means of the neighbouring secants (F. N. Fritsch, J. Butland, SIAM J. Sci.
     Stat. Comput. 5 (1984) 300); at the ends a limited three-point formula.
     """
     if len(points) != len(values) or len(points) < 2:
@@ -80,7 +111,7 @@ def monotone_table(points: tuple[float, ...], values: tuple[float, ...]) -> Tabl
     h = [b - a for a, b in pairwise(points)]
     secants = [(b - a) / w for a, b, w in zip(values, values[1:], h, strict=False)]
     if len(points) == 2:
-        return Table(points, values, (secants[0], secants[0]))
+        return secants[0], secants[0]
     slopes = [_end_slope(h[0], h[1], secants[0], secants[1])]
     for i in range(1, len(points) - 1):
         left, right = secants[i - 1], secants[i]
@@ -90,7 +121,7 @@ def monotone_table(points: tuple[float, ...], values: tuple[float, ...]) -> Tabl
             w1, w2 = 2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]
             slopes.append((w1 + w2) / (w1 / left + w2 / right))
     slopes.append(_end_slope(h[-1], h[-2], secants[-1], secants[-2]))
-    return Table(points, values, tuple(slopes))
+    return tuple(slopes)
 
 
 def _end_slope(h0: float, h1: float, s0: float, s1: float) -> float:

@@ -13,6 +13,7 @@ from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SINGULAR, SYMBOL
 from .reached import Node
+from .table import answers
 
 SYMMETRIC = frozenset({ops.ADD, ops.MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
 """Operations whose operands stand in ascending order, so that both orders are one node."""
@@ -135,8 +136,8 @@ class _Check:
                 self.fail(n, f"lacks {what}, or has {what} that its operation has no place for")
         if graph._code[n] == LOOKUP:
             table, order = graph._lookups[at]
-            if not 0 <= table < len(graph.tables) or not 0 <= order <= 3:
-                self.fail(n, f"reads derivative {order} of table {table} of {len(graph.tables)}")
+            if not 0 <= table < len(graph.tables) or not answers(graph.tables[table], order):
+                self.fail(n, f"asks question {order} of table {table} of {len(graph.tables)}")
 
     def fixed(self) -> None:
         graph = self.graph

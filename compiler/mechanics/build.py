@@ -128,6 +128,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
             for row in (
                 *((lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions),
                 *((c.holds, c.message, c.origin) for c in lowering.unknowns.conditions),
+                *lowering.tables.conditions.values(),
             )
         ),
         queries=questions.asked,

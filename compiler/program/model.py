@@ -18,7 +18,7 @@ from ..equations.model import (
     Entry,
     ModelInterface,
 )
-from ..graph import Table
+from ..graph import Samples, Table
 from ..graph.operations import LOOKUP, OPERATIONS
 
 Value = int
@@ -49,7 +49,7 @@ class Operate(Struct, frozen=True, array_like=True, tag=2):
 
 
 class Lookup(Struct, frozen=True, array_like=True, tag=3):
-    """The value (order 0) or a derivative of ``tables[table]`` at the operand."""
+    """The value (order 0) or a derivative of ``tables[table]`` at the operand, or what it asks of samples (graph/table.py)."""
 
     table: int
     order: int
@@ -236,7 +236,7 @@ class Program(ModelInterface, frozen=True, kw_only=True):
 
     arrays: Mapping[str, tuple[Entry, ...]]
     n_hoisted: int
-    tables: tuple[Table, ...]
+    tables: tuple[Table | Samples, ...]
     parameters: ProgramFunction
     functions: tuple[ProgramFunction, ...]
     matter_size: int = 0

@@ -21,7 +21,7 @@ def _lines(program: Program) -> Iterator[str]:
         for i, entry in enumerate(program.arrays[array]):
             yield f"  {array}[{i}] {entry.name}" + (f" [{entry.unit}]" if entry.unit else "")
     for i, table in enumerate(program.tables):
-        yield f"  table {i}: {len(table.points)} points"
+        yield f"  table {i}: {len(table.values)} points"
     for function in (program.parameters, *program.functions):
         yield ""
         yield from _function(program, function)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..graph.operations import LOOKUP, OPERATIONS, SYMBOL
+from ..graph.table import answers
 from ..malformed import Malformed, excerpt
 from .model import (
     Body,
@@ -64,8 +65,10 @@ class _Check:
                 elif len(operands) != OPERATIONS[code].arity:
                     self.fail(position, f"gives {len(operands)} operands to {OPERATIONS[code].name}")
             case Lookup(table, order, _):
-                if not 0 <= table < len(self.program.tables) or not 0 <= order <= 3:
-                    self.fail(position, f"reads derivative {order} of table {table}")
+                if not 0 <= table < len(self.program.tables) or not answers(
+                    self.program.tables[table], order
+                ):
+                    self.fail(position, f"asks question {order} of table {table}")
             case Literal():
                 pass
 

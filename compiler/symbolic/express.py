@@ -8,11 +8,12 @@ from typing import Any
 
 import sympy as sp
 
-from ..graph import Graph, Node, Table
+from ..graph import Graph, Node, Samples, Table
 from ..graph.evaluate import Numbers, evaluate
 from ..graph.operation import Operation
 from ..graph.operations import LOOKUP, OPERATIONS, SELECT
 from ..graph.smooth_roots import NOTHING
+from ..graph.table import ELEMENT, question
 
 
 def _number(value: Fraction) -> sp.Expr:
@@ -22,8 +23,8 @@ def _number(value: Fraction) -> sp.Expr:
     return sp.Rational(value.numerator, value.denominator)
 
 
-def _table(table: Table, x: sp.Expr, order: int) -> sp.Expr:
-    return sp.Function("table" + "'" * order)(x)
+def _table(table: Table | Samples, x: sp.Expr, order: int) -> sp.Expr:
+    return sp.Function(question(order) if order >= ELEMENT else "table" + "'" * order)(x)
 
 
 def _function(row: Operation) -> Callable[..., Any]:

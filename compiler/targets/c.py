@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
 from ..gc_pause import uncollected
-from ..graph import Table
-from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
 from ..program.chunk import CHUNK
-from ..program.model import Body, Load, Lookup, Store, codes_of
+from ..program.model import Body, Load, Store, codes_of
 from ..program.names import identifiers
 from ..program.series import NEXT, START
 from ..verification import verified
-from . import c_double_double
+from . import c_double_double, c_tables
 from .c_blocks import are_apart
 from .c_data import CROWD_FUNCTIONS, CROWD_INCLUDED, record_text
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
@@ -47,7 +44,7 @@ NAMED_LOADS: Final = 150
 _WORDS: Final = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long"
     " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
-    " while asm typeof real ratio PI mech_real mech_model lookup NULL EXPORT NOINLINE"
+    " while asm typeof real ratio PI mech_real mech_model lookup element cell NULL EXPORT NOINLINE"
 )
 """Words that no value may have for its name."""
 
@@ -157,11 +154,11 @@ class _File:
             yield SIDE_BY_SIDE
         for code in sorted(self.used & OWN.keys()):
             yield OWN[code]
-        for i, table in used_tables(program):
-            yield f"enum {{ n_table_{i} = {len(table.points)} }};"
-            yield f"static const mech_real table_{i}[n_table_{i}][3] = {{"
-            for row in zip(table.points, table.values, table.slopes, strict=True):
-                yield f"    {{{', '.join(literal(Fraction(x))[0] for x in row)}}},"
+        yield from (c_tables.FUNCTIONS[name] for name in c_tables.questions(c_tables.asked_of(program)))
+        for i, table in c_tables.used_tables(program):
+            yield f"enum {{ n_table_{i} = {len(table.values)} }};"
+            yield f"static const mech_real table_{i}[n_table_{i}]{c_tables.width(table)} = {{"
+            yield from c_tables.rows(table, literal)
             yield "};\n"
         if self.crowd:
             yield CROWD_INCLUDED
@@ -281,14 +278,6 @@ def sentence(doc: str) -> str:
     """Return a description that begins with a capital letter and ends with a full stop."""
     text = doc.strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
-
-
-def used_tables(program: Program) -> list[tuple[int, Table]]:
-    """Return the tables that some function reads, with their index."""
-    functions = (program.parameters, *program.functions)
-    bodies = [body for f in functions for body in f.bodies if ops.LOOKUP in codes_of(body)]
-    used = {s.table for body in bodies for s in body if type(s) is Lookup}
-    return [(i, program.tables[i]) for i in sorted(used)]
 
 
 def _operations(program: Program) -> set[int]:

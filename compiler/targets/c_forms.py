@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from ..graph.operation import ATOM, COMPARISON, UNARY, Form, form_of
 from ..graph.operations import LOOKUP, OPERATIONS
 from ..program.model import Store
+from .c_tables import lookup
 from .expressions import Dialect, multiple_of_pi
 from .literal import Form as LiteralForm
 from .literal import constant
@@ -58,14 +59,10 @@ def _store(statement: Store, expression: str) -> str:
     return f"if (!set[{statement.index}]) {line}" if statement.guarded else line
 
 
-def _lookup(table: int, order: int, argument: str) -> str:
-    return f"lookup(table_{table}, n_table_{table}, {order}, {argument})"
-
-
 DIALECT: Final = Dialect(
     FORMS,
     literal,
-    _lookup,
+    lookup,
     _declare,
     _store,
     as_condition=Form("{} != 0", COMPARISON, (COMPARISON + 1,), True),

@@ -8,14 +8,14 @@ from typing import Final
 from msgspec.structs import replace
 
 from ..graph.operation import Form, form_of
-from ..graph.operations import OPERATIONS
+from ..graph.operations import LOOKUP, OPERATIONS
 from . import python_forms
 from .expressions import Dialect
 
 FUNCTIONS: Final[Mapping[int, str]] = {
     row.code: python_forms.FUNCTIONS[row.code].name if row.casadi is None else row.casadi or row.name
     for row in OPERATIONS
-    if row.arity and not row.form
+    if row.arity and not row.form and row.code != LOOKUP
 }
 """Functions of the library, of ``casadi_module.py``, or own ones of Python. All else is written with the signs of Python."""
 
@@ -27,7 +27,7 @@ COPIED: Final[Mapping[int, python_forms.Named]] = {
 FORMS: Final[Mapping[int, Form]] = {
     row.code: form_of(row, FUNCTIONS[row.code].rpartition(".")[2] if row.code in FUNCTIONS else "")
     for row in OPERATIONS
-    if row.arity
+    if row.arity and row.code != LOOKUP
 }
 
 DIALECT: Final[Dialect] = replace(python_forms.DIALECT, forms=FORMS)

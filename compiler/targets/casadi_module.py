@@ -63,6 +63,24 @@ def _chosen(x: Any, points: Sequence[float], pieces: Sequence[tuple[float, ...]]
     return [if_else(x < points[middle - 1], a, b) for a, b in zip(low, high, strict=True)]
 
 
+# ---- copied where element is called
+def element(values: tuple[float, ...], index: Any) -> Any:
+    """Return the number with an index, a whole one; the first and last ones beyond the ends. By halves."""
+    if len(values) == 1:
+        return values[0]
+    middle = len(values) // 2
+    return if_else(index < middle, element(values[:middle], index), element(values[middle:], index - middle))
+
+
+# ---- copied where cell is called
+def cell(points: tuple[float, ...], x: Any) -> Any:
+    """Return the index of the last point but one that is not above x, by halves."""
+    if len(points) == 2:
+        return 0.0
+    middle = len(points) // 2
+    return if_else(x < points[middle], cell(points[: middle + 1], x), middle + cell(points[middle:], x))
+
+
 # ---- copied from here
 def all_parameters(values: Mapping[str, Any] | None = None) -> list[Any]:
     """Return p: numbers or symbols by name in SI, defaults for all others, and the constants that are made of them."""

@@ -10,17 +10,17 @@ from typing import Final
 
 from msgspec import Struct
 
-from ..graph import operations as ops
 from ..program import Program, ProgramFunction
-from ..program.model import Literal, Load, Lookup, Operate, Store, operands_of
+from ..program.model import Literal, Load, Operate, Store, operands_of
 from ..program.names import identifiers
 from . import casadi_forms, jax_forms
 from .alone import check_nothing_found
-from .c import used_tables
+from .c_tables import FUNCTIONS as TABLE_FUNCTIONS
+from .c_tables import asked_of, questions, used_tables
 from .expressions import Dialect
 from .literal import Form as LiteralForm
 from .literal import constant
-from .python_forms import Named
+from .python_forms import Named, table_text
 from .python_text import function_lines, quantities, quoted, string, strings
 
 EXPORTED: Final = (
@@ -69,7 +69,12 @@ CASADI: Final = Library(
     ("from collections.abc import Mapping, Sequence", "{pi}from typing import Any\n"),
     "casadi",
     ("Function", "SX", "reshape", "sumsqr", "vertcat", "vertsplit"),
-    {"modulo": ("fmod", "if_else", "logic_and"), "lookup": ("if_else",)},
+    {
+        "modulo": ("fmod", "if_else", "logic_and"),
+        "lookup": ("if_else",),
+        "element": ("if_else",),
+        "cell": ("if_else",),
+    },
     "casadi_module.py",
     (
         "``functions()`` gives a ``casadi.Function`` of (t, y, u, p) for each of rhs, accelerations, outputs and so on; the",
@@ -125,16 +130,21 @@ def _lines(
 ) -> Iterator[str]:
     statements = [s for f in (program.parameters, *functions) for body in f.bodies for s in body]
     codes = {s.code for s in statements if type(s) is Operate}
-    if any(type(s) is Lookup for s in statements):
-        codes.add(ops.LOOKUP)
     parts = dict(_parts(library))
     copied = [library.copied[code] for code in sorted(codes & library.copied.keys())]
     named = [
         library.functions[code] for code in sorted(codes & library.functions.keys() - library.copied.keys())
     ]
+    named += questions(asked_of(program))
     own = [name for name in named if f"where {name} is called" in parts]
     reserved = frozenset(
-        (*keyword.kwlist, *keyword.softkwlist, "pi", *map(_last, library.functions.values()))
+        (
+            *keyword.kwlist,
+            *keyword.softkwlist,
+            "pi",
+            *map(_last, library.functions.values()),
+            *TABLE_FUNCTIONS,
+        )
     )
     names = identifiers(program, reserved)
 
@@ -159,7 +169,7 @@ def _lines(
     yield from (parts[f"where {name} is called"] for name in own)
     yield from (inspect.getsource(f.own) + "\n" for f in copied if f.own)
     for i, rows in used_tables(program):
-        yield f"TABLE_{i} = ({rows.points!r}, {rows.values!r}, {rows.slopes!r})"
+        yield f"TABLE_{i} = {table_text(rows)}"
     yield ""
     yield from function_lines(program.parameters, "p, given", library.dialect, names)
     for function in functions:

@@ -8,7 +8,7 @@ from typing import Final
 from msgspec.structs import replace
 
 from ..graph.operation import Form, form_of
-from ..graph.operations import OPERATIONS
+from ..graph.operations import LOOKUP, OPERATIONS
 from . import python_forms
 from .expressions import Dialect
 
@@ -17,7 +17,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
     if row.jax is None
     else row.jax or (row.array or f"np.{row.name}").removeprefix("np.")
     for row in OPERATIONS
-    if row.arity and not row.form
+    if row.arity and not row.form and row.code != LOOKUP
 }
 """Functions of the library, of ``jax_module.py``, or own ones of Python. All else is written with the signs of Python."""
 
@@ -29,7 +29,7 @@ COPIED: Final[Mapping[int, python_forms.Named]] = {
 FORMS: Final[Mapping[int, Form]] = {
     row.code: form_of(row, FUNCTIONS[row.code].rpartition(".")[2] if row.code in FUNCTIONS else "")
     for row in OPERATIONS
-    if row.arity
+    if row.arity and row.code != LOOKUP
 }
 
 DIALECT: Final[Dialect] = replace(python_forms.DIALECT, forms=FORMS)

@@ -64,6 +64,18 @@ def lookup(table: tuple[tuple[float, ...], ...], order: int, x: Any) -> Any:
     return 2.0 * c2 + 6.0 * c3 * s if order == 2 else 6.0 * c3
 
 
+# ---- copied where element is called
+def element(values: tuple[float, ...], index: Any) -> Any:
+    """Return the number with an index, a whole one; the first and last ones beyond the ends."""
+    return jnp.array(values)[jnp.clip(jnp.asarray(index, int), 0, len(values) - 1)]
+
+
+# ---- copied where cell is called
+def cell(points: tuple[float, ...], x: Any) -> Any:
+    """Return the index of the last point but one that is not above x."""
+    return jnp.clip(jnp.searchsorted(jnp.array(points), x, side="right") - 1, 0, len(points) - 2) * 1.0
+
+
 # ---- copied from here
 def all_parameters(values: Mapping[str, Any] | None = None) -> Any:
     """Return p: values by name in SI, defaults for all others, and the constants that are made of them."""

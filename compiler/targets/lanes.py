@@ -13,9 +13,11 @@ from fractions import Fraction
 from mechc.runtime.ensembles.lanes import NoLanes
 
 from ..graph import operations as ops
+from ..graph.table import ELEMENT, question
 from ..program import Program, ProgramFunction
 from ..program.chunk import split
 from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
+from . import c_tables
 from .c_forms import OWN, literal
 from .lane_forms import AS_CONDITION, AS_NUMBER, BY_LANE, DOUBLES, FORMS, SINGLES, LaneNumbers
 from .lane_series import moved_statement, series_functions, single_series
@@ -136,20 +138,21 @@ def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:
 
 def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[str]:
     """Yield the tables that are looked up, and how: lane by lane."""
-    used = sorted({s.table for f in functions for body in f.bodies for s in body if type(s) is Lookup})
-    if used:
-        yield re.sub(r"const mech_real (?=\(?\*)", "MECH_FIXED mech_real ", OWN[ops.LOOKUP])
-    for i in used:
-        table = program.tables[i]
-        yield f"static MECH_FIXED double table_{i}[{len(table.points)}][3] = {{"
-        for row in zip(table.points, table.values, table.slopes, strict=True):
-            yield f"    {{{', '.join(literal(Fraction(x))[0] for x in row)}}},"
+    asked = {(s.table, s.order) for f in functions for body in f.bodies for s in body if type(s) is Lookup}
+    for name in c_tables.questions(asked):
+        yield re.sub(r"const mech_real (?=\(?\*)", "MECH_FIXED mech_real ", c_tables.FUNCTIONS[name])
+    for i in sorted({i for i, _ in asked}):
+        table, size = program.tables[i], len(program.tables[i].values)
+        yield f"static MECH_FIXED double table_{i}[{size}]{c_tables.width(table)} = {{"
+        yield from c_tables.rows(table, literal)
         yield "};\n"
-        yield f"static NOINLINE V lookup_{i}(int order, V x)"
-        yield "{"
-        yield f"    for (int l = 0; l < WIDTH; l++) LANE_OF(x, l) = lookup(table_{i}, {len(table.points)}, order, LANE_OF(x, l));"
-        yield "    return x;"
-        yield "}\n"
+        for name in c_tables.questions([one for one in asked if one[0] == i]):
+            order, given = ("int order, ", "order, ") if name == "lookup" else ("", "")
+            yield f"static NOINLINE V {name}_{i}({order}V x)"
+            yield "{"
+            yield f"    for (int l = 0; l < WIDTH; l++) LANE_OF(x, l) = {name}(table_{i}, {size}, {given}LANE_OF(x, l));"
+            yield "    return x;"
+            yield "}\n"
 
 
 def _function(function: ProgramFunction, numbers: LaneNumbers) -> Iterator[str]:
@@ -231,7 +234,8 @@ class _Printer:
             case Literal(number):
                 return self.numbers.literal.format(literal(number)[0])
             case Lookup(table, order, operand):
-                text = f"lookup_{table}({order}, {self.number(operand)})"
+                asked = f"{order}, " if order < ELEMENT else ""
+                text = f"{question(order)}_{table}({asked}{self.number(operand)})"
             case Operate(code, operands):
                 if value in self.turns:
                     return self.turn(value, operands[0])

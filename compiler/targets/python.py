@@ -21,17 +21,17 @@ from mechc.runtime.start import free_state, gauss_newton, second_order, stages
 from mechc.runtime.start.facts import start_facts
 
 from ..equations.model import ExperimentPlan, SettingTarget
-from ..graph import operations as ops
+from ..graph.table import Samples
 from ..program import Program, ProgramFunction
-from ..program.model import Literal, Lookup, Operate
+from ..program.model import Literal, Operate
 from ..program.names import identifiers
 from . import standalone, standalone_start
 from .alone import standing_alone
-from .c import used_tables
+from .c_tables import asked_of, questions, used_tables
 from .description import make_problem
 from .literal import Form as LiteralForm
 from .literal import constant
-from .python_forms import DIALECT, FUNCTIONS
+from .python_forms import DIALECT, FUNCTIONS, TABLES
 from .python_text import function_lines, quantities, quoted, string, strings
 
 ALWAYS: Final = ("rhs", "initial", "inputs", "discretes", "outputs", "assertions")
@@ -89,7 +89,10 @@ def load_arrays(
     names: dict[str, Any] = {"np": np, "pi": np.pi}
     names |= {f.name: f.own or getattr(math, f.name) for f in written.used}
     over_arrays = {f.name: eval(f.array, names) for f in written.used}
-    tables = {f"TABLE_{i}": (t.points, t.values, t.slopes) for i, t in used_tables(program)}
+    tables = {
+        f"TABLE_{i}": t.values if isinstance(t, Samples) else (t.points, t.values, t.slopes)
+        for i, t in used_tables(program)
+    }
     namespace: dict[str, Any] = names | over_arrays | tables
     text = [line for f in (program.parameters, *program.functions) for line in written.function(f)]
     exec(compile("\n".join(text), f"<generated: {program.name}>", "exec"), namespace)
@@ -131,9 +134,8 @@ class _File:
         functions = (program.parameters, *program.functions)
         statements = [s for f in functions for body in f.bodies for s in body]
         used = {s.code for s in statements if type(s) is Operate}
-        if any(type(s) is Lookup for s in statements):
-            used.add(ops.LOOKUP)
         self.used = [FUNCTIONS[code] for code in sorted(used & FUNCTIONS.keys())]
+        self.used += [TABLES[name] for name in questions(asked_of(program))]
         self.uses_pi = any(
             type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements
         )
@@ -166,6 +168,9 @@ class _File:
             if f.own:
                 yield inspect.getsource(f.own) + "\n"
         for i, table in used_tables(program):
+            if isinstance(table, Samples):
+                yield f"TABLE_{i} = {table.values!r}"
+                continue
             yield f"TABLE_{i} = ("
             for row in (table.points, table.values, table.slopes):
                 yield f"    {row!r},"
@@ -217,7 +222,7 @@ class _File:
         names = sorted(called | ({"pi"} if self.uses_pi else set()))
         yield "from __future__ import annotations\n"
         yield "import argparse\nimport csv\nimport itertools\nimport math\nimport types"
-        if any(f.name == "lookup" for f in self.used):
+        if any(f.name in ("lookup", "cell") for f in self.used):
             yield "from bisect import bisect_right"
         yield "from collections.abc import Callable, Iterator, Mapping, Sequence"
         if names:

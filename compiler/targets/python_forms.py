@@ -8,8 +8,10 @@ from typing import Any, Final
 
 from msgspec import Struct
 
+from ..graph import scalar_functions
 from ..graph.operation import ATOM, COMPARISON, PRODUCT, UNARY, Form, Operation, form_of
-from ..graph.operations import OPERATIONS
+from ..graph.operations import LOOKUP, OPERATIONS
+from ..graph.table import ELEMENT, Samples, Table, question
 from ..program.model import Store
 from .expressions import Dialect, multiple_of_pi
 from .literal import Form as LiteralForm
@@ -44,10 +46,12 @@ def _named(row: Operation) -> Named:
 FUNCTIONS: Final[Mapping[int, Named]] = {
     row.code: _named(row)
     for row in OPERATIONS
-    if row.arity and not isinstance(row.python, Form) and (row.python or not row.form)
+    if row.arity and row.code != LOOKUP and not isinstance(row.python, Form) and (row.python or not row.form)
 }
 
-FORMS: Final[Mapping[int, Form]] = {row.code: form_of(row, _text(row)) for row in OPERATIONS if row.arity}
+FORMS: Final[Mapping[int, Form]] = {
+    row.code: form_of(row, _text(row)) for row in OPERATIONS if row.arity and row.code != LOOKUP
+}
 
 
 def literal(number: Fraction) -> tuple[str, int]:
@@ -72,8 +76,28 @@ def _store(statement: Store, expression: str) -> str:
     return f"if not given[{statement.index}]:\n        {line}" if statement.guarded else line
 
 
+TABLES: Final[Mapping[str, Named]] = {
+    "lookup": Named(
+        "lookup", "np.vectorize(lookup, otypes=[float], excluded=[0, 1])", scalar_functions.lookup
+    ),
+    "element": Named(
+        "element", "np.vectorize(element, otypes=[float], excluded=[0])", scalar_functions.element
+    ),
+    "cell": Named("cell", "np.vectorize(cell, otypes=[float], excluded=[0])", scalar_functions.cell),
+}
+"""The functions that look into tables, by what is asked."""
+
+
 def _lookup(table: int, order: int, argument: str) -> str:
-    return f"lookup(TABLE_{table}, {order}, {argument})"
+    asked = f"{order}, " if order < ELEMENT else ""
+    return f"{question(order)}(TABLE_{table}, {asked}{argument})"
+
+
+def table_text(table: Table | Samples) -> str:
+    """Return the numbers of a table, as the functions read them."""
+    if isinstance(table, Samples):
+        return repr(table.values)
+    return f"({table.points!r}, {table.values!r}, {table.slopes!r})"
 
 
 DIALECT: Final = Dialect(

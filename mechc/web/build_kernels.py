@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
-from mechc.compiler.graph.operations import LOOKUP, OPERATIONS
+from mechc.compiler.graph.operations import OPERATIONS
+from mechc.compiler.targets import c_tables
 from mechc.compiler.targets.c_forms import CALLED, OWN
 from mechc.compiler.targets.wasm.link import SLOT
 from mechc.compiler.targets.wasm.operations import LIBRARY, OF_KERNEL
@@ -57,18 +58,20 @@ def sources(kernel: WebKernel) -> Mapping[str, str]:
 
 def _operations() -> str:
     """Return the functions of operations that the C library does not have, offered to models."""
-    lines = ["#include <math.h>", '#include "web_plan.h"', *OWN.values()]
-    for code in OWN:
-        name = CALLED.get(code, OPERATIONS[code].name)
-        kinds = ["double"] * OPERATIONS[code].arity
-        if code == LOOKUP:
-            kinds = ["const double (*)[3]", "int", "int", *kinds]
-        given = [
+    tables = c_tables.FUNCTIONS
+    lines = ["#include <math.h>", '#include "web_plan.h"', *OWN.values(), *tables.values()]
+    kinds = {CALLED[code]: ["double"] * OPERATIONS[code].arity for code in OWN}
+    kinds |= {name: ["const double *", "int", "double"] for name in tables}
+    kinds["lookup"] = ["const double (*)[3]", "int", "int", "double"]
+    for name, given in kinds.items():
+        declared = [
             kind.replace("(*)", f"(*x{k})") if "(*)" in kind else f"{kind} x{k}"
-            for k, kind in enumerate(kinds)
+            for k, kind in enumerate(given)
         ]
-        passed = ", ".join(f"x{k}" for k in range(len(kinds)))
-        lines.append(f"double EXPORT({OF_KERNEL}{name})({', '.join(given)}) {{ return {name}({passed}); }}")
+        passed = ", ".join(f"x{k}" for k in range(len(given)))
+        lines.append(
+            f"double EXPORT({OF_KERNEL}{name})({', '.join(declared)}) {{ return {name}({passed}); }}"
+        )
     return "\n".join(lines) + "\n"
 
 

@@ -80,7 +80,7 @@ def missing(row: Operation) -> list[str]:
             eval(named.array, known)
         except (AttributeError, NameError):
             lacks(f"function '{named.array}' of arrays; array=None takes that of Python for each element")
-    called = wasm_operations.LOOKED_UP if lookup else wasm_operations.ROWS[row.code].called
+    called = "" if lookup else wasm_operations.ROWS[row.code].called
     if called and called not in loaded(KERNELS[0]).functions:
         lacks(
             f"function '{called}' in the kernels of pages; 'wasm' may be an instruction, and `make kernel` adds functions"

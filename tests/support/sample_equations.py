@@ -17,7 +17,7 @@ from mechc.compiler.equations.model import (
     SettingTarget,
     Slot,
 )
-from mechc.compiler.graph import Graph, Node, monotone_table
+from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.elimination.eliminate import solve
 
 TIME = Entry("t", "time", "s")
@@ -173,6 +173,7 @@ def every_operation() -> Equations:
     a, b, c, t = (g.symbol(n) for n in ("a", "b", "c", "t"))
     index = g.add_table(monotone_table((-2.0, -0.5, 0.1, 3.0), (0.0, 1.5, 1.75, -1.0)))
     value = g.lookup(index, a)
+    samples = g.add_table(Samples((-2.0, -0.5, 0.1, 0.2, 3.0)))
     slope = g.lookup_slope(value)
     curvature = g.lookup_slope(slope)
     less, less_equal, equal = g.less(a, b), g.less_equal(a, g.floor(a)), g.equal(g.floor(a), a)
@@ -193,6 +194,7 @@ def every_operation() -> Equations:
         g.mul(number(3), g.select(g.logical_or(less, equal), b, g.select(equal, a, c))),
         *(g.mul(less, a), g.neg(less), g.add(less, equal), g.select(a, b, c)),
         *(value, slope, curvature, g.lookup_slope(curvature)),
+        *(g.cell(samples, a), g.element(samples, g.floor(b)), g.element(samples, g.cell(samples, b))),
         *(g.power(a, 3), g.power(a, Fraction(1, 3)), g.power(a, -2), g.power(b, Fraction(5, 2))),
         *(
             g.mul(number(Fraction(1, 3)), a),

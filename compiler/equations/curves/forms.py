@@ -8,6 +8,7 @@ from typing import NamedTuple
 from ...flat.model import Role, Variable
 from ...graph import Graph, Node
 from ...graph import operations as ops
+from ...graph.kinks import kinks_of
 from ...graph.rewrite import substitute
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem
@@ -104,9 +105,8 @@ def kinks(graph: Graph, nodes: Sequence[Node], time: Node, fixed: frozenset[Node
         elif code in (ops.MINIMUM, ops.MAXIMUM, ops.LESS, ops.LESS_EQUAL):
             arguments = [graph.sub(*graph.args(n))]
         elif code == ops.LOOKUP:
-            points = graph.tables[graph.table_of(n)[0]].points
             at = graph.args(n)[0]
-            arguments = [graph.sub(at, graph.constant(p)) for p in points]
+            arguments = [graph.sub(at, graph.constant(p)) for p in kinks_of(graph, n)]
         elif code in (ops.FLOOR, ops.MODULO):
             bends = True
         for argument in arguments:

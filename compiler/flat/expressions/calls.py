@@ -21,12 +21,13 @@ from .meshes import MESH_RULES
 from .own_functions import own_function
 from .queries import QUERY_RULES
 from .signature import Call
+from .tables import TABLE_RULES
 
 _OF_MOTIONS = ("sample", "initial")
 """Functions that tell an instant of a motion."""
 _OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"
 
-_ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES, **FILE_RULES}
+_ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES, **FILE_RULES, **TABLE_RULES}
 
 
 def call(scope: Scope, node: ast.Call) -> Expression:

@@ -323,16 +323,6 @@ def _linspace(call: Call) -> Expression:
     return call.apply(result, call.arguments[0], call.arguments[1], number)
 
 
-def _table(call: Call) -> Expression:
-    call.scalar(0)
-    points, values = call.vector(1), call.vector(2)
-    if points.dimension != call.arguments[0].type.dimension and not types.is_zero(call.arguments[0]):
-        call.same(0, 1)
-    if points.shape != values.shape:
-        raise call.wrong(2, f"as many values as points, which are {points.shape[0]}", "E0305")
-    return call.apply(types.real(values.dimension, angle=values.angle))
-
-
 # ---------------------------------------------------------------- poses and events
 
 
@@ -416,7 +406,6 @@ RULES: dict[str, Rule] = {
     "size": _size,
     "concat": _concat,
     "linspace": _linspace,
-    "table": _table,
     "trans": _trans,
     "rot": _turn(2),
     "rotx": _turn(3),

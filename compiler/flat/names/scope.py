@@ -14,7 +14,7 @@ from mechc.lang.diagnostics import Details, Label, Reporter
 from mechc.lang.source import Span
 
 from .. import types
-from ..model import Expression, Literal, Origin, Type
+from ..model import Expression, Literal, Origin, TableData, Type
 from .classes import Classes
 from .namespace import Library, Namespace
 
@@ -115,6 +115,7 @@ class Flattening(Struct):
     meshes: dict[str, Moments] = field(default_factory=dict)
     numbers: dict[tuple[str, str], Expression] = field(default_factory=dict)
     files: dict[str, ReadFile] = field(default_factory=dict)
+    data: dict[str, TableData] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)

@@ -85,7 +85,7 @@ class Lowering:
         self._previous: dict[Node, Node] = {}
         self.unknowns = Unknowns(self, model)
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
-        self.tables = Tables(graph, self.numbers, reporter)
+        self.tables = Tables(graph, self.numbers, model.data, self._locate, reporter)
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
@@ -190,6 +190,9 @@ class Lowering:
         if function in STAIRS:
             self.relations |= dict.fromkeys(self._whole_parts(node(result)))
         return result
+
+    def _locate(self, relation: Node) -> None:
+        self.relations[relation] = None
 
     def _whole_parts(self, result: Node) -> list[Node]:
         return [n for n in self.graph.reach([result]) if self.graph.op(n) in (ops.FLOOR, ops.MODULO)]

@@ -9,6 +9,7 @@ from fractions import Fraction
 from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jvp
+from ...graph.kinks import kinks_of
 from ...graph.rewrite import substitute
 
 MOST_KINKS = 6
@@ -48,7 +49,7 @@ def _kinks(graph: Graph, body: Node, s: Node) -> tuple[list[Node], bool]:
         places: tuple[float, ...] = (0.0,)
         match graph.op(n):
             case ops.LOOKUP:
-                argument, places = graph.args(n)[0], graph.tables[graph.table_of(n)[0]].points
+                argument, places = graph.args(n)[0], kinks_of(graph, n)
             case ops.ABS | ops.SIGN:
                 argument = graph.args(n)[0]
             case ops.MINIMUM | ops.MAXIMUM | ops.LESS | ops.LESS_EQUAL:

@@ -1,44 +1,235 @@
-"""Values of a table at an argument: its points and values are numbers that nothing can change."""
+"""Values of tables of one and of two variables: their points and values are numbers that nothing can change.
+
+A short smooth table of one variable is one look-up. All others are formulas of *samples*: an argument lies in a cell, whose index
+reads the numbers at its corners. Where a table bends or jumps the index is a whole part, so that events locate the points.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Mapping, Sequence
+from itertools import chain, pairwise
+from math import prod
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import Span
 
-from ...flat.model import Expression
-from ...graph import Graph, Node
-from ...graph.table import monotone_table
+from ...flat.model import Expression, Literal, Origin, TableData
+from ...flat.values.evaluate import Value, constant
+from ...graph import Graph, Node, Samples, Table
+from ...graph.table import monotone_slopes
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Grid = NDArray[np.float64]
+
+SHORT = 64
+"""Points of a smooth table up to which it is looked up by halves, with slopes beside its values."""
+
+SMOOTH = ("smooth", "spline")
+Numbers = tuple[float, ...]
 
 
 class Tables:
-    """Tables of one model. ``numbers`` gives the entries of an expression in row-major order."""
+    """Tables of one model. ``numbers`` gives the entries of an expression in row-major order; ``data`` what files hold;
+    ``located`` takes comparisons and whole parts at which a run stops."""
 
     def __init__(
-        self, graph: Graph, numbers: Callable[[Expression], Sequence[Node]], reporter: Reporter
+        self,
+        graph: Graph,
+        numbers: Callable[[Expression], Sequence[Node]],
+        data: Mapping[str, TableData],
+        located: Callable[[Node], None],
+        reporter: Reporter,
     ) -> None:
         self._graph = graph
         self._numbers = numbers
+        self._data = data
+        self._located = located
         self._reporter = reporter
+        self.conditions: dict[Node, tuple[Node, str, Origin]] = {}
+        """What must hold where tables do not go on beyond their ends, with what to say where it does not."""
 
-    def value(self, argument: Expression, places: Expression, heights: Expression) -> Node:
-        """Return the value at an argument of the table with some heights at some places."""
-        points, values = self._constants(places), self._constants(heights)
-        if len(points) != len(values) or len(points) < 2:
-            raise self._reporter.fail(
-                "E0310",
-                f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
-                places.span,
+    def value(self, *arguments: Expression) -> Node:
+        """Return the value of ``table``: x, points, values; then kind and what is outside. Of two variables: x, y, their points,
+        values, kind, what is outside."""
+        if len(arguments) == 7:
+            x, y, *grid, kind, outside = arguments
+            return self._surface((x, y), grid, _word(kind), _word(outside))
+        x, places, heights = arguments[:3]
+        kind, outside = map(_word, arguments[3:]) if len(arguments) > 3 else ("smooth", "extend")
+        if isinstance(places, Literal) and isinstance(places.value, str):
+            data = self._data[places.value]
+            points, values = data.points, data.values
+        else:
+            points, values = self._constants(places), self._constants(heights)
+            if len(points) != len(values):
+                raise self._short(points, values, places.span)
+            self._check_points(points, values, places)
+        (at,) = self._numbers(x)
+        return self._curve(at, points, values, kind, outside, x)
+
+    # ------------------------------------------------------------ one variable
+
+    def _curve(
+        self, x: Node, points: Numbers, values: Numbers, kind: str, outside: str, x_of: Expression
+    ) -> Node:
+        graph = self._graph
+        x = self._inside(x, points, outside, x_of)
+        if kind in SMOOTH:
+            slopes = _slopes(points, values, kind, outside)
+            if len(points) <= SHORT:
+                at = self._wrapped(x, points) if outside == "periodic" else x
+                return graph.lookup(graph.add_table(Table(points, values, slopes)), at)
+            cell = self._cell(x, points, outside)
+            ends = (cell.index, graph.add(cell.index, graph.one))
+            f, d = self._samples(values), self._samples(slopes)
+            return cell.between(graph, *map(f, ends), *map(d, ends))
+        place = self._place(x, points, outside, steps=kind == "step")
+        read = self._samples(values)
+        if kind == "step":
+            return read(place.index)
+        return _line(graph, place.share, read(place.index), read(graph.add(place.index, graph.one)))
+
+    def _inside(self, x: Node, points: Numbers, outside: str, x_of: Expression) -> Node:
+        """Return an argument as it is held at the ends; where a table is to end there, state that it does not pass them."""
+        graph = self._graph
+        first, last = (graph.constant(p) for p in (points[0], points[-1]))
+        if outside == "hold":
+            below, above = graph.less(x, first), graph.less(last, x)
+            for one in (below, above):
+                self._located(one)
+            return graph.select(below, first, graph.select(above, last, x))
+        if outside == "error":
+            holds = graph.logical_and(graph.less_equal(first, x), graph.less_equal(x, last))
+            message = f"the argument of a table is between {points[0]:.6g} and {points[-1]:.6g}"
+            unit = str(x_of.type.dimension)
+            self.conditions[holds] = (holds, f"{message} {unit}".strip(), Origin(x_of.span))
+        return x
+
+    def _wrapped(self, x: Node, points: Numbers) -> Node:
+        """Return a place in the first period of a table that goes on periodically."""
+        graph, first = self._graph, self._graph.constant(points[0])
+        period = graph.constant(points[-1] - points[0])
+        return graph.add(first, graph.modulo(graph.sub(x, first), period))
+
+    def _cell(self, x: Node, points: Numbers, outside: str) -> _Cell:
+        """Return the cell around a place of what is smooth across cells."""
+        graph = self._graph
+        if outside == "periodic":
+            x = self._wrapped(x, points)
+        table = graph.add_table(Samples(points))
+        index = graph.cell(table, x)
+        low, high = graph.element(table, index), graph.element(table, graph.add(index, graph.one))
+        width = graph.sub(high, low)
+        return _Cell(index, graph.div(graph.sub(x, low), width), width, outside == "extend")
+
+    def _place(self, x: Node, points: Numbers, outside: str, *, steps: bool) -> _Place:
+        """Return the piece around a place of what bends or jumps between pieces: events locate their ends.
+
+        The index is the whole part of a formula that grows by one from each point to the next. Beyond the ends it stays half a
+        unit away from the next whole number.
+        """
+        graph = self._graph
+        periodic = outside == "periodic"
+        pieces = len(points) if steps and not periodic else len(points) - 1
+        table = graph.add_table(Samples(points))
+        last = graph.constant(len(points) - 1)
+        period = graph.constant(points[-1] - points[0])
+        turns = graph.zero
+        if periodic:
+            turns = graph.floor(graph.div(graph.sub(x, graph.constant(points[0])), period))
+        inner = graph.sub(x, graph.mul(period, turns))
+        cell = graph.cell(table, inner)
+        low, high = graph.element(table, cell), graph.element(table, graph.add(cell, graph.one))
+        along = graph.add(cell, graph.div(graph.sub(inner, low), graph.sub(high, low)))
+        if periodic:
+            whole = graph.floor(graph.add(graph.mul(last, turns), along))
+            turns = graph.floor(graph.div(whole, last))
+            index = graph.sub(whole, graph.mul(last, turns))
+            inner = graph.sub(x, graph.mul(period, turns))
+        elif pieces == 1:
+            whole = index = graph.zero
+        else:
+            end = graph.sub(graph.constant(pieces), graph.half)
+            whole = index = graph.floor(graph.minimum(graph.maximum(along, graph.half), end))
+        if not graph.is_constant(whole):
+            self._located(whole)
+        if steps:
+            return _Place(index, graph.zero)
+        low, high = graph.element(table, index), graph.element(table, graph.add(index, graph.one))
+        return _Place(index, graph.div(graph.sub(inner, low), graph.sub(high, low)))
+
+    def _samples(self, values: Numbers) -> Callable[[Node], Node]:
+        table = self._graph.add_table(Samples(values))
+        return lambda index: self._graph.element(table, index)
+
+    # ------------------------------------------------------------ two variables
+
+    def _surface(
+        self, arguments: Sequence[Expression], grid: Sequence[Expression], kind: str, outside: str
+    ) -> Node:
+        graph = self._graph
+        *axes, values = (self._constants(e) for e in grid)
+        for points, expression in zip(axes, grid, strict=False):
+            self._check_points(points, values[: len(points)], expression)
+        places = [
+            self._inside(self._numbers(e)[0], points, outside, e)
+            for e, points in zip(arguments, axes, strict=True)
+        ]
+        rows = graph.constant(len(axes[1]))
+        if kind not in SMOOTH:
+            row, column = (
+                self._place(x, points, outside, steps=kind == "step")
+                for x, points in zip(places, axes, strict=True)
             )
+            corner = graph.add(graph.mul(rows, row.index), column.index)
+            read = self._samples(values)
+            if kind == "step":
+                return read(corner)
+            sides = [
+                _line(graph, column.share, read(at), read(graph.add(at, graph.one)))
+                for at in (corner, graph.add(corner, rows))
+            ]
+            return _line(graph, row.share, *sides)
+        first, second = (self._cell(x, points, outside) for x, points in zip(places, axes, strict=True))
+        corner = graph.add(graph.mul(rows, first.index), second.index)
+        f, by_x, by_y, by_both = map(self._samples, _grid_slopes(axes, values, kind, outside))
+        ends = [
+            [
+                second.between(
+                    graph, *(n(at) for n in (value, slope) for at in (start, graph.add(start, graph.one)))
+                )
+                for start in (corner, graph.add(corner, rows))
+            ]
+            for value, slope in ((f, by_y), (by_x, by_both))
+        ]
+        return first.between(graph, *ends[0], *ends[1])
+
+    # ------------------------------------------------------------ what is given
+
+    def _check_points(self, points: Numbers, values: Numbers, places: Expression) -> None:
+        if len(points) < 2:
+            raise self._short(points, values, places.span)
         if any(b <= a for a, b in pairwise(points)):
             raise self._reporter.fail(
                 "E0311", "the points of a table must increase", places.span, caption="these do not"
             )
-        (at,) = self._numbers(argument)
-        return self._graph.lookup(self._graph.add_table(monotone_table(points, values)), at)
 
-    def _constants(self, expression: Expression) -> tuple[float, ...]:
+    def _short(self, points: Numbers, values: Numbers, span: Span) -> Exception:
+        return self._reporter.fail(
+            "E0310",
+            f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
+            span,
+        )
+
+    def _constants(self, expression: Expression) -> Numbers:
+        if prod(expression.type.shape) > SHORT and (known := _leaves(constant(expression))) is not None:
+            return known  # without a node for each
         result = []
         for item in self._numbers(expression):
             if not self._graph.is_constant(item):
@@ -51,3 +242,89 @@ class Tables:
                 )
             result.append(float(self._graph.value(item)))
         return tuple(result)
+
+
+class _Cell(Struct, frozen=True):
+    """A cell of what is smooth across cells: its index, the ``share`` of it below the place, its ``width``. ``beyond``: the place
+    may lie beyond the last cells, where the table goes on as a straight line."""
+
+    index: Node
+    share: Node
+    width: Node
+    beyond: bool
+
+    def between(self, graph: Graph, low: Node, high: Node, slope: Node, end_slope: Node) -> Node:
+        """Return the cubic through two values with two slopes."""
+        one, s, before, behind = graph.one, self.share, graph.zero, graph.zero
+        if self.beyond:
+            s = graph.minimum(graph.maximum(self.share, graph.zero), one)
+            before = graph.minimum(self.share, graph.zero)
+            behind = graph.maximum(graph.sub(self.share, one), graph.zero)
+        square, rest = graph.mul(s, s), graph.sub(one, s)
+        rise = graph.mul(square, graph.sub(graph.constant(3), graph.mul(graph.two, s)))
+        first = graph.add(graph.mul(s, graph.mul(rest, rest)), before)
+        second = graph.sub(behind, graph.mul(square, rest))
+        bent = graph.add(graph.mul(first, slope), graph.mul(second, end_slope))
+        return graph.add(_line(graph, rise, low, high), graph.mul(self.width, bent))
+
+
+class _Place(Struct, frozen=True):
+    """A piece of what bends or jumps between pieces: its index, and the ``share`` of it below the place."""
+
+    index: Node
+    share: Node
+
+
+def _line(graph: Graph, share: Node, low: Node, high: Node) -> Node:
+    return graph.add(low, graph.mul(share, graph.sub(high, low)))
+
+
+def _leaves(value: Value | None) -> Numbers | None:
+    """Return the numbers of an array in row-major order."""
+    if not isinstance(value, tuple):
+        return None
+    rows = [
+        _leaves(row) if isinstance(row, tuple) else (float(row),) for row in value if not isinstance(row, str)
+    ]
+    return tuple(chain.from_iterable(row for row in rows if row is not None))
+
+
+def _word(expression: Expression) -> str:
+    assert isinstance(expression, Literal) and isinstance(expression.value, str)
+    return expression.value
+
+
+# ---------------------------------------------------------------- slopes
+
+
+def _slopes(points: Numbers, values: Numbers, kind: str, outside: str) -> Numbers:
+    """Return the slopes at the points."""
+    if kind == "spline":
+        from scipy.interpolate import CubicSpline
+
+        ends = "periodic" if outside == "periodic" else "not-a-knot"
+        return tuple(CubicSpline(points, values, bc_type=ends)(points, 1).tolist())
+    if outside != "periodic":
+        return monotone_slopes(points, values)
+    # two points more on either side, which the slopes at the ends see
+    period, n = points[-1] - points[0], len(points) - 1
+    around = [divmod(k, n) for k in range(-2, n + 3)]
+    wider = monotone_slopes(
+        tuple(points[i] + period * turn for turn, i in around), tuple(values[i] for _, i in around)
+    )
+    return wider[2:-2]
+
+
+def _grid_slopes(axes: Sequence[Numbers], values: Numbers, kind: str, outside: str) -> tuple[Numbers, ...]:
+    """Return values and slopes by x, by y and by both. Of smooth tables the last one is the mean of both orders."""
+    import numpy as np
+
+    def along(axis: int, given: Grid) -> Grid:
+        lines = np.moveaxis(given, axis, 1)
+        found = [_slopes(axes[axis], tuple(line.tolist()), kind, outside) for line in lines]
+        return np.moveaxis(np.array(found), 1, axis)
+
+    f = np.reshape(values, [len(points) for points in axes])
+    by_x, by_y = along(0, f), along(1, f)
+    by_both = (along(1, by_x) + along(0, by_y)) / 2
+    return tuple(tuple(grid.ravel().tolist()) for grid in (f, by_x, by_y, by_both))

@@ -118,7 +118,7 @@ def tokens(made: Stream, by_number: bool = True) -> Numbers:
     second, third = _column(body.second)[made.done], _column(body.third)[made.done]
     code = kinds[made.done]
     shape = np.where(code == STORE, len(OPERATIONS) + third, code)
-    shape = np.where(code == LOOKUP, len(OPERATIONS) + 2 * len(ARRAYS) + 4 * second + third, shape)
+    shape = np.where(code == LOOKUP, len(OPERATIONS) + 2 * len(ARRAYS) + 8 * second + third, shape)
     choices = far + 2 + len(ARRAYS) + len(numbers)
     for operands in made.operands.T:
         is_leaf = (operands < 0) & (operands != NONE)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import chain
 from typing import Final
 
+from ...graph.table import Samples
 from ...program import Program, ProgramFunction, chunk
 from ...program.loops.rolled import Rolled
 from ...program.series import NEXT
-from ..c import used_tables
 from ..c_loops import ON_STACK, loops_of
+from ..c_tables import LARGE, used_tables
 from ..model_data import EXPAND, is_emitted
 from . import binary as b
 from .place import EXPANSION, PARAMETER, PIECE, Place
@@ -32,9 +34,13 @@ def place_functions(program: Program, place: Place) -> None:
     program = chunk(program, LONGEST, whole=whole)
     tables = {}
     for i, table in used_tables(program):
-        rows = zip(table.points, table.values, table.slopes, strict=True)
-        at = place.numbers([number(Fraction(x)) for row in rows for x in row])
-        tables[i] = (at, len(table.points))
+        if isinstance(table, Samples):
+            numbers = table.values
+        else:
+            numbers = tuple(chain(*zip(table.points, table.values, table.slopes, strict=True)))
+        if len(table.values) < LARGE:
+            numbers = tuple(number(Fraction(x)) for x in numbers)
+        tables[i] = (place.numbers(numbers), len(table.values))
     functions = _Functions(program, place, tables)
     for function in (program.parameters, *program.functions):
         if program.few_slots and function.name == NEXT:

@@ -36,9 +36,6 @@ INSTRUCTIONS: Final[Mapping[str, bytes]] = {
 OF_KERNEL: Final = "f_"
 """Begins the names of functions of the kernel that are no functions of the C library."""
 
-LOOKED_UP: Final = f"{OF_KERNEL}lookup"
-"""The function that evaluates a table."""
-
 
 class Row(Struct, frozen=True):
     """How an operation leaves its value on the stack, behind its operands: an instruction, or a function of the kernel."""

@@ -11,10 +11,11 @@ from fractions import Fraction
 from functools import lru_cache
 from math import pi
 
+from ...graph.table import ELEMENT, question
 from ...program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
 from ..literal import Form, constant
 from . import binary as b
-from .operations import LOOKED_UP, ROWS
+from .operations import OF_KERNEL, ROWS
 from .place import Place
 
 LONGEST = 400
@@ -126,7 +127,9 @@ class Writer:
 
     def lookup(self, table: int, order: int, operand: Fragment) -> Fragment:
         at, n = self.tables[table]
-        text = b.i32(at) + b.i32(n) + b.i32(order) + operand.as_kind(False) + self.place.call(LOOKED_UP)
+        asked = b.i32(order) if order < ELEMENT else b""
+        called = self.place.call(f"{OF_KERNEL}{question(order)}")
+        text = b.i32(at) + b.i32(n) + asked + operand.as_kind(False) + called
         return Fragment(text, False, operand.reads)
 
     # ---- bodies

@@ -1,10 +1,13 @@
-"""Cubic tables."""
+"""Cubic tables, and samples."""
+
+import math
 
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from mechc.compiler.graph import Table, monotone_table
+from mechc.compiler.graph import Samples, Table, monotone_table
+from mechc.compiler.graph.table import CELL, ELEMENT
 
 POINTS = (0.0, 0.5, 2.0, 2.25, 4.0)
 
@@ -58,3 +61,12 @@ def test_bad_tables_are_refused() -> None:
         monotone_table((0.0, 1.0), (1.0,))
     with pytest.raises(ValueError):
         Table((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+
+
+def test_samples_are_read_by_index_and_searched() -> None:
+    """Beyond the ends the first and last ones stand; not-a-number is in the first cell, and what is read there by it is one, too."""
+    samples = Samples((-1.0, 0.0, 2.0, 5.0))
+    assert [samples(k, ELEMENT) for k in (-3.0, 0.0, 1.0, 3.0, 9.0)] == [-1.0, -1.0, 0.0, 5.0, 5.0]
+    at = (-9.0, -1.0, -0.5, 0.0, 1.9, 2.0, 4.0, 5.0, 9.0, math.nan)
+    assert [samples(x, CELL) for x in at] == [0, 0, 0, 1, 1, 2, 2, 2, 2, 0]
+    assert [Samples((0.0, 1.0))(x, CELL) for x in (-1.0, 0.5, 3.0)] == [0, 0, 0]

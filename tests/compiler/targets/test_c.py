@@ -14,7 +14,7 @@ from native_code import KERNEL, REPRODUCIBLE, Both, NativeModel, bits, compile_c
 from sample_equations import chain, equations, every_operation, pendulum
 
 from mechc.compiler.equations.model import Entry, Equations, Function
-from mechc.compiler.graph import Graph, Table
+from mechc.compiler.graph import Graph, Samples, Table
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
 from mechc.compiler.program import lower
 from mechc.compiler.targets.c import emit_c
@@ -86,8 +86,10 @@ int main(void)
 """
 
 
-def cubic(table: Table, x: Any, order: int) -> Any:
-    """Return the value or a derivative of a table in the arithmetic of x."""
+def cubic(table: Table | Samples, x: Any, order: int) -> Any:
+    """Return the value or a derivative of a table in the arithmetic of x; what samples give is a float."""
+    if isinstance(table, Samples):
+        return type(x)(table(float(x), order))
     points, values, slopes = ([type(x)(v) for v in row] for row in (table.points, table.values, table.slopes))
     i = max(k for k, point in enumerate(points) if point <= x)
     h, s = points[i + 1] - points[i], x - points[i]

@@ -118,6 +118,28 @@ def test_some_examples_agree_with_the_kernel(name: str, library: str, tmp_path: 
     agrees(next(path for path in EXAMPLES if path.stem == name), library, tmp_path)
 
 
+LONG = ", ".join(f"{0.1 * k:.1f}" for k in range(-40, 41))
+TABLES = f"""
+model Tables
+  coordinate x = 0.3 m;
+  coordinate y = 0.7 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  force table(x, {{{LONG}}} m, {{sin(3*s) for s in {{{LONG}}}}} N) on x;
+  force table(x, y, {{-1, 0, 0.4, 2}} m, {{0, 0.5, 1}} m, {{{{1, 2, 0}}, {{0, 1, 3}}, {{4, 2, 1}}, {{1, 1, 2}}}} N) on y;
+  force table(y, {{0, 0.2, 0.5, 1}} m, {{1, 3, 2, 1}} N, "spline", "periodic") on x;
+  output bent = table(x, {{-1, 0, 0.4, 2}} m, {{3, 0, 1, 2}}, "linear");
+  output stepped = table(x, y, {{-1, 0, 2}} m, {{0, 1}} m, {{{{1, 2}}, {{3, 4}}, {{5, 6}}}}, "step", "periodic");
+  experiment(stop = 1 s);
+end Tables;
+"""
+
+
+@LIBRARIES
+def test_tables_of_all_kinds_agree_with_the_kernel(library: str, tmp_path: Path) -> None:
+    (path := tmp_path / "tables.mech").write_text(TABLES, encoding="utf-8")
+    agrees(path, library, tmp_path)
+
+
 @pytest.mark.slow
 @LIBRARIES
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

@@ -82,7 +82,7 @@ def test_arrays_agree_to_a_few_units_in_the_last_place(everything: Both) -> None
     states = random_states(500, 2) + [[a, b] for a in SPECIAL for b in SPECIAL]
     y = np.array(states).T
     found = vectorised(0.7, y, everything.u, everything.z, everything.p)
-    assert found.shape == (68, len(states))
+    assert found.shape == (71, len(states))
     expected = np.array(
         [
             everything.python["everything"](0.7, np.array(s), everything.u, everything.z, everything.p)

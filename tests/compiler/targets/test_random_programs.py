@@ -13,7 +13,7 @@ from native_code import NativeModel, bits, random_states
 from sample_equations import equations
 
 from mechc.compiler.equations.model import Entry, Equations, Function
-from mechc.compiler.graph import Graph, Node, monotone_table
+from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.program import chunk, lower, verify
 from mechc.compiler.targets.python import load_python
@@ -35,6 +35,7 @@ def random_equations(seed: int) -> Equations:
     g = Graph()
     x, y, u, a, b = (g.symbol(n) for n in ("x", "y", "u", "a", "b"))
     table = g.add_table(monotone_table((-1.0, 0.0, 2.0), (3.0, 1.0, 4.0)))
+    samples = g.add_table(Samples((-7.0, -0.5, 0.0, 1.0, 40.0, 1e9)))
     unary: list[Callable[[Node], Node]] = [
         *(
             g.sin,
@@ -52,6 +53,7 @@ def random_equations(seed: int) -> Equations:
             g.exp,
         ),
         *(g.log, g.sqrt, g.abs, g.sign, g.floor, g.neg, g.logical_not, lambda n: g.lookup(table, n)),
+        *(lambda n: g.cell(samples, n), lambda n: g.element(samples, g.floor(n))),
     ]
     binary: list[Callable[[Node, Node], Node]] = [
         *(

@@ -1,0 +1,345 @@
+"""Tables of all kinds, against SciPy's interpolators; their kinks and jumps, against motions by pieces."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.interpolate import (
+    CubicHermiteSpline,
+    CubicSpline,
+    PchipInterpolator,
+    RectBivariateSpline,
+    RegularGridInterpolator,
+)
+
+import mechc
+
+Floats = NDArray[np.float64]
+
+POINTS = np.array([-1.0, 0.5, 1.0, 2.5, 3.0, 4.5])
+VALUES = np.array([2.0, -1.0, 0.5, 0.25, 3.0, 2.0])
+WAVE = np.array([2.0, -1.0, 0.5, 0.25, 3.0, 2.0])
+KINDS = ("smooth", "spline", "linear", "step")
+STOP = 9.0
+
+
+def listed(values: Floats) -> str:
+    if values.ndim > 1:
+        return "{" + ", ".join(map(listed, values)) + "}"
+    return "{" + ", ".join(f"{float(x)!r}" for x in values) + "}"
+
+
+def along(outputs: str, count: int = 401) -> mechc.Solution:
+    """Return a run of which ``s`` grows from -3 to 6."""
+    text = f"""
+        dimensionless;
+        state s = -3; equation der(s) = 1;
+        {outputs}
+        experiment(stop = {STOP!r}, every = {STOP / (count - 1)!r});
+    """
+    return mechc.loads(text).simulate()
+
+
+def inside(x: Floats, points: Floats, outside: str) -> Floats:
+    if outside == "hold":
+        return np.clip(x, points[0], points[-1])
+    if outside == "periodic":
+        return points[0] + np.mod(x - points[0], points[-1] - points[0])
+    return x
+
+
+def expected(kind: str, outside: str, x: Floats, points: Floats = POINTS, values: Floats = VALUES) -> Floats:
+    """By SciPy; beyond the ends as a straight line."""
+    at = inside(x, points, outside)
+    if kind == "linear":
+        low = np.clip(np.searchsorted(points, at, side="right") - 1, 0, len(points) - 2)
+        slopes = np.diff(values) / np.diff(points)
+        return values[low] + slopes[low] * (at - points[low])
+    if kind == "step":
+        return values[np.clip(np.searchsorted(points, at, side="right") - 1, 0, len(points) - 1)]
+    curve = smooth_curve(kind, outside, points, values)
+    found = curve(np.clip(at, points[0], points[-1]))
+    beyond = at - np.clip(at, points[0], points[-1])
+    return found + beyond * np.where(beyond < 0, curve(points[0], 1), curve(points[-1], 1))
+
+
+def smooth_curve(kind: str, outside: str, points: Floats, values: Floats) -> CubicSpline | PchipInterpolator:
+    if kind == "spline":
+        return CubicSpline(points, values, bc_type="periodic" if outside == "periodic" else "not-a-knot")
+    if outside != "periodic":
+        return PchipInterpolator(points, values)
+    period = points[-1] - points[0]
+    wide = np.concatenate([points[:-1] - period, points[:-1], points + period])
+    return PchipInterpolator(wide, np.concatenate([values[:-1], values[:-1], values]))
+
+
+@pytest.fixture(scope="module")
+def curves() -> mechc.Solution:
+    every = product(KINDS, ("extend", "hold", "periodic"))
+    calls = {f"{k}_{o}": f'table(s, {listed(POINTS)}, {listed(WAVE)}, "{k}", "{o}")' for k, o in every}
+    return along(
+        "".join(f"output {n} = {call}; output d_{n} = der({call});\n" for n, call in calls.items()), 721
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("outside", ["extend", "hold", "periodic"])
+def test_a_table_of_one_variable_is_scipys(curves: mechc.Solution, kind: str, outside: str) -> None:
+    """To some roundings; at points where it jumps or bends either side may be taken, within a rounding of the time."""
+    name = f"{kind}_{outside}"
+    x = curves["s"]
+    edge = np.min(np.abs(inside(x, POINTS, outside)[:, None] - POINTS), axis=1) < 1e-9
+    edge &= kind in ("linear", "step")
+    wanted = expected(kind, outside, x)
+    if kind == "step":
+        wanted[edge] = curves[name][edge]
+    np.testing.assert_allclose(curves[name], wanted, rtol=0, atol=1e-13)
+    edge |= (
+        np.min(np.abs(inside(x, POINTS, outside)[:, None] - POINTS), axis=1) < 1e-5
+    )  # differences bend there
+    step = 1e-6
+    slopes = (expected(kind, outside, x + step) - expected(kind, outside, x - step)) / (2 * step)
+    np.testing.assert_allclose(curves[f"d_{name}"][~edge], slopes[~edge], rtol=0, atol=2e-8)
+
+
+def test_long_smooth_tables_are_those_of_short_ones() -> None:
+    """Beyond SHORT points a table is read by the index of a cell."""
+    rng = np.random.default_rng(3)
+    points = np.sort(rng.uniform(-2.5, 5.0, 300))
+    values = rng.normal(size=300)
+    call = f"table(s, {listed(points)}, {listed(values)})"
+    found = along(f"output f = {call}; output d = der({call});")
+    curve = PchipInterpolator(points, values)
+    np.testing.assert_allclose(
+        found["f"], expected("smooth", "extend", found["s"], points, values), atol=1e-13
+    )
+    within = (found["s"] > points[0]) & (found["s"] < points[-1])
+    np.testing.assert_allclose(found["d"][within], curve(found["s"][within], 1), rtol=1e-11, atol=1e-11)
+
+
+# ---------------------------------------------------------------- two variables
+
+XS, YS = np.array([-2.0, -1.0, 0.5, 1.0, 4.0]), np.array([0.0, 1.0, 1.5, 3.0])
+Z = np.array(
+    [[1.0, 2.0, -1.0, 0.0], [0.5, 3.0, 1.0, 1.0], [2.0, 2.5, 2.0, 4.0], [0.0, -1.0, 2.0, 2.0], [1, 1, 0, 3.0]]
+)
+PATH = "(1.5 + 1.4*sin(2*s))"
+
+
+def surface(kind: str, outside: str = "extend") -> str:
+    return f'table(s, {PATH}, {listed(XS)}, {listed(YS)}, {listed(Z)}, "{kind}", "{outside}")'
+
+
+@pytest.fixture(scope="module")
+def surfaces() -> mechc.Solution:
+    return along("".join(f"output {k} = {surface(k)}; output d_{k} = der({surface(k)});" for k in KINDS), 301)
+
+
+def bicubic(x: Floats, y: Floats) -> Floats:
+    """By two steps of SciPy: along y on every line of the grid, then along x; slopes across by the mean of both orders."""
+
+    def slopes(points: Floats, values: Floats, axis: int) -> Floats:
+        return np.asarray(PchipInterpolator(points, values, axis=axis)(points, 1))
+
+    by_x, by_y = slopes(XS, Z, 0), slopes(YS, Z, 1)
+    both = (slopes(YS, by_x, 1) + np.moveaxis(slopes(XS, by_y, 0), 0, 0)) / 2
+    lines = CubicHermiteSpline(YS, Z, by_y, axis=1)(y)
+    across = CubicHermiteSpline(YS, by_x, both, axis=1)(y)
+    return np.array([CubicHermiteSpline(XS, lines[:, k], across[:, k])(x[k]) for k in range(len(x))])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_table_of_two_variables_is_scipys(surfaces: mechc.Solution, kind: str) -> None:
+    x = surfaces["s"]
+    within = (x > XS[0]) & (x < XS[-1])
+    y = 1.5 + 1.4 * np.sin(2 * x)
+    at = np.stack([x, y], axis=1)[within]
+
+    def wanted(at: Floats) -> Floats:
+        match kind:
+            case "smooth":
+                return bicubic(at[:, 0], at[:, 1])
+            case "step":
+                rows = np.searchsorted(XS, at[:, 0], side="right") - 1
+                return Z[rows, np.searchsorted(YS, at[:, 1], side="right") - 1]
+            case "spline":
+                return np.asarray(RectBivariateSpline(XS, YS, Z, s=0).ev(*at.T))
+            case _:
+                return np.asarray(RegularGridInterpolator((XS, YS), Z)(at))
+
+    edge = np.min(np.abs(at[:, :1] - XS), axis=1) < 1e-9
+    np.testing.assert_allclose(surfaces[kind][within][~edge], wanted(at)[~edge], rtol=0, atol=2e-13)
+    step = 1e-6
+    near = np.array([step, 2 * 1.4 * step])
+    ahead, behind = (
+        wanted(np.stack([at[:, 0] + d, 1.5 + 1.4 * np.sin(2 * (at[:, 0] + d))], axis=1))
+        for d in (step, -step)
+    )
+    slopes = (ahead - behind) / (2 * step)
+    clear = np.min(np.abs(at[:, :1] - XS), axis=1) > 2 * near[0]
+    clear &= np.min(np.abs(at[:, 1:] - YS), axis=1) > 4 * near[1]
+    np.testing.assert_allclose(surfaces[f"d_{kind}"][within][clear], slopes[clear], rtol=0, atol=1e-7)
+
+
+def test_a_smooth_surface_is_its_curve_on_lines_of_the_grid() -> None:
+    grid = f"{listed(XS)}, {listed(YS)}, {listed(Z)}"
+    found = along(f"output along_x = table(s, 1.5, {grid}); output along_y = table(0.5, s, {grid});")
+    for name, points, values in (("along_x", XS, Z[:, 2]), ("along_y", YS, Z[2])):
+        wanted = expected("smooth", "extend", found["s"], points, values)
+        np.testing.assert_allclose(found[name], wanted, rtol=0, atol=1e-13)
+
+
+def test_a_smooth_surface_of_a_product_is_the_product() -> None:
+    """Beyond the ends, too."""
+    product = np.outer(XS, YS)
+    found = along(f"output f = table(s, {PATH}, {listed(XS)}, {listed(YS)}, {listed(product)});")
+    np.testing.assert_allclose(found["f"], found["s"] * (1.5 + 1.4 * np.sin(2 * found["s"])), atol=1e-13)
+
+
+# ---------------------------------------------------------------- motions
+
+SPRING = """
+    parameter m = 1 kg;
+    coordinate Length x = 0.1 m;
+    initial der(x) = 3 m/s;
+    kinetic 1/2*m*der(x)^2;
+"""
+
+
+@pytest.mark.parametrize("kind", ["linear", "step"])
+def test_kinks_and_jumps_are_located(kind: str) -> None:
+    """Against SciPy, which is stopped at each point by its own events."""
+    points, values = np.array([-1.0, 0.0, 0.5, 1.0]), np.array([3.0, -0.5, -1.0, -9.0])
+    law = f'force table(x, {listed(points)} m, {listed(values)} N, "{kind}") on x;'
+    model = mechc.loads(SPRING + law + "experiment(stop = 3 s, tolerance = 1e-12);")
+    found = model.simulate()
+
+    def piece(k: int, x: float) -> float:
+        if kind == "step":
+            return float(values[k])
+        return float(values[k] + (values[k + 1] - values[k]) / (points[k + 1] - points[k]) * (x - points[k]))
+
+    t, state, crossings = 0.0, np.array([0.1, 3.0]), 0
+    last = len(points) - (1 if kind == "step" else 2)
+    k = 1
+    while t < 3.0:
+        low = points[k] if k > 0 else -np.inf
+        high = points[k + 1] if k < last else np.inf
+
+        def lower(t: float, y: Floats, low: float = low) -> float:
+            return float(y[0] - low) if np.isfinite(low) else 1.0
+
+        def upper(t: float, y: Floats, high: float = high) -> float:
+            return float(high - y[0]) if np.isfinite(high) else 1.0
+
+        lower.terminal = upper.terminal = True  # type: ignore[attr-defined]
+        lower.direction = upper.direction = -1  # type: ignore[attr-defined]
+        run = solve_ivp(
+            lambda t, y, k=k: [y[1], piece(k, y[0])],
+            (t, 3.0), state, method="DOP853", rtol=1e-13, atol=1e-13, events=[lower, upper],
+        )  # fmt: skip
+        t, state = run.t[-1], run.y[:, -1]
+        if run.status == 1:
+            crossings += 1
+            k += 1 if run.t_events[1].size else -1
+            state[0] = points[k + 1] if run.t_events[0].size else points[k]
+    assert crossings >= 4
+    assert abs(found["x"][-1] - state[0]) < 1e-9 and abs(found["der(x)"][-1] - state[1]) < 1e-9
+
+
+def test_a_sawtooth_goes_on_and_its_jumps_are_located() -> None:
+    """v' = the rest of t over 0.75: its integral is known."""
+    text = 'dimensionless; state v = 0; equation der(v) = table(time, {0, 0.75}, {0, 0.75}, "linear", "periodic");'
+    found = mechc.loads(f"{text} experiment(stop = 4, tolerance = 1e-12);").simulate()
+    turns, rest = divmod(4.0, 0.75)
+    assert abs(found["v"][-1] - (turns * 0.75**2 / 2 + rest**2 / 2)) < 1e-11
+
+
+def test_potential_energies_keep_their_sum() -> None:
+    """A mass in straight valleys: the energy stays, across kinks whose sides do not differ; a step takes speed."""
+    valley = 'potential table(x, {-2, -1, 0, 1.5} m, {4, 1, 0, 3} J, "linear");'
+    found = mechc.loads(SPRING + valley + "experiment(stop = 8 s, tolerance = 1e-12);").simulate()
+    energy = found["der(x)"] ** 2 / 2 + expected(
+        "linear", "extend", found["x"], np.array([-2, -1, 0, 1.5]), np.array([4.0, 1, 0, 3])
+    )
+    assert np.ptp(energy) < 1e-9
+    stairs = 'potential table(x, {0, 1, 2} m, {0, 2, 3} J, "step");'
+    found = mechc.loads(SPRING + stairs + "experiment(stop = 1.2 s);").simulate()
+    assert abs(found["der(x)"][-1] - np.sqrt(9 - 2 * 3)) < 1e-9
+
+
+def test_a_run_ends_where_a_table_does() -> None:
+    table = 'dimensionless; state s = 0; equation der(s) = 1; output f = table(s, {0, 2}, {0, 1}, "linear", "error");'
+    found = mechc.loads(f"{table} experiment(stop = 3);").simulate()
+    assert "the argument of a table is between 0 and 2" in found.message
+    assert found.time[-1] < 2.5
+
+
+# ---------------------------------------------------------------- files
+
+
+def road(folder: Path, text: str, call: str) -> mechc.Model:
+    (folder / "road.csv").write_text(text, encoding="utf-8")
+    (folder / "m.mech").write_text(
+        "model Car\n  state Length s = 0 m;\n  equation der(s) = 2 m/s;\n"
+        f"  output Length z = {call};\n  experiment(stop = 3 s);\nend Car;\n",
+        encoding="utf-8",
+    )
+    return mechc.load(folder / "m.mech")
+
+
+def test_a_column_of_a_file_is_a_table(tmp_path: Path) -> None:
+    rows = [(0.0, 0.0, 1.0), (150.0, 12.5, 2.0), (400.0, -3.0, 3.0), (700.0, 2.0, 4.0)]
+    text = "s [cm],z [mm],other [kg]\n" + "".join(f"{a},{b},{c}\n" for a, b, c in rows)
+    points, values = np.array([r[0] for r in rows]) / 100, np.array([r[1] for r in rows]) / 1000
+    for kind in KINDS:
+        found = road(tmp_path, text, f'table(s, "road.csv", "z", "{kind}")').simulate()
+        np.testing.assert_allclose(
+            found["z"], expected(kind, "extend", found["s"], points, values), atol=1e-15
+        )
+    moved = road(tmp_path, text.replace("12.5", "22.5"), 'table(s, "road.csv", "z")').simulate()
+    assert moved["z"].max() > 0.022, "another file is another model"
+
+
+@pytest.mark.parametrize(
+    ("text", "call", "code", "said"),
+    [
+        ("s [m],z [m]\n0,0\n1,1\n", 'table(s, "rood.csv", "z")', "E0823", "there is no file 'rood.csv'"),
+        ("s [m],z [m]\n0,0\n1,1\n", 'table(s, "road.csv", "y")', "E0823", "has no column 'y'"),
+        ("s [s],z [m]\n0,0\n1,1\n", 'table(s, "road.csv", "z")', "E0304", "which is in s"),
+        ("s,z [m]\n0,0\n1,1\n", 'table(s, "road.csv", "z")', "E0304", "which has no unit"),
+        ("s [m],z [kg]\n0,0\n1,1\n", 'table(s, "road.csv", "z")', "E0303", "a mass (kg)"),
+        ("s [m],z [m]\n0,0\n2,1\n1,1\n", 'table(s, "road.csv", "z")', "E0311", "line 4"),
+        ("s [m],z [m]\n0,0\n2,\n3,1\n", 'table(s, "road.csv", "z")', "E0823", "no value of 'z'"),
+        ("s [m],z [m]\n0,0\n2,1\n", 'table(s, "road.csv", "z", "cubic")', "E0340", "no kind of table 'cubic'"),
+        ("s [m],z [m]\n0,0\n2,1\n", 'table(s, "road.csv", "z", "hold")', "E0340", '"smooth", "hold"'),
+        ("s [m],z [m]\n0,0\n2,1\n", 'table(s, "road.csv", "z", "smooth", "loop")', "E0340", "extend, hold"),
+        ("s [m],z [m]\n0,0\n2,1\n", 'table(s, "road.csv", "z", "smooth", "periodic")', "E0340", "begins with"),
+        ("s [m],z [m]\n0,0\n2,1\n", 'table(s, "road.csv")', "E0309", "3"),
+    ],
+)  # fmt: skip
+def test_wrong_tables_are_refused(tmp_path: Path, text: str, call: str, code: str, said: str) -> None:
+    with pytest.raises(mechc.CompileError) as error:
+        road(tmp_path, text, call)
+    assert code in str(error.value) and said in str(error.value), error.value
+
+
+@pytest.mark.parametrize(
+    ("call", "code", "said"),
+    [
+        ("table(s, 1, {0, 1}, {0, 1, 2}, {{0, 1}, {2, 3}})", "E0305", "2 rows of 3"),
+        ("table(s, 1, {0, 1}, {1, 0}, {{0, 1}, {2, 3}})", "E0311", "increase"),
+        ("table(s, {0, 1}, {0, 1}, 3)", "E0308", "a text"),
+        ('table(s, {0, 1}, {0, 1}, "smooth", "periodic")', "E0340", "begins with"),
+        ("table(s, {0, 1}, {0, 1}, {0, 1})", "E0308", "a text"),
+    ],
+)
+def test_wrong_numbers_are_refused(call: str, code: str, said: str) -> None:
+    with pytest.raises(mechc.CompileError) as error:
+        along(f"output f = {call};")
+    assert code in str(error.value) and said in str(error.value), error.value
