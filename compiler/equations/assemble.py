@@ -168,6 +168,7 @@ def _rates(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Nod
         *(system.a[i] for i in layout.v_indices),
         *(system.rate(s.node) for s in system.symbols.states),
         *(system.qdot[k] for k in layout.first_order),
+        *(row.rates[0] for row in layout.guesses),
         *(accounts[name] for name in layout.accounts),
     ]
 
@@ -209,7 +210,7 @@ def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Fun
     rhs = next(f for f in functions if f.name == "rhs")
     forces = rhs.outputs[layout.nq : layout.nq + layout.nv]
     return (
-        layout.nx == len(layout.accounts)
+        layout.nx == len(layout.guesses) + len(layout.accounts)
         and layout.nq == layout.nv  # of what is driven by its rate only the place is a state
         and not system.rotations
         and not layout.constrained
@@ -276,6 +277,7 @@ def _starts(system: MechanicalSystem, layout: Layout) -> list[InitialValue]:
         *(system.start_v[i] for i in layout.v_indices),
         *system.start_x,
         *(system.start_q[k] for k in layout.first_order),
+        *(InitialValue(row.guess[1], True, None) for row in layout.guesses if row.guess is not None),
         *(zero for _ in layout.accounts),
     ]
 

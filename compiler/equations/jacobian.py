@@ -17,7 +17,10 @@ def jacobian_of_rates(
     rhs = next(f for f in functions if f.name == "rhs")
     states = [n for n, slot in layout.slots.items() if slot.array == "y"]
     rows = jacobian(system.graph, rhs.outputs, states)
-    entries = [(i, j, n) for i, row in enumerate(rows) for j, n in sorted(row.items())]
+    still = layout.without_effect
+    entries = [
+        (i, j, n) for i, row in enumerate(rows) for j, n in sorted(row.items()) if states[j] not in still
+    ]
     function = Function(
         "jacobian", "entries of d(rhs)/dy that can differ from zero", tuple(n for *_, n in entries)
     )

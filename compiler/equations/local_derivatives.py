@@ -49,6 +49,9 @@ def local_derivatives(
     ny, nu = layout.nq + layout.nv + layout.nx, len(layout.inputs)
     slots = [Slot("y", i) for i in range(ny)] + [Slot("u", i) for i in range(nu)] + [Slot("t", 0)]
     found = jacobian(graph, rows, [places[slot] for slot in slots])
+    if layout.without_effect:
+        still = {j for j, slot in enumerate(slots) if places[slot] in layout.without_effect}
+        found = [{j: n for j, n in row.items() if j not in still} for row in found]
     displaced = [_displaced(graph, row, layout.nq, turns) for row in found]
     by_coordinate = dict(zip(plain, displaced, strict=False))
     first_velocity = sum(3 if i in turns else 1 for i in range(layout.nq) if i in turns or i not in gone)

@@ -19,6 +19,7 @@ from .kinematics.reactions import VirtualDisplacement
 from .kinematics.topology import Topology
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols
+from .meaning.unknowns import System
 from .modes import BranchRow, Mode
 
 
@@ -73,6 +74,8 @@ class DriveRow(Struct, frozen=True):
 
     ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v. ``balanced``: the
     balance of forces on a coordinate without mass prescribes it, as a function of the state, and no reaction drives it.
+    ``guess``: where a balance is solved by steps, the symbol from whose value they begin, which follows the motion, and its first
+    value.
     """
 
     names: tuple[str, ...]
@@ -82,6 +85,7 @@ class DriveRow(Struct, frozen=True):
     rates: tuple[Node, ...]
     origin: Origin
     balanced: bool = False
+    guess: tuple[Node, Node] | None = None
 
 
 class InitialValue(Struct, frozen=True):
@@ -214,4 +218,6 @@ class MechanicalSystem(Struct, frozen=True):
     queries: Mapping[Node, Query]
     virtual: Mapping[str, VirtualDisplacement]
     branches: tuple[BranchRow, ...] = ()
+    sought: tuple[System, ...] = ()
+    """Balances on coordinates without mass that steps solve; beside those of outputs, of which the lowering knows."""
     curve: Curve | None = None

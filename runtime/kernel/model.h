@@ -27,7 +27,8 @@
  *     `closeness`: out[1], from 0 (far) to 1: how near a state is to one in which the rows depend on each
  *     other, which the model passes with compliant multipliers. NULL where it has none.
  * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and x holds accounts
- *     alone: the last n_accounts of x, integrals that no derivative reads.
+ *     alone: the last n_accounts of x, integrals that no derivative reads, or that one reads as a guess which
+ *     changes nothing.
  * 16. For the methods on momenta, which need q' = v, no x but accounts, and all constraints from positions, in
  *     one order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
  *     `mass`: out[nv][nv] = d(momentum)/dv; `constraints`: out[n_position + n_velocity], phi, then K v + b;

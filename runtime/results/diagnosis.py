@@ -45,7 +45,8 @@ def failure_at_start(case: Case) -> Failure | None:
 
 
 def with_cause(case: Case, failure: Failure) -> Failure:
-    """Say in the message of a failure that the mass matrix is singular, or a loop at the end of its reach, where it is."""
+    """Say in the message of a failure that the mass matrix is singular, a loop at the end of its reach, or an assertion does not
+    hold, where that is so."""
     if failure.kind in AT_SINGULAR_POSITIONS:
         told = with_reach(case, failure)
         if told is not failure:
@@ -53,6 +54,8 @@ def with_cause(case: Case, failure: Failure) -> Failure:
     if failure.kind not in ("not finite", "modes", "impact", *AT_SINGULAR_POSITIONS):
         return failure
     y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
+    if failure.kind == "not finite" and (broken := _broken(case, failure.time, y)):
+        return replace(failure, message=f"{failure.message}: {broken}")
     names, held = without_inertia(case, failure.time, y)
     if names and not held:
         listed = ", ".join(f"'{name}'" for name in names)
@@ -64,6 +67,15 @@ def with_cause(case: Case, failure: Failure) -> Failure:
         return failure  # the run went on with a singular mass matrix before
     message = f"{failure.message}; the mass matrix is singular there, and only the constraints decide how it goes on"
     return replace(failure, kind=SINGULAR_MASS, message=message)
+
+
+def _broken(case: Case, t: float, y: Array) -> str:
+    """Say which assertion does not hold at (t, y), as that equations have a solution; nothing where all hold."""
+    if case.functions.assertions is None:
+        return ""
+    holds = case.functions.assertions(t, y, inputs_at(case, t), case.z, case.p) > 0.5
+    wrong = np.flatnonzero(~holds)
+    return case.problem.assertions[wrong[0]].message if wrong.size else ""
 
 
 def without_inertia(case: Case, t: float, y: Array) -> tuple[list[str], bool]:

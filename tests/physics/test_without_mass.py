@@ -245,6 +245,43 @@ def test_a_force_by_the_velocity_of_what_has_mass() -> None:
     assert solution["der(z)"][-1] == pytest.approx((4 * reference[1] - 0.3 * accelerated) / 8, abs=1e-10)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["dop853", "radau5", "lobatto6"])
+def test_the_solution_goes_on_as_it_began(method: str) -> None:
+    """A hub without mass between two magnetic couplings, 5 sin(x - z) = 3 sin(z - y), after twelve turns: its balance has many
+    solutions, and the guess is that of the start."""
+
+    def rates(t: float, s: Array) -> list[float]:
+        x, y, u, v, z = s
+        stiff = 5 * np.cos(x - z), 3 * np.cos(z - y)
+        slip = (stiff[0] * u + stiff[1] * v) / sum(stiff)
+        return [u, v, 0.3 - 5 * np.sin(x - z), 1.5 * np.sin(z - y), slip]
+
+    text = """
+    coordinate Angle x = 0 rad; initial der(x) = 3 rad/s; coordinate Angle y = 0 rad; initial der(y) = 3 rad/s;
+    coordinate Angle z ~ 0 rad;
+    kinetic 1/2*1 kg.m^2*der(x)^2 + 1/2*2 kg.m^2*der(y)^2; force 0.3 N.m on x;
+    potential -5 N.m*cos(x - z) - 3 N.m*cos(z - y);
+    experiment(stop = 20 s, tolerance = 1e-11);
+    """
+    solution = run(text, method=method, **({"step": "20 ms"} if method == "lobatto6" else {}))
+    reference = solve_ivp(rates, (0, 20), [0, 0, 3, 3, 0], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    close = 1e-6 if method == "lobatto6" else 1e-8
+    assert [solution[q][-1] for q in ("x", "y", "z")] == pytest.approx(list(reference[[0, 1, 4]]), abs=close)
+
+
+@pytest.mark.slow
+def test_a_solution_that_ends_is_told() -> None:
+    """A node in a double well, 2 (z^3 - z) + z = x, ends in the fold 6 z^2 = 1."""
+    solution = mechc.loads(
+        "dimensionless; coordinate x = -2; initial der(x) = 1; coordinate z ~ -1; kinetic 1/2*der(x)^2;"
+        "potential 1/2*(x - z)^2 + 1/2*(z^2 - 1)^2; experiment(stop = 8);"
+    ).simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution) and solution.failure is not None
+    assert solution["z"][-1] == pytest.approx(-1 / np.sqrt(6), abs=1e-4)
+    assert any("two solutions meet" in remark or "ends there" in remark for remark in solution.remarks)
+
+
 # ---------------------------------------------------------------- inertias of zero, bodies
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
 
@@ -14,7 +15,7 @@ from ...graph import Node
 from ...graph.operations import SELECT
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.modes import ImpulseAction, SetAction
-from ...mechanics.system import ConstraintRows, MechanicalSystem
+from ...mechanics.system import ConstraintRows, DriveRow, MechanicalSystem
 from ..model import Entry, Slot
 from ..solve.energies import Energies, supplied_at_instants
 
@@ -23,7 +24,8 @@ _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
 
 class Layout(Struct, frozen=True):
     """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``first_order``: coordinates
-    without mass whose rate the balance of forces gives, which are in x; ``accounts``: energy accounts appended to x. ``slots`` gives the place of every symbol."""
+    without mass whose rate the balance of forces gives, which are in x; ``guesses``: drives whose guesses follow the motion, behind
+    them in x as accounts that nobody reads; ``accounts``: energy accounts appended to x. ``slots`` gives the place of every symbol."""
 
     nq: int
     nv: int
@@ -31,6 +33,7 @@ class Layout(Struct, frozen=True):
     q_indices: tuple[int, ...]
     v_indices: tuple[int, ...]
     first_order: tuple[int, ...]
+    guesses: tuple[DriveRow, ...]
     accounts: tuple[str, ...]
     account_symbols: Mapping[str, Node]
     slots: Mapping[Node, Slot]
@@ -43,6 +46,11 @@ class Layout(Struct, frozen=True):
     length: str
     dimensionless: bool
     constrained: bool
+
+    @property
+    def without_effect(self) -> frozenset[Node]:
+        """Guesses in y: whatever they are, the same is found from them."""
+        return frozenset(row.guess[0] for row in self.guesses if row.guess is not None)
 
     def entry(self, scalar: Scalar, kind: str, *, rate: bool = False) -> Entry:
         """Return the description of one number of a variable."""
@@ -86,6 +94,7 @@ def layout_of(
     if not energies.reason and supplied_at_instants(system, energies.total):
         booked |= {"energy.supplied"}
     accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
+    guesses = tuple(row for row in system.drives if row.guess is not None)
     if not (q_indices or v_indices or symbols.states or first_order or accounts):
         accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state
     account_symbols = {name: graph.symbol(f"?{name}") for name in accounts}
@@ -95,6 +104,7 @@ def layout_of(
         *(_entry(system.v[i], "rate", pure, rate=True) for i in v_indices),
         *(_entry(s, "state", pure) for s in symbols.states),
         *(_entry(system.q[k], "state", pure) for k in first_order),
+        *(_guess(_entry(system.q[row.q[0]], "account", pure)) for row in guesses),
         *(Entry(name, "account", joule) for name in accounts),
     )
     nodes = (
@@ -102,6 +112,7 @@ def layout_of(
         *(system.v[i].node for i in v_indices),
         *(s.node for s in symbols.states),
         *(system.q[k].node for k in first_order),
+        *(row.guess[0] for row in guesses if row.guess is not None),
         *account_symbols.values(),
     )
     idle = idle_parameters(system.model)
@@ -112,10 +123,11 @@ def layout_of(
     return Layout(
         nq=len(q_indices),
         nv=len(v_indices),
-        nx=len(symbols.states) + len(first_order) + len(accounts),
+        nx=len(symbols.states) + len(first_order) + len(guesses) + len(accounts),
         q_indices=q_indices,
         v_indices=v_indices,
         first_order=first_order,
+        guesses=guesses,
         accounts=accounts,
         account_symbols=account_symbols,
         slots=slots,
@@ -130,6 +142,12 @@ def layout_of(
         length="" if pure else "m",
         dimensionless=pure,
         constrained=bool(system.constraints),
+    )
+
+
+def _guess(entry: Entry) -> Entry:
+    return replace(
+        entry, name=f"guess({entry.name})", doc="from where the balance of forces is solved", nominal=None
     )
 
 

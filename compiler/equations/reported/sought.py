@@ -23,8 +23,8 @@ class Systems(Struct, frozen=True):
 
 
 def systems_of(system: MechanicalSystem, solved: Solved, outputs: tuple[Entry, ...]) -> Systems:
-    """Return the systems of a model, none where it has no outputs that equations determine."""
-    found = system.lowering.unknowns.systems
+    """Return the systems of a model, none where nothing in it is found by steps."""
+    found = (*system.lowering.unknowns.systems, *system.sought)
     if not found:
         return Systems()
     graph = system.graph
@@ -32,6 +32,7 @@ def systems_of(system: MechanicalSystem, solved: Solved, outputs: tuple[Entry, .
     plans, given, slots, nodes = list[Sought](), list[Entry](), dict[Node, Slot](), list[Node]()
     for one in found:
         names = [row.name for name in one.names for row in system.outputs if row.definition.name == name]
+        names = names or list(one.names)  # of coordinates
         plans.append(Sought(tuple(places[name] for name in names), len(one.rows)))
         matrix, sizes = linearised(graph, one.rows, one.unknowns)
         for name, symbol in zip(names, one.unknowns, strict=True):

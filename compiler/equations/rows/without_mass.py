@@ -37,6 +37,7 @@ from ...graph.rewrite import substitute
 from ...mechanics.kinematics.frames import Frame
 from ...mechanics.kinematics.pose import numbers_of
 from ...mechanics.meaning.symbols import unit_text
+from ...mechanics.meaning.unknowns import System
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
 from .defaults import default_values
 from .residual import residual
@@ -97,6 +98,7 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
         drives=(*system.drives, *work.drives),
         initials=(*system.initials, *_stated(system, work.drives)),
         assertions=(*system.assertions, *work.assertions),
+        sought=tuple(work.sought),
     )
 
 
@@ -238,7 +240,7 @@ def _stated(system: MechanicalSystem, drives: Sequence[DriveRow]) -> list[Initia
 
 
 class _Work:
-    """Solves one block after the other; ``drives`` and ``assertions`` are what it found."""
+    """Solves one block after the other; ``drives``, ``assertions`` and ``sought`` are what it found."""
 
     def __init__(
         self,
@@ -251,6 +253,7 @@ class _Work:
         self.state_rates, self.places, self.reporter = state_rates, places, reporter
         self.drives: list[DriveRow] = []
         self.assertions: list[AssertionRow] = []
+        self.sought: list[System] = []
 
     def accelerated(self, row: Node) -> bool:
         """Tell whether accelerations have a share in a balance with the values of the model."""
@@ -285,23 +288,70 @@ class _Work:
         algebraic = self._held(block, balances, places)
         if algebraic is None:
             return
-        values = self._solved(
-            balances,
-            [places[k] for k in algebraic],
-            [system.start_q[block[k].q].value for k in algebraic],
-            [block[k] for k in algebraic],
-        )
         moved = [system.rate(n) for n in balances]
         moved = substitute(graph, moved, self.state_rates)
-        guesses = [system.start_v[m.v].value for m in block]
-        ahead = self._solved([*(rows[i] for i in resisted), *moved], rates, guesses, block)
-        known = dict(zip(algebraic, values, strict=True))
+        begun = [system.start_v[m.v].value for m in block]
+        ahead = self._solved([*(rows[i] for i in resisted), *moved], rates, begun, block)
+        sought = [places[k] for k in algebraic]
+        first = [system.start_q[block[k].q].value for k in algebraic]
+        guesses = self._guesses([block[k] for k in algebraic], [ahead[k] for k in algebraic], first)
+        values = self._solved(balances, sought, guesses, [block[k] for k in algebraic])
+        self._told(balances, sought, values, guesses, [block[k] for k in algebraic])
+        known = dict(
+            zip(algebraic, zip(values, self._followed(values, guesses, first), strict=True), strict=True)
+        )
         for k, m in enumerate(block):
             scalar = system.v[m.v]
-            q, value = ((m.q,), (known[k],)) if k in known else ((), ())
-            self.drives.append(
-                DriveRow((scalar.of,), q, (m.v,), value, (ahead[k],), scalar.variable.origin, balanced=True)
-            )
+            value, guess = known.get(k, (None, None))
+            q, found = ((), ()) if value is None else ((m.q,), (value,))
+            origin = scalar.variable.origin
+            drive = DriveRow((scalar.of,), q, (m.v,), found, (ahead[k],), origin, balanced=True, guess=guess)
+            self.drives.append(drive)
+
+    def _told(
+        self,
+        balances: Sequence[Node],
+        places: Sequence[Node],
+        values: Sequence[Node],
+        guesses: Sequence[Node],
+        block: Sequence[Massless],
+    ) -> None:
+        """Keep the balances that steps solve: a run follows their solutions, and looks for others."""
+        graph, system = self.graph, self.system
+        if not system.lowering.unknowns.found.keys() & set(values):
+            return
+        names = tuple(system.v[m.v].of for m in block)
+        symbols = tuple(graph.symbol(f"?{name}") for name in names)
+        rows = substitute(graph, balances, dict(zip(places, symbols, strict=True)))
+        self.sought.append(System(names, symbols, tuple(guesses), tuple(rows)))
+
+    def _guesses(self, block: Sequence[Massless], rates: Sequence[Node], first: Sequence[Node]) -> list[Node]:
+        """Return from where steps begin: symbols that follow the motion, so that the solution goes on as it began; the starts where
+        rates are unknown, as those of inputs are."""
+        graph, system = self.graph, self.system
+        if not system.unknown_rates.keys().isdisjoint(graph.support(*rates)):
+            return list(first)
+        return [graph.symbol(f"guess({system.v[m.v].of})") for m in block]
+
+    def _followed(
+        self, values: Sequence[Node], guesses: Sequence[Node], first: Sequence[Node]
+    ) -> list[tuple[Node, Node] | None]:
+        """Return the guesses that follow the motion, with their first values: the balance at the start."""
+        graph, system = self.graph, self.system
+        if list(guesses) == list(first) or not graph.reached_among(values, guesses):
+            return [None] * len(values)
+        starts = dict(zip(guesses, first, strict=True))
+        starts |= zip((s.node for s in system.q), (b.value for b in system.start_q), strict=True)
+        starts |= zip((s.node for s in system.v), (b.value for b in system.start_v), strict=True)
+        starts |= zip((s.node for s in system.symbols.states), (b.value for b in system.start_x), strict=True)
+        try:
+            begun = substitute(graph, values, starts)
+        except DivisionByZero:
+            begun = list(first)
+        allowed = {system.symbols.time, *(s.node for s in system.symbols.parameters)}
+        if not allowed.issuperset(graph.support(*begun)):
+            begun = list(first)
+        return list(zip(guesses, begun, strict=True))
 
     def _ranked(
         self, block: Sequence[Massless], rows: Sequence[Node], rates: Sequence[Node]
