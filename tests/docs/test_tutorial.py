@@ -28,6 +28,7 @@ LIVE = "swing_page.png"
 G = 9.81
 
 
+@pytest.mark.slow
 def test_follow_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All commands print what is shown, and make the pictures that are."""
     monkeypatch.chdir(tmp_path)

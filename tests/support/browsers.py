@@ -41,6 +41,15 @@ def running_browser() -> Iterator[Any]:
         browser.close()
 
 
+def waited(tab: Any, condition: str, said: list[str] | None = None) -> None:
+    """Wait until an expression is true; the browser's own way to would need ``eval``, which pages forbid."""
+    for _ in range(600):
+        if tab.evaluate(condition):
+            return
+        tab.wait_for_timeout(50)
+    pytest.fail(f"waited in vain for {condition}: {said}")
+
+
 class Opened:
     """A page in the browser, with all that it has said and asked for."""
 
@@ -56,11 +65,7 @@ class Opened:
         self.tab.evaluate("page.playing(false)")
 
     def wait(self, condition: str) -> None:
-        for _ in range(600):
-            if self.tab.evaluate(condition):
-                return
-            self.tab.wait_for_timeout(50)
-        pytest.fail(f"waited in vain for {condition}: {self.said}")
+        waited(self.tab, condition, self.said)
 
     def _request(self, url: str) -> None:
         if not url.startswith(("file:", "blob:", "data:")):

@@ -117,3 +117,9 @@ class WasmRun:
         status = int(call("web_run", tolerance, method, step, stop / 10))
         ny = self.sizes()[0]
         return status, self.array(8, call("web_n_grid") * ny).reshape(-1, ny)
+
+    def event_times(self) -> Floats:
+        """Return the times of the events of the last run."""
+        at, count = self.instance.call("web_array", 11), self.instance.call("web_n_events")
+        found: Floats = self.instance.view(at, 4 * count).reshape(-1, 4)[:, 0].copy()
+        return found

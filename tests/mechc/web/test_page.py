@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off, running_browser, waited
 
 import mechc
 from mechc.cli.main import run
@@ -48,7 +48,7 @@ model Stopped "everything of the experiment follows a parameter"
   potential -1 kg*9.81 m/s^2*l*cos(theta) + 1/2*k*theta^2;
   torque M on theta;
   contact stop: 0.5 rad - theta restitution e;
-  experiment(theta = 0.1 m/l*1 rad, der(theta) = w, k = 2*l*1 N, M = 1 N*l, stop = 2*pi*1 rad/w);
+  experiment(theta = (0.1 m)/l*1 rad, der(theta) = w, k = 2*l*1 N, M = 1 N*l, stop = 2*pi*1 rad/w);
 end Stopped;
 """
 
@@ -161,6 +161,7 @@ def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     assert opened.said == [] and again.said == []
 
 
+@pytest.mark.slow
 @needs_browser
 def test_links_hold_parameters_of_any_name(browser: Any, tmp_path: Path) -> None:
     """A parameter may be called as the page calls the time; what a link says wrongly is told and changes nothing."""
@@ -253,16 +254,16 @@ def test_before_the_first_result_nothing_is_shown_as_one(browser: Any, tmp_path:
         tab = browser.new_page()
         tab.add_init_script(HELD)
         tab.goto(path.as_uri())
-        tab.wait_for_function("window.release !== undefined")
+        waited(tab, "window.release !== undefined")
         for hidden in ("#scene canvas", ".dot", ".marker", "#phase", "dl"):
             assert tab.evaluate(seen, hidden).startswith("hidden"), hidden
         assert tab.evaluate(seen, "#computing") == "visibleblock"
         tab.evaluate(f"void {then}()")
-        tab.wait_for_function("!document.body.classList.contains('computing')")
+        waited(tab, "!document.body.classList.contains('computing')")
         failure = tab.evaluate("document.getElementById('failure').textContent")
         assert tab.evaluate(seen, "#computing").endswith("none")
         if then == "release":
-            tab.wait_for_function("page.ready")
+            waited(tab, "page.ready")
             assert failure == "" and tab.evaluate(seen, ".dot").startswith("visible")
         else:
             assert failure == "This page cannot run here: no room"

@@ -113,8 +113,8 @@ def test_a_workspace_that_is_too_large_for_the_stack(pairs: Program, monkeypatch
 # ---------------------------------------------------------------- whole runs
 
 
-def run(text: str, stop: float, method: str = "dop853", step: float = 0.0) -> Floats:
-    """Return the states along a run by the page's own kernel."""
+def ran(text: str, stop: float, method: str = "dop853", step: float = 0.0) -> tuple[WasmRun, Floats]:
+    """Return a run by the page's own kernel, and the states along it."""
     compilation = mechc.loads(text, keep={"scene"}).compilation
     program = program_with(compilation, {*compilation.parts, *parts_for(method)})
     kernel = kernel_for(method, events=program.hybrid is not None)
@@ -122,7 +122,11 @@ def run(text: str, stop: float, method: str = "dop853", step: float = 0.0) -> Fl
     machine = WasmRun(linked(program, loaded(kernel), experiment).module)
     status, rows = machine.run(stop, kernel.methods.index(method), 1e-10, step)
     assert status in (1, 3)
-    return rows
+    return machine, rows
+
+
+def run(text: str, stop: float, method: str = "dop853", step: float = 0.0) -> Floats:
+    return ran(text, stop, method, step)[1]
 
 
 OSCILLATOR = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2;"
@@ -191,3 +195,13 @@ def test_a_crowd_of_contacts() -> None:
     )
     expected = np.arange(1, 71) + np.where(np.arange(70) == 69, 2 - 69 * 0.01, 0.01)
     assert rows[-1, :70] == pytest.approx(expected, abs=1e-8)
+
+
+def test_no_event_is_lost() -> None:
+    """A clock of 1 kHz for 10 s: more events than there is room for in the beginning."""
+    machine, _ = ran(
+        "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete n = 0; when sample(1 ms) then n := n + 1; end when;",
+        10.0,
+    )
+    times = machine.event_times()
+    assert np.allclose(times, np.arange(10_001) * 1e-3, rtol=0, atol=1e-12)
