@@ -69,6 +69,20 @@ def _passed(tables: Tables, below: int, top: int, kind: str) -> int:
     return top
 
 
+def _fits(tables: Tables, states: list[int], kind: str) -> bool:
+    """Tell whether a token of this kind stands behind what is here, once all that it ends is put together: a state that several rules
+    share knows the words of all of them."""
+    stack = states.copy()
+    while (move := tables.moves[stack[-1]].get(kind)) is not None:
+        if move >= 0:
+            return True
+        production = tables.productions[~move]
+        if production.size:
+            del stack[-production.size :]
+        stack.append(tables.gotos[stack[-1]][production.origin])
+    return False
+
+
 class _Machine(Struct):
     """The stacks of the automaton: states, the value of each symbol, and where each begins."""
 
@@ -99,7 +113,10 @@ class _Machine(Struct):
             kind = token.kind
             if kind == "NAME" and token.text in keywords:
                 word = keywords[token.text]
-                if word in moves[states[-1]] or token.text in RESERVED:
+                there = moves[states[-1]]
+                if token.text in RESERVED or (
+                    word in there and (there[word] >= 0 or "NAME" not in there or _fits(tables, states, word))
+                ):
                     kind = word
                     token = Token(kind, token.text, token.start, token.end)
             while True:

@@ -465,6 +465,10 @@ SHARE = 0.01
 """Of the tolerance: how closely functions that are given as inputs are followed."""
 
 
+def _is_constant(table: Table) -> bool:
+    return table.ends is None and bool((table.values == table.values[0]).all())
+
+
 def _tables(
     problem: Problem, options: SimulationOptions, span: TimeSpan, constants: Mapping[int, float]
 ) -> dict[int, Table]:
@@ -473,6 +477,12 @@ def _tables(
         setting = find_setting(problem, name)
         if setting.array != "u":
             raise SimulationError(f"'{name}' is no input of '{problem.name}'")
+        if setting.index in problem.held_inputs and not _is_constant(table):
+            raise SimulationError(
+                f"the equations need the rate of the input '{name}', which they take to be zero, as its default is a constant",
+                problem.inputs[setting.index].origin,
+                help="leave the default out, or let a 'state' follow the input and use the state instead",
+            )
         if name in options.values:
             raise SimulationError(f"the input '{name}' is given twice: as a value and as a table")
         if isinstance(table, Signal):

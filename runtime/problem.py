@@ -317,6 +317,8 @@ class Description(Struct, frozen=True):
     rotations: tuple[int, ...]
     assertions: tuple[Assertion, ...]
     experiments: tuple[Experiment, ...]
+    held_inputs: tuple[int, ...] = ()
+    """Inputs that stay at a value, as the equations need their rates, which are zero."""
     found: tuple[int, ...] = ()
     """Parameters that the start finds, and what follows from them: the function ``found`` gives them for a state on the constraints."""
     dependent: tuple[int, ...] = ()

@@ -112,6 +112,7 @@ def _equations(draft: Draft) -> Equations:
         parameters=layout.parameters,
         parameter_rules=_parameter_rules(system),
         inputs=layout.inputs,
+        held_inputs=solved.held_inputs,
         outputs=listed.entries,
         known=tuple(b.known for b in draft.found.starts),
         start_spans=tuple(_span(b) for b in draft.found.starts),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from fractions import Fraction
 
 from msgspec.structs import replace
@@ -12,7 +12,7 @@ from ..flat.model import Attributes, Literal, Role, Variable
 from ..graph import Graph, Node
 from .kinematics.rates import TotalDerivative
 from .meaning.symbols import Scalar, Symbols
-from .system import DriveRow
+from .system import DriveRow, MechanicalSystem
 
 SMOOTH = "spline"
 """The interpolation whose table has a continuous second derivative."""
@@ -21,6 +21,32 @@ SMOOTH = "spline"
 def can_drive(scalar: Scalar) -> bool:
     """Tell whether an input has the derivatives that a drive needs."""
     return scalar.variable.attributes.options.get("interpolation") == SMOOTH
+
+
+def steady_inputs(system: MechanicalSystem, formulas: Sequence[Node]) -> dict[Node, Node]:
+    """Return zero for the rates of inputs whose default is a constant, if formulas or constraints need them: these stay as they are."""
+    graph = system.graph
+    fixed = {s.node for s in system.symbols.parameters}
+    residuals = [n for rows in system.constraints for n in rows.residuals]
+    found: dict[Node, Node] = {}
+    for s in system.symbols.inputs:
+        if s.variable.value is None or can_drive(s):
+            continue
+        if not fixed.issuperset(graph.support(*system.lowering.numbers(s.variable.value))):
+            continue
+        rates = (system.rate(s.node), system.rate(system.rate(s.node)))
+        if graph.reached_among(formulas, rates) or graph.reached_among(residuals, (s.node, *rates)):
+            found |= dict.fromkeys(rates, graph.zero)
+    return found
+
+
+def held_inputs(system: MechanicalSystem, steady: Collection[Node]) -> tuple[int, ...]:
+    """Return the inputs of which such a rate is zero."""
+    return tuple(
+        k
+        for k, s in enumerate(system.symbols.inputs)
+        if not can_drive(s) and {system.rate(s.node), system.rate(system.rate(s.node))} & set(steady)
+    )
 
 
 def with_rates(

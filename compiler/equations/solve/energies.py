@@ -110,7 +110,7 @@ def _powers(
     What is dissipated is known then, too; what is supplied is not, and counts as nothing.
     """
     graph = system.graph
-    reason = _unknown_rate(system, lagrangian)
+    reason = _unknown_rate(system, lagrangian, driven)
     explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = substitute(graph, jvp(graph, [lagrangian], explicit), driven)
     supplied = graph.sub(outer_power, drift)
@@ -178,9 +178,9 @@ def _joining(system: MechanicalSystem) -> list[tuple[Node, Node]]:
     return found
 
 
-def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:
-    """Say why an energy has no rate that is known; nothing if it has one."""
-    inputs = {s.node: s for s in system.symbols.inputs}
+def _unknown_rate(system: MechanicalSystem, energy: Node, known: Mapping[Node, Node]) -> str:
+    """Say why an energy has no rate that is known; nothing if it has one, as of inputs whose rates are ``known``."""
+    inputs = {s.node: s for s in system.symbols.inputs if system.rate(s.node) not in known}
     found = [inputs[n].name for n in system.graph.support(energy) if n in inputs]
     return f"the energy depends on the input '{found[0]}', whose rate is unknown" if found else ""
 

@@ -16,6 +16,7 @@ from ...graph.differentiate import jvp
 from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
+from ...mechanics.driving_inputs import held_inputs, steady_inputs
 from ...mechanics.meaning.questions import title
 from ...mechanics.system import AssertionRow, MechanicalSystem
 from ..compliance import COMPLIANCE
@@ -68,6 +69,7 @@ class Solved(Struct, frozen=True):
     operations: int
     graph: Graph
     replace: Mapping[Node, Node]
+    held_inputs: tuple[int, ...] = ()
 
     def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Return formulas of numbers that have a place at run time."""
@@ -100,12 +102,13 @@ def solve_system(
         for n, rows in enumerate(system.constraints)
     ]
     raw = residual(system, multipliers)
-    still = {**resting(system), **sticking(system)}
+    steady = steady_inputs(system, [*raw, *system.xdot.values()])
+    still = {**resting(system), **sticking(system), **steady}
     xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
     state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}
     before = {**state_rates, **driven, **still}
     refuse_unanswered(system, [*raw, *(n for rows in system.constraints for n in rows.residuals)], reporter)
-    check_rates(system, raw, reporter)
+    check_rates(system, substitute(graph, raw, steady) if steady else raw, reporter)
     every_row = without_empty(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
     )
@@ -191,6 +194,7 @@ def solve_system(
         operations=found.elimination.operations,
         graph=graph,
         replace=replace,
+        held_inputs=held_inputs(system, steady),
     )
 
 

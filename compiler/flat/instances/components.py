@@ -199,28 +199,40 @@ def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
     )
 
 
+_ENDS = ast.Input | ast.Frame
+
+
+def _declared(cls: Class, name: str) -> ast.Declaration | None:
+    found = cls.declarations.get(name)
+    return None if found is None else found.statement
+
+
 def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Modifier]:
-    """Return what the parentheses of a component say; ``A -> B`` binds the first two interface frames."""
+    """Return what the parentheses of a component say; ``A -> B`` binds the first two interface frames, or, where there are none, the
+    inputs ``from`` and ``to``."""
     result: list[Modifier] = []
     for node in declaration.modifications:
         if node.kind != "->":
             if (modifier := modifier_of(node, scope, STATED)) is not None:
                 result.append(modifier)
             continue
-        interface = cls.interface
+        interface, frames = cls.interface, True
+        if len(interface) < 2 and all(isinstance(_declared(cls, end), _ENDS) for end in ("from", "to")):
+            interface, frames = ("from", "to"), False
         if len(interface) < 2:
             scope.report(
                 "E0408",
-                f"'->' connects two frames, and {cls.name} has {len(interface) or 'none'} to be placed",
+                f"'->' connects two sides, and {cls.name} has {len(interface) or 'no'} frame{'' if len(interface) == 1 else 's'} to be placed",
                 node.span,
                 labels=(Label(cls.model.name_span, f"{cls.name} is defined here"),),
-                help="'a -> b' gives the first two free frames of a joint or force element",
+                help="'a -> b' gives the first two free frames of a joint or force element, or its inputs 'from' and 'to'",
             )
             continue
         for name, value in zip(interface[:2], (node.target, node.value), strict=True):
             part = ast.Part(name=name, span=value.span)
             source = Source(value, scope)
+            link = frames or isinstance(_declared(cls, name), ast.Frame)
             result.append(
-                Modifier((part,), "=", False, source, rank_of(scope, STATED), value.span, link=True)
+                Modifier((part,), "=", False, source, rank_of(scope, STATED), value.span, link=link)
             )
     return result

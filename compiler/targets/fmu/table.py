@@ -176,6 +176,11 @@ def _list_rates(listing: Listing) -> tuple[int, ...]:
 def _list_inputs(listing: Listing) -> None:
     for i, entry in enumerate(listing.equations.inputs):
         value = float(listing.start.inputs[i])
+        if i in listing.equations.held_inputs:  # its rate is taken to be zero
+            listing.add(
+                Slot("u", i), entry, causality="parameter", variability="fixed", initial="exact", start=value
+            )
+            continue
         listing.add(Slot("u", i), entry, causality="input", initial="", start=value)
 
 

@@ -166,6 +166,10 @@ class Stepper:
             raise SimulationError(
                 f"the input '{name}' drives a coordinate, which cannot be elsewhere at once"
             )
+        if k in self._problem.held_inputs and value != self._held[k].values[0]:
+            raise SimulationError(
+                f"the equations take the rate of the input '{name}' to be zero, so it stays as it is while they run"
+            )
         if not math.isfinite(value):
             raise SimulationError(f"the input '{name}' is a finite number, not {value}")
         self._held[k].values[0] = value
