@@ -14,6 +14,7 @@ from .. import types
 from ..model import Array, Expression, Kind, Literal, Type
 from ..names.instance import Pick
 from ..names.scope import Poisoned, Scope
+from ..operands import free_names
 from ..values.angles import warn_of_bare_angle
 from ..values.evaluate import pick
 
@@ -155,6 +156,8 @@ def unit_help(expression: Expression, target: Type, span: Span, declared: Span |
     """Say which unit a bare number lacks."""
     if declared is not None and declared.file.text[: declared.start].rstrip().endswith("Real"):
         return "'Real' is a number without a unit: leave the type out, and the value tells it"
+    if target.kind is Kind.INTEGER and expression.type.dimension.is_none and free_names(expression):
+        return "what counts is known when compiling: 'structural parameter Integer n = 3;'"
     if target.kind is not Kind.REAL or target.dimension.is_none or expression.type.shape:
         return ""
     if isinstance(expression, Literal) and expression.type.dimension.is_none and not expression.type.angle:

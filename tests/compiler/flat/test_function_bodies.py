@@ -406,3 +406,44 @@ def test_an_integral_over_time_of_a_function() -> None:
     g = 0.25 * 0.4 / 1.25
     force = 0.5 * active * (1.4 * 0.3 + g) / (0.3 + g) + (np.exp(4 * 0.2 / 0.6) - 1) / (np.exp(4) - 1)
     assert abs(solution["y[1]"][-1] - 2 * force) < 1e-10
+
+
+def test_loops_over_elements_truth_values_and_calls_in_calls() -> None:
+    text = """
+function largest(Real a[:]) -> (Real value, Real count)
+  var best = a[1];
+  var above = 0;
+  var seen = false;
+  for x in a loop
+    if x > best then
+      best := x;
+      seen := true;
+    end if;
+    if seen and x > 0 then
+      above := above + 1;
+    end if;
+  end for;
+  return (best, above);
+end largest;
+function twice(Real a[n]) -> Real[n]
+  let (value, count) = largest(a);
+  var A[2, n] = 0;
+  for i in 1:n loop
+    A[:, i] := {a[i], value*count};
+  end for;
+  A[1, 2:n] := A[1, 1:n-1];
+  return A[1, :] + A[2, :];
+end twice;
+"""
+    made = model(text, "output y = twice({q[1], q[2], q[3], 0.2});", 3)
+
+    def expected(q: Any) -> Any:
+        a = [*q, 0.2]
+        best, above, seen = a[0], 0, False
+        for x in a:
+            if x.real > best.real:
+                best, seen = x, True
+            above += seen and x.real > 0
+        return np.array([a[0], *a[:3]]) + best * above
+
+    compare(made, expected, 3, numbers(3))

@@ -49,6 +49,16 @@ WRONG = {
         "E0315",
         "are known",
     ),
+    "a parameter that counts": (
+        steps("return n*1;", head="f(Integer n) -> Real", call="parameter k = 3; output y = f(k);"),
+        "E0303",
+        "structural parameter",
+    ),
+    "an inverse of NumPy": (
+        f"output y = np.linalg.inv({{{{x/1 m, 1}}, {{0, 1}}}});\n{BODY}",
+        "E0209",
+        "'inverse(..)'",
+    ),
     "no return on one way": (steps("if a > 1 then return a; end if;"), "E0221", "last 'if'"),
     "no return": (steps("let b = a;"), "E0221", "return e"),
     "behind an if that always returns": (

@@ -345,3 +345,24 @@ class Chain:
         )
         plain = f"0.5*({' + '.join(f'{x}[{k}]^2' for k in range(1, n + 1))}) + {x}[1]*{x}[{n}]"
         self.say(f"potential {g}({x}, {a:g} N/m);", f"potential {a:g} N/m*({plain});")
+        h, one, other = (s.fresh(k) for k in ("f", "l", "l"))
+        b, c = self.numbers(2, 0.1, 0.6)
+        body = (
+            f"function {h}(Length v[m], Stiffness k) -> (Energy U, Force F) var s = 0; var last = {c:g} N; "
+            "for i in 1:m loop let u = v[i] + 0.1 m; s := s + k*u^2/i; "
+            "if u > 0.3 m then last := k*u; end if; end for; return (s, last); "
+            f"end {h};"
+        )
+        s.file.items.append(statement("function", body, name=h))
+        squares = " + ".join(f"{b:g} N/m*({x}[{k}] + 0.1 m)^2/{k}" for k in range(1, n + 1))
+        last = f"{c:g} N"
+        for k in range(1, n + 1):
+            last = f"(if {x}[{k}] + 0.1 m > 0.3 m then {b:g} N/m*({x}[{k}] + 0.1 m) else {last})"
+        self.say(
+            f"let ({one}, {other}) = {h}({x}, {b:g} N/m);",
+            f"let {one} = {squares};",
+            f"let {other} = {last};",
+            name=one,
+        )
+        self.output(f"{one}/(1 J)", f"{one}/(1 J)")
+        self.output(f"{other}/(1 N)", f"{other}/(1 N)")
