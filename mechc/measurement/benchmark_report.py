@@ -55,7 +55,10 @@ def report(made: Benchmark) -> str:
 
 
 def _horizon_line(made: Benchmark) -> str:
-    why = "the model ends its run" if made.ended else "the motion is too chaotic for a reference"
+    chaotic = "the motion is too chaotic for a reference"
+    if made.softened:
+        chaotic = "the motion through singular positions is known too little"
+    why = "the model ends its run" if made.ended else chaotic
     return f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, {why}"
 
 
@@ -63,10 +66,13 @@ def _reference_line(made: Benchmark) -> str:
     truth = made.reference
     if truth.method == "closed solution":
         return "reference: the closed solutions that the model states; other states are not measured"
+    softened = (
+        ", which is softened at singular positions: errors near that are its own" if made.softened else ""
+    )
     effort = "from the cache" if truth.cached else f"{truth.seconds:.1f} s"
     return (
         f"reference: {truth.method} in {truth.precision} at {truth.tolerance:.0e}, "
-        f"{made.digits} digits trusted, its two best runs differ by {truth.doubt.max():.0e} ({effort})"
+        f"{made.digits} digits trusted, its two best runs differ by {truth.doubt.max():.0e}{softened} ({effort})"
     )
 
 

@@ -171,3 +171,70 @@ def test_step_by_step_says_what_may_help(monkeypatch: pytest.MonkeyPatch) -> Non
         for t in times:
             sim.step(t)
         assert sim["a.angle"] == pytest.approx(pendulum(times)[0][-1], abs=1e-7)
+
+
+KITE = """\
+model Kite
+  parameter m = 1 kg; parameter g = 9.81 m/s^2; parameter l = 1 m; parameter s = 0.7 m;
+  coordinate Length a[2] ~ {-0.6, -0.8} m;
+  coordinate Length b[2] ~ {0.6, -0.8} m;
+  coordinate Length c[2] ~ {0.1, -1.2} m;
+  initial a[1] = -0.3 m;
+  initial b[1] = 0.8 m;
+  kinetic 1/2*m*(dot(der(a), der(a)) + dot(der(b), der(b)) + dot(der(c), der(c)));
+  potential m*g*(a[2] + b[2] + c[2]);
+  constraint oa: dot(a, a) = l^2;
+  constraint ob: dot(b, b) = l^2;
+  constraint ac: dot(a - c, a - c) = s^2;
+  constraint bc: dot(b - c, b - c) = s^2;
+  experiment(stop = 5 s);
+end Kite;
+"""
+
+
+def kite(times: np.ndarray) -> np.ndarray:
+    """Give a and c of the pantograph by two angles, that of the middle and the one between its arms, in which nothing is singular."""
+    g, s = 9.81, 0.7
+
+    def diagonal(d: float) -> tuple[float, float, float]:
+        q = np.sqrt(s**2 - np.sin(d / 2) ** 2)
+        q1 = -np.sin(d) / (4 * q)
+        q2 = (-np.cos(d) / 4 - q1**2) / q
+        return np.cos(d / 2) + q, -np.sin(d / 2) / 2 + q1, -np.cos(d / 2) / 4 + q2
+
+    def rates(_: float, y: np.ndarray) -> list[float]:
+        m, d, dm, dd = y
+        r, r1, r2 = diagonal(d)
+        turning = (-2 * r * r1 * dd * dm - g * (2 * np.cos(d / 2) + r) * np.sin(m)) / (2 + r**2)
+        opening = (r * r1 * dm**2 - r1 * r2 * dd**2 + g * (r1 - np.sin(d / 2)) * np.cos(m)) / (0.5 + r1**2)
+        return [dm, dd, turning, opening]
+
+    start = [(np.arcsin(0.8) - np.arcsin(0.3)) / 2, np.arcsin(0.8) + np.arcsin(0.3), 0, 0]
+    m, d, *_ = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-13, atol=1e-13).y
+    r = np.array([diagonal(x)[0] for x in d])
+    return np.column_stack([np.sin(m - d / 2), -np.cos(m - d / 2), r * np.sin(m), -r * np.cos(m)])
+
+
+@pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
+def test_a_compliance_has_the_size_of_the_inertias(mass: float) -> None:
+    """Arms that fall together, ten times. Their masses cancel; with 1e-6 kg for the kilogram that the model states the compliance was a
+    millionth of what it ought to be, and the run failed at 1.25 s after a quarter of a million steps."""
+    run = mechc.loads(KITE).simulate(set={"m": mass})
+    assert run.outcome.value == "completed"
+    found = np.column_stack([run[name] for name in ("a[1]", "a[2]", "c[1]", "c[2]")])
+    error = run.accuracy.error
+    assert error is not None
+    off = np.abs(found - kite(run.time)).max()
+    assert off < 3e-7 and off < 30 * error.largest
+
+
+def test_a_reference_passes_singular_positions_as_runs_do() -> None:
+    """It ended at 0.375 s and was called too chaotic."""
+    from mechc.measurement.benchmark import benchmark
+    from mechc.measurement.benchmark_report import report
+
+    made = benchmark(mechc.loads(KITE), methods=("dop853",), tolerances=(1e-6, 1e-8))
+    assert made.horizon == 5.0 and made.softened
+    off = np.abs(made.reference.high[:, [0, 1, 4, 5]] - kite(made.reference.t)).max()
+    assert off < 2 * made.reference.doubt.max()
+    assert "softened at singular positions" in report(made)

@@ -23,6 +23,7 @@ from ...flat.model import Kind
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.evaluate import Tape, evaluate
+from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from .constraints import Compliance, Row, give_way
 from .slopes import slopes
@@ -60,11 +61,14 @@ def soften(
     if not always and not _Walk(system, rows, free, values).meets_singular_position():
         return tuple(rows)
     sizes = _inverse_inertias(system, residual, rows, free, values)
+    scales = _with_parameters(system, residual, rows, free, values)
     graph = system.graph
     softened = []
-    for row, size in zip(rows, sizes, strict=True):
+    for row, size, scale in zip(rows, sizes, scales, strict=True):
         previous = graph.symbol(f"#previous {graph.name(row.multiplier)}")
-        share, projected = (graph.constant(Fraction(f"{s * size:.2g}")) for s in (SHARE, PROJECTED_SHARE))
+        share, projected = (
+            graph.mul(graph.constant(Fraction(f"{s * size:.2g}")), scale) for s in (SHARE, PROJECTED_SHARE)
+        )
         soft = replace(row, give=Compliance(share, projected, previous))
         softened.append(replace(soft, equation=give_way(graph, row.equation, soft, share)))
     return tuple(softened)
@@ -180,6 +184,35 @@ def _solve(squares: Array, basis: Array, threshold: float, right: Array) -> Arra
     inverse = np.divide(1.0, squares, out=np.zeros_like(squares), where=kept)
     result: Array = basis @ (inverse * (basis.T @ right))
     return result
+
+
+def _with_parameters(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    rows: Sequence[Row],
+    free: Sequence[int],
+    values: Mapping[Node, float],
+) -> list[Node]:
+    """Return for each row how its K M^-1 K^T changes with the parameters, by the diagonal of M at this state: 1 for those that the model
+    states. A row with a weight is scaled by that already."""
+    graph = system.graph
+    k = slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
+    entries = jacobian(graph, [residual[i] for i in free], [system.a[i] for i in free])
+    inertia = [row.get(j, graph.zero) for j, row in enumerate(entries)]
+    fixed = {s.node for s in system.symbols.parameters}
+    moving = [n for n in graph.support(*inertia) if n in values and n not in fixed]
+    still = substitute(graph, inertia, {n: graph.constant(Fraction(values[n])) for n in moving})
+    now = evaluate(graph, still, values)
+    scales = []
+    for row, slope in zip(rows, k, strict=True):
+        places = [j for j in range(len(free)) if slope[j] and np.isfinite(slope[j]) and now[j] > 0]
+        if row.weight is not None or not places:
+            scales.append(graph.one)
+            continue
+        stated = sum(float(slope[j]) ** 2 / now[j] for j in places)
+        parts = [graph.div(graph.constant(Fraction(float(slope[j]) ** 2 / stated)), still[j]) for j in places]
+        scales.append(graph.sum(parts))
+    return scales
 
 
 def _inverse_inertias(
