@@ -117,7 +117,8 @@ def _windowed(record: Record, window: str) -> tuple[Array, float]:
 def amplitudes(record: Record, window: str) -> tuple[Array, Array]:
     """Return frequencies and the amplitudes of oscillations of these frequencies."""
     x, total = _windowed(record, window)
-    return np.fft.rfftfreq(len(x), record.step), 2 * np.abs(np.fft.rfft(x)) / total
+    frequencies: Array = np.asarray(np.fft.rfftfreq(len(x), record.step), dtype=float)
+    return frequencies, 2 * np.abs(np.fft.rfft(x)) / total
 
 
 def power(record: Record) -> tuple[Array, Array]:
