@@ -44,7 +44,7 @@ def read_model(path: Path | str, reporter: Reporter | None = None) -> SourceFile
 
     model = imported(_text(str(path), data, reporter), Wishes(path, path.parent), reporter)
     left = (
-        f", and its head lists {len(model.left_out)} things that the model does not hold"
+        f", and its head lists what the model does not hold"
         if model.left_out
         else ""
     )
