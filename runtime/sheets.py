@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from io import StringIO
 from pathlib import Path
 from typing import NoReturn, TypeGuard
@@ -163,6 +164,9 @@ def read_sheet(path: Path, reading: Reading = PLAIN, is_unit: IsUnit = lambda te
             found.append(_read(path, below, reading.skip, way, reading, is_unit))
         except _Fault as fault:
             faults.append((bool(way.separator) and way.separator in below, fault.good, fault))
+    for way in [way for way in ways if way.separator and not found]:
+        with suppress(_Fault):  # the first pass says more
+            found.append(_read(path, below, reading.skip, way, reading, is_unit, texts=True))
     if not found:
         if not faults:
             raise SimulationError(f"{path} has none of the separators or decimals that are asked for")
@@ -223,10 +227,15 @@ def _ends_in_numbers(way: _Way, text: str) -> bool:
     return False
 
 
-def _read(path: Path, text: str, above: int, way: _Way, reading: Reading, is_unit: IsUnit) -> _Found:
-    """Read a text in one way. Raises _Fault."""
+def _read(
+    path: Path, text: str, above: int, way: _Way, reading: Reading, is_unit: IsUnit, *, texts: bool = False
+) -> _Found:
+    """Read a text in one way; with ``texts`` where some columns hold no number at all, without these. Raises _Fault."""
     rows, comments = _rows(path, text, above, way)
     parse = _PARSERS[way.decimal]
+    whole, words = rows, list[int]()
+    if texts:
+        rows, words = _without_texts(rows, parse)
     numbers: list[list[float]] = []
     for _, cells in reversed(rows):
         row = [parse(cell) for cell in cells]
@@ -249,19 +258,46 @@ def _read(path: Path, text: str, above: int, way: _Way, reading: Reading, is_uni
         del row[width:]
     if way.decimal == "," and not reading.decimal and not any("," in c for _, cells in data for c in cells):
         raise _Fault("no number has a decimal comma", 0)  # points alone are decimal points
+    said = heads.said
+    if texts:
+        names = next(cells for line, cells in whole if line == heads.line)
+        listed = ", ".join(names[k] for k in words if k < len(names))
+        said += (f"columns of text left out: {listed}",)
     marks = {c for _, cells in data for c in cells if c in MISSING and c and c.casefold() != "nan"}
-    marked = f"{' and '.join(map(repr, sorted(marks)))} for missing values"
+    if marks:
+        said += (f"{' and '.join(map(repr, sorted(marks)))} for missing values",)
     return _Found(
         way,
         tuple(_head(path, heads, k, is_unit) for k in range(width)),
         tuple(map(list, zip(*numbers, strict=True))),
         [line for line, _ in data],
         [cells for _, cells in data],
-        (*heads.said, marked) if marks else heads.said,
+        said,
     )
 
 
 Row = tuple[int, list[str]]
+
+
+def _without_texts(rows: list[Row], parse: Callable[[str], float | None]) -> tuple[list[Row], list[int]]:
+    """Leave out the columns in which no row below the heads has a number, such as remarks and dates; the last row tells which, and
+    two others remain. Raises _Fault where there are none."""
+    last = [parse(cell) for cell in rows[-1][1]] if rows else []
+    words = [k for k, value in enumerate(last) if value is None]
+    if not words or sum(value is not None and value == value for value in last) < 2:
+        raise _Fault("no column holds text alone", 0)
+    kept = [
+        (line, [cell for k, cell in enumerate(cells) if k not in words] if len(cells) == len(last) else cells)
+        for line, cells in rows
+    ]
+    for (_, cells), (_, others) in zip(reversed(rows), reversed(kept), strict=True):
+        if len(cells) != len(last) or not _is_data([parse(cell) for cell in others]):
+            break
+        if any(
+            cells[k] not in MISSING and any(p(cells[k]) is not None for p in _PARSERS.values()) for k in words
+        ):
+            raise _Fault("a column holds text and numbers", 0)
+    return kept, words
 
 
 def _rows(path: Path, text: str, above: int, way: _Way) -> tuple[list[Row], list[Row]]:

@@ -84,6 +84,16 @@ def test_what_was_recognised_is_said_in_one_line(tmp_path: Path, text: str | byt
     assert all(one in remarks[0] for one in said)
 
 
+def test_columns_of_text_are_left_out(tmp_path: Path) -> None:
+    text = "Datum;Zeit [s];x [mm];Status\n28.11.2026 10:00;0,0;10,5;OK\n28.11.2026 10:01;0,5;-1250;\n28.11.2026 10:01;1;2;OK\n"
+    sheet = read(tmp_path, text)
+    assert sheet.heads == (("Zeit", "s"), ("x", "mm"))
+    assert sheet.columns == ([0.0, 0.5, 1.0], [10.5, -1250.0, 2.0])
+    assert "columns of text left out: Datum, Status" in sheet.remarks[0]
+    with pytest.raises(SimulationError, match=r"line 2 of .* holds '3,x'"):  # numbers and text: a mistake
+        read(tmp_path, "time;x;y\n1;2;3,x\n2;3;4,5\n")
+
+
 TWO = [
     # both readings, as they are named
     ("time;x\n1;1,234\n2;5,678\n", "line 2 of .* holds '1,234' for 'x', which is 1234 .* or 1.234 "),
