@@ -43,11 +43,7 @@ def read_model(path: Path | str, reporter: Reporter | None = None) -> SourceFile
     from .importing import Wishes, imported
 
     model = imported(_text(str(path), data, reporter), Wishes(path, path.parent), reporter)
-    left = (
-        f", and its head lists what the model does not hold"
-        if model.left_out
-        else ""
-    )
+    left = ", and its head lists what the model does not hold" if model.left_out else ""
     warnings.warn(f"{path.name} is read as a model; 'mechc import' writes it as text{left}", stacklevel=2)
     return SourceFile(f"{path} as a model", model.text)
 
