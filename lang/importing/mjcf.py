@@ -52,11 +52,18 @@ def read_mjcf(root: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
         raise NotRead(
             "MJCF is read by MuJoCo, which is not there", help="pip install 'mechc[robots]'"
         ) from None
+    warned: list[str] = []
+    mujoco.set_mju_user_warning(warned.append)  # else they go to a file of MuJoCo
     try:
         model = mujoco.MjModel.from_xml_path(str(wishes.source))
     except ValueError as error:
         raise NotRead(f"MuJoCo refuses it: {' '.join(str(error).split())}") from None
-    return _Robot(root, wishes, model, mujoco).written()
+    finally:
+        mujoco.set_mju_user_warning(None)
+    writer, parts = _Robot(root, wishes, model, mujoco).written()
+    for warning in warned:
+        writer.leave_out(f"MuJoCo warns: {' '.join(warning.split())}", 0)
+    return writer, parts
 
 
 class _Robot:
@@ -106,6 +113,8 @@ class _Robot:
 
     def written(self) -> tuple[Writer, tuple[str, ...]]:
         m, say = self.m, self.writer.say
+        for joint in range(m.njnt):  # joints keep their names where a body has the same one
+            self.named("joint", joint)
         for body in range(1, m.nbody):
             self.named("body", body)
         gravity = tuple(m.opt.gravity.tolist())

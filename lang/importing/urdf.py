@@ -90,7 +90,10 @@ class _Robot:
     def written(self) -> tuple[Writer, tuple[str, ...]]:
         say = self.writer.say
         held = self.root == "world" and _inertial(self.links["world"]) is None and not self.wishes.floating
-        for link in self.links:  # links keep their names where a joint has the same one
+        for name, joint in self.joints.items():  # joints keep their names where a link has the same one
+            if joint.need("type") != "fixed":
+                self.writer.name("joint", name)
+        for link in self.links:
             if not (held and link == self.root):
                 self.writer.name("link", link)
         say("gravity {0, 0, -9.81} m/s^2;")

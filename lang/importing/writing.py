@@ -126,12 +126,18 @@ def rotation(angles: Sequence[float]) -> Matrix:
     )
 
 
+ROUNDING = 1e-14
+"""Of the largest moment of an inertia that was turned: what is smaller is none."""
+
+
 def in_axes(inertia: Matrix, turn: Matrix) -> Matrix:
     """Return R J R' as a symmetric matrix."""
     n = range(3)
     half = [[sum(turn[i][k] * inertia[k][j] for k in n) for j in n] for i in n]
     full = [[sum(half[i][k] * turn[j][k] for k in n) for j in n] for i in n]
-    return tuple(tuple((full[i][j] + full[j][i]) / 2 for j in n) for i in n)
+    least = ROUNDING * max(abs(value) for row in full for value in row)
+    even = [[(full[i][j] + full[j][i]) / 2 for j in n] for i in n]
+    return tuple(tuple(value if abs(value) > least else 0.0 for value in row) for row in even)
 
 
 def eigenvalues(J: Matrix) -> tuple[float, float, float]:

@@ -70,7 +70,7 @@ LIMIT = ARM[: ARM.index('lower="0.01"')].count("\n") + 1
 LIMITED = [
     k for k, row in enumerate(ARM.splitlines(), start=1) if 'velocity="' in row and 'effort="0"' not in row
 ]
-JOINTS = {"shoulder": "shoulder.angle", "fore": "fore_joint.angle", "slide": "slide.position"}
+JOINTS = {"shoulder": "shoulder.angle", "fore": "fore.angle", "slide": "slide.position"}
 
 
 def made(folder: Path, text: str, **wishes: Any) -> Imported:
@@ -207,14 +207,14 @@ def test_the_text_of_an_arm(tmp_path: Path) -> None:
         'axis = {1, 2, 2}, angle = 0 rad) "at most 3 rad/s";',
         "input Torque torque_shoulder(min = -30 N.m, max = 30 N.m) = 0 N.m; force torque_shoulder on shoulder.angle;",
         "damping 0.3 N.m.s on shoulder.angle;",
-        "Revolute fore_joint(upper_arm.a * trans({0, 0, 0.4} m) -> fore.a, axis = {0, 1, 0}",
-        "Body hand(m = 0.2 kg, a = fore.a * trans({0.1, 0, 0.3} m) * rotz(1 rad));",
+        "Revolute fore(upper_arm.a * trans({0, 0, 0.4} m) -> fore_link.a, axis = {0, 1, 0}",
+        "Body hand(m = 0.2 kg, a = fore_link.a * trans({0.1, 0, 0.3} m) * rotz(1 rad));",
         "slide(hand.a * rotx(1 rad) -> finger.a, axis = {0, 0, -1}, position = 0.01 m)",
-        "let Angle thumb_joint = -20 rad/m*slide.position + 0.1 rad;",
-        "axis_angle({0, 0.6, 0.8}, thumb_joint)",
-        "frame tip = thumb.a * trans({0, 0, 0.02} m);",
+        "let Angle thumb = -20 rad/m*slide.position + 0.1 rad;",
+        "axis_angle({0, 0.6, 0.8}, thumb)",
+        "frame tip = thumb_link.a * trans({0, 0, 0.02} m);",
         "contact shoulder_upper: 2 rad - shoulder.angle; contact shoulder_lower: shoulder.angle - (-1.5 rad);",
-        "contact thumb_joint_upper: 1 rad - thumb_joint;",
+        "contact thumb_upper: 1 rad - thumb;",
         'draw box({0.1, 0.2, 0.3} m) on base.a * trans({0, 0, 0.1} m), colour = "#808080";',
         "draw cylinder(radius = 0.05 m, length = 0.4 m, axis = {0, 0, 1}) on upper_arm.a;",
     ):
@@ -407,7 +407,8 @@ def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(CompileError, match=r"'arm\.mech' is no robot in URDF"):
         call(mechc_command, ["import", "arm.mech", "-o", "x.mech"], catch_exceptions=False)
     with pytest.warns(
-        UserWarning, match=r"arm\.urdf is read as a model; 'mechc import' writes it .* what the model does not hold"
+        UserWarning,
+        match=r"arm\.urdf is read as a model; 'mechc import' writes it .* what the model does not hold",
     ):
         model = mechc.load("arm.urdf")
     assert model.name == "SmallArm"
