@@ -151,6 +151,26 @@ def drifts_of(problem: Problem, parts: Iterable[Array]) -> tuple[Drift | None, t
     return None if balance is None else balance.drift(), conserved
 
 
+def with_balance(
+    problem: Problem, error: ErrorEstimate | None, energy: Drift | None, reached: Array
+) -> ErrorEstimate | None:
+    """Return an estimate in which no account of energy claims to be more exact than the balance that it is part of.
+
+    ``reached`` [ny]: the largest size of each state; an account that nothing flows into is zero.
+    """
+    if error is None or energy is None or not math.isfinite(energy.absolute):
+        return error
+    booked = {problem.outputs[i].name for i in problem.energy_balance[1:] if i >= 0}
+    states, at_end = dict(error.by_state), dict(error.by_state_at_end)
+    for q, size in zip(problem.states, reached.tolist(), strict=True):
+        if q.kind != "account" or q.name not in booked or not size:
+            continue
+        states[q.name] = max(states[q.name], energy.absolute / error.nominal[q.name])
+        at_end[q.name] = max(at_end[q.name], energy.absolute / (error.nominal[q.name] + size))
+    largest, last = max(error.largest, *states.values()), max(error.at_end, *at_end.values())
+    return replace(error, by_state=states, by_state_at_end=at_end, largest=largest, at_end=last)
+
+
 def _column(index: int, outputs: Array) -> Array:
     return outputs[:, index]
 

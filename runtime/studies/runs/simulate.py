@@ -22,6 +22,7 @@ from ...problem import Array, Problem
 from ...results.accuracy import (
     Accuracy,
     drifts_of,
+    with_balance,
 )
 from ...results.branches import branches_of
 from ...results.consistency import checks
@@ -283,6 +284,8 @@ def _verdict(done: _Done) -> Verdict:
     if doubtful:
         outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
     energy, conserved = drifts_of(problem, (outputs for _, outputs in table.parts()))
+    if outcome in ENDED:
+        error = with_balance(problem, error, energy, main.reached)
     remarks = (
         *start_remarks(case),
         *done.remarks,
