@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import assert_never
 
 from ...program.loops.rolled import (
+    NUMBERS,
     Carried,
     Compute,
     Index,
@@ -33,6 +34,7 @@ class Loops:
         self.arrays = arrays
         self.tables = [_table(writer, table) for table in rolled.tables]
         """Address, and whether its numbers have 16 bits."""
+        self.numbers = writer.place.numbers([number(n) for n in rolled.numbers]) if rolled.numbers else 0
         self.counters: dict[int, int] = {}
         self.numbered = {
             loop.counter: writer.local(b.I32) for loop in _loops_in(rolled.items) if loop.numbered
@@ -139,7 +141,8 @@ class Loops:
             array, base = "u", base + 8 * self.arrays.inputs
         # an offset adds to an address that is not negative, but must not be so itself
         constant = base >= 0 and index.table < 0 and all(stride > 0 for _, stride in index.strides)
-        at = b.get(self.arrays.where[array]) + self._moving(index, 8, 0 if constant else base)
+        start = b.i32(self.numbers) if array == NUMBERS else b.get(self.arrays.where[array])
+        at = start + self._moving(index, 8, 0 if constant else base)
         return at + then(base if constant else 0)
 
     def _index(self, index: Index) -> bytes:

@@ -98,6 +98,28 @@ def test_functions_as_loops_have_the_bits_of_straight_lines(pairs: Program) -> N
     compare(pairs, 0, 2)
 
 
+def test_constants_that_change_from_turn_to_turn() -> None:
+    text = """
+function pull(Real x, Integer n) -> Real
+  var s = 0;
+  for i in 1:n loop
+    s := s - sqrt(x^2 + i/7)*(i - 0.3)/(x - 3*i);
+  end for;
+  return s;
+end pull;
+model Long
+  dimensionless;
+  coordinate Real x = 1;
+  kinetic 1/2*der(x)^2;
+  force pull(x, 2000) on x;
+end Long;
+"""
+    program = mechc.loads(text).compilation.program
+    program = replace(program, functions=tuple(f for f in program.functions if f.name == "rhs"))
+    assert loops_of(program)["rhs"].numbers
+    compare(program, 0, 2)
+
+
 def test_a_workspace_that_is_too_large_for_the_stack(pairs: Program, monkeypatch: pytest.MonkeyPatch) -> None:
     """It lies among the data: with the same result."""
     (y,) = random_states(1, 180)
