@@ -73,6 +73,13 @@ _ALL = (
     Builtin("log", 1, 1, _E, "natural logarithm", types="number -> number"),
     Builtin("log10", 1, 1, _E, "decimal logarithm", types="number -> number"),
     Builtin("erf", 1, 1, _E, "error function", types="number -> number"),
+    Builtin("ellipk", 1, 1, _E, "complete elliptic integral K(m), m = k^2 below 1", types="number -> number"),
+    Builtin(
+        "ellipf", 2, 2, _E, "elliptic integral F(phi, m) of the first kind", types="angle, number -> number"
+    ),
+    Builtin("sn", 2, 2, _E, "elliptic sine of Jacobi: sn(u, m)", types="number, number -> number"),
+    Builtin("cn", 2, 2, _E, "elliptic cosine of Jacobi: cn(u, m)", types="number, number -> number"),
+    Builtin("dn", 2, 2, _E, "elliptic delta of Jacobi: dn(u, m)", types="number, number -> number"),
     Builtin("sqrt", 1, 1, _E, "square root"),
     Builtin("abs", 1, 1, _E, "absolute value"),
     Builtin("sign", 1, 1, _E, "-1, 0 or 1"),

@@ -39,8 +39,22 @@ Value = Constant | tuple["Value", ...]
 
 NOTHING: Mapping[str, Value] = {}
 
+
+def _elliptic(name: str) -> Callable[..., float]:
+    def value(*x: float) -> float:
+        import mpmath
+
+        if x[-1] >= 1:
+            return math.nan
+        found = mpmath.ellipfun(name, x[0], m=x[1]) if len(name) == 2 else getattr(mpmath, name)(*x)
+        return float(found)
+
+    return value
+
+
 _FLOATS: Mapping[str, Callable[..., float]] = {
     "log10": math.log10,
+    **{name: _elliptic(name) for name in ("ellipk", "ellipf", "sn", "cn", "dn")},
     **{row.name: row.value for row in OPERATIONS if row.value is not None and row.name in BUILTINS},
 }
 """Functions whose values are rounded: those that are operations of the graph under the same name, and others."""

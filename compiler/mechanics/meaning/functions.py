@@ -13,11 +13,16 @@ from ...graph.operations import DIV, EQUAL, LESS, LESS_EQUAL, MODULO, NOT, OPERA
 from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.planar import Planar
 from ..kinematics.pose import Rotate, Translate, Turn
+from . import elliptic
 from .meshes import Sums
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
 Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
 """(kinematics, total time derivative, arguments) -> value"""
+
+
+def _formula(made: Callable[..., Node]) -> Rule:
+    return lambda k, rate, a: made(k.graph, *map(node, a))
 
 
 def _operation(code: int) -> Rule:
@@ -255,6 +260,7 @@ FUNCTIONS: dict[str, Rule] = {
     "not": _operation(NOT),
     # elementary
     **{row.name: _operation(row.code) for row in OPERATIONS if row.name in BUILTINS and row.code != DIV},
+    **{name: _formula(made) for name, made in elliptic.FORMULAS.items()},
     "log10": lambda k, rate, a: k.graph.div(k.graph.log(node(a[0])), k.graph.log(k.graph.constant(10))),
     "ceil": lambda k, rate, a: k.graph.neg(k.graph.floor(k.graph.neg(node(a[0])))),
     "min": _fold("minimum"),
