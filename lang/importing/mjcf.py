@@ -357,13 +357,13 @@ class _Robot:
             if getattr(m, "jnt_actfrclimited", None) is not None and m.jnt_actfrclimited[joint]:
                 self.writer.leave_out(f"the largest force of actuators on '{name}'", line)
             return
-        turn = f"der({name}.orientation)"
-        if kind == BALL and armature:
-            self.writer.say(f"kinetic 1/2*{quantity(armature, 'kg.m^2')}*dot({turn}, {turn});")
-        if kind == BALL and damping:
-            self.writer.say(f"dissipation 1/2*{quantity(damping, 'N.m.s')}*dot({turn}, {turn});")
-        if kind == FREE and (armature or damping):
-            self.writer.leave_out(f"armature and damping of '{name}'", line)
+        rates = [(f"der({name}.orientation)", "kg.m^2", "N.m.s")]
+        rates += [(f"der({name}.position)", "kg", "N.s/m")] if kind == FREE else []
+        for rate, inertia, resistance in rates:
+            if armature:
+                self.writer.say(f"kinetic 1/2*{quantity(armature, inertia)}*dot({rate}, {rate});")
+            if damping:
+                self.writer.say(f"dissipation 1/2*{quantity(damping, resistance)}*dot({rate}, {rate});")
         if friction or stiffness or m.jnt_limited[joint]:
             self.writer.leave_out(f"friction, stiffness and range of '{name}'", line)
 

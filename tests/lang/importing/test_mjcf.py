@@ -28,7 +28,7 @@ HOPPER = """\
     <geom type="plane" size="5 5 1"/>
     <site name="wall" pos="0 0 2"/>
     <body name="trunk" pos="0.1 0 0.5" quat="0.9 0.1 0.3 -0.2" gravcomp="0.4">
-      <freejoint name="root"/>
+      <joint name="root" type="free" armature="0.05"/>
       <geom type="box" size="0.2 0.1 0.05" rgba="1 0 0 1"/>
       <site name="jet" pos="0.1 0 0" quat="0.8 0 0.6 0"/>
       <body name="thigh" pos="0 0 -0.1" euler="0.2 0.4 0">
