@@ -288,9 +288,10 @@ class Named(Statement, frozen=True, kw_only=True):
 
 
 class Declaration(Named, frozen=True, kw_only=True):
-    """What all declarations share; ``type`` is empty where it is to be inferred."""
+    """What all declarations share; ``type`` is empty where it is to be inferred. ``like``: ``typeof(e)`` in its place."""
 
     type: str = ""
+    like: Expression | None = None
     dimensions: tuple[Dimension, ...] = ()
     attributes: tuple[Modification, ...] = ()
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from msgspec import Struct
 
+from .. import ast
 from ..diagnostics import Reporter
 from ..grammar.lexer import Token
 from ..source import SourceFile, Span
@@ -87,3 +88,16 @@ def dotted(names: list[Token]) -> str:
 
 def items_of(value: list[Any] | None) -> tuple[Any, ...]:
     return tuple(value) if value else ()
+
+
+def plain_type(b: Builder, type: str | ast.Expression, what: str) -> str:
+    """Return the type of what has no members to be typed by."""
+    if isinstance(type, str):
+        return type
+    b.reporter.error(
+        "E0110",
+        f"'typeof' is no type of {what}",
+        type.span,
+        help="it stands before parameters, coordinates, states, inputs, outputs, discrete variables and 'let'",
+    )
+    return ""

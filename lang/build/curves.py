@@ -6,7 +6,7 @@ from typing import Any
 
 from .. import ast
 from ..source import Span
-from .builder import Builder, Children, text_of
+from .builder import Builder, Children, plain_type, text_of
 
 
 def inequality(b: Builder, c: Children, span: Span) -> ast.Inequality | ast.Constraint:
@@ -39,6 +39,7 @@ def final(b: Builder, c: Children, span: Span) -> ast.Final:
 
 def independent(b: Builder, c: Children, span: Span) -> ast.Independent:
     type, name, dimensions = c[1]
+    type = plain_type(b, type, "the independent variable")
     if dimensions:
         b.reporter.error("E0110", "the independent variable is a single number", dimensions[0].span)
     lower, upper = c[2] or (None, None)

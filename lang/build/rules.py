@@ -23,6 +23,7 @@ ACTIONS: Mapping[str, Action] = {
     "extends": statements.extends,
     "untyped": statements.untyped,
     "typed": statements.typed,
+    "typed_as": statements.typed_as,
     "parameter": statements.parameter,
     "coordinate": statements.coordinate,
     "state": statements.state,

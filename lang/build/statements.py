@@ -14,7 +14,7 @@ from ..grammar.keywords import KEYWORDS
 from ..grammar.lexer import Token
 from ..source import Span
 from ..units import UnitError, parse_unit
-from .builder import Builder, Children, dotted, items_of, text_of
+from .builder import Builder, Children, dotted, items_of, plain_type, text_of
 
 # ---------------------------------------------------------------- files
 
@@ -115,6 +115,7 @@ def results(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimensi
 
 def formal(b: Builder, c: Children, span: Span) -> ast.Argument:
     type, name, dimensions = c[0]
+    type = plain_type(b, type, "an argument")
     return ast.Argument(name=name.text, type=type, dimensions=dimensions, span=span)
 
 
@@ -143,10 +144,15 @@ def typed(b: Builder, c: Children, span: Span) -> tuple[str, Token, tuple[ast.Di
     return dotted(c[0]), c[1], items_of(c[2])
 
 
+def typed_as(b: Builder, c: Children, span: Span) -> tuple[ast.Expression, Token, tuple[ast.Dimension, ...]]:
+    return c[2], c[4], items_of(c[5])
+
+
 def _declaration(b: Builder, typed: Any, attributes: Any, doc: Token | None, span: Span) -> dict[str, Any]:
     type, name, dimensions = typed
     return {
-        "type": type,
+        "type": type if isinstance(type, str) else "",
+        "like": None if isinstance(type, str) else type,
         "name": name.text,
         "name_span": b.span(name),
         "dimensions": dimensions,

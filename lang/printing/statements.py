@@ -186,6 +186,8 @@ def _start(start: ast.Start | None) -> list[Doc]:
 
 def _head(word: str, s: ast.Declaration) -> Doc:
     kind = f"{s.type} " if s.type else ""
+    if s.like is not None:
+        kind = f"typeof({flat(document(s.like))}) "
     attributes = _modifications(s.attributes)
     return Row((f"{word} {kind}{s.name}{dimensions(s.dimensions)}", attributes))
 

@@ -213,8 +213,12 @@ class Body:
         target = numeric = types.numeric(value.type)
         if statement.dimensions:
             target = types.with_shape(target, extents(scope, statement.dimensions, value.type.shape))
-        if statement.type:
-            declared = declared_type(scope, statement.type, statement.name_span)
+        if statement.type or statement.like is not None:
+            declared = (
+                declared_type(scope, statement.type, statement.name_span)
+                if statement.like is None
+                else types.with_shape(types.numeric(scope.elaborate(statement.like).type), ())
+            )
             target = types.with_shape(declared, target.shape if statement.dimensions else ())
             value = fit(scope, value, target, statement.value.span, name=name, declared=statement.name_span)
         elif target.shape != numeric.shape:
@@ -227,7 +231,7 @@ class Body:
                 statement.value.span,
                 help="a value that stays the same is named by 'let'",
             )
-        open = variable and not statement.type and types.is_zero(value)
+        open = variable and not (statement.type or statement.like is not None) and types.is_zero(value)
         self.known[name] = _Known(
             "a variable" if variable else "a 'let'",
             statement.name_span,

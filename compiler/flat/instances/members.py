@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+from msgspec.structs import replace
+
 from mechc.lang import ast
 from mechc.lang.source import Span
 
@@ -9,6 +13,7 @@ from .. import types
 from ..model import Expression, Kind, Literal, Name, Role, Type, Unknown
 from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
 from ..names.scope import Poisoned, Scope
+from ..names.space import nodes
 from ..subscripts import subscripts
 from ..values.evaluate import constant, not_structural, to_expression
 from ..values.indexing import stack
@@ -58,9 +63,11 @@ def type_of(member: VariableMember) -> Type:
 
 def _resolve_variable(member: VariableMember) -> None:
     declaration, scope = member.declaration, member.scope
-    if declaration.type:
+    if is_typed(declaration):
         member.type = _declared(declaration, scope, _given_shape(member))
         _check_kind(member, member.type, declaration.name_span)
+    elif (given := _type_given(member)) is not None:
+        member.type = given
     elif member.role in (Role.COORDINATE, Role.STATE) or _default(declaration) is not None:
         member.type = _inferred(member)
     else:
@@ -91,7 +98,102 @@ def _given_shape(member: VariableMember | DefinitionMember) -> tuple[int, ...] |
     return None if default is None else member.scope.elaborate(default).type.shape
 
 
+def is_typed(declaration: ast.Declaration) -> bool:
+    """Tell whether a declaration says its type, by name or by ``typeof(e)``."""
+    return bool(declaration.type) or declaration.like is not None
+
+
+def _type_given(member: VariableMember) -> Type | None:
+    """Return the type of what an input without a type is given, where its own default is zero, which fits everything; of a state that
+    begins at zero that which its equation leads to. None where there is nothing of the kind."""
+    declaration, scope = member.declaration, member.scope
+    default = _default(declaration)
+    if default is None or scope.flattening.dimensionless or declaration.dimensions:
+        return None
+    if member.role is Role.INPUT:
+        winner = strongest(member.modifiers)
+        return types.numeric(winner.source.value().type) if winner is not None and _is_zero(default) else None
+    if member.role is Role.STATE and _is_zero(default):
+        return _type_by_equation(member)
+    return None
+
+
+def _is_zero(node: ast.Expression) -> bool:
+    return isinstance(node, ast.Number) and node.value == 0
+
+
+def _type_by_equation(member: VariableMember) -> Type | None:
+    """Return the type of a state whose equation ``der(x) = f`` says it: that of f at x = 0, which fits everything, by time."""
+    scope, name = member.scope, member.declaration.name
+    right = _equation_of(member)
+    if right is None or not _leads(member, right, frozenset()):
+        return None
+    try:
+        found = types.numeric(scope.elaborate(replaced(right, name)).type)
+    except Poisoned:
+        return None
+    time = scope.flattening.time_type.dimension
+    return types.real(found.dimension * time, found.shape) if found.kind is Kind.REAL else None
+
+
+def _equation_of(member: VariableMember) -> ast.Expression | None:
+    """Return what the one equation of a state says."""
+    instance, name = member.scope.instance, member.declaration.name
+    assert instance is not None
+    found = [s.statement for s in instance.cls.statements if isinstance(s.statement, ast.Equation)]
+    stated = [e.right for e in found if _is_rate(e.left, name)]
+    return stated[0] if len(stated) == 1 else None
+
+
+def _is_rate(node: ast.Expression, name: str) -> bool:
+    rate = isinstance(node, ast.Derivative) and node.order == 1 and isinstance(node.operand, ast.Reference)
+    return rate and node.operand.name == name  # type: ignore[union-attr]
+
+
+def _leads(member: VariableMember, node: ast.Expression, seen: frozenset[str]) -> bool:
+    """Tell whether a formula has a type without that of a state: it reads inputs, parameters, coordinates, and states of which
+    that is true as well."""
+    instance = member.scope.instance
+    assert instance is not None
+    seen |= {member.declaration.name}
+    for inner in nodes(node):
+        if not isinstance(inner, ast.Reference) or inner.name == member.declaration.name:
+            continue
+        other = instance.members.get(inner.parts[0].name)
+        if other is None:
+            continue
+        if len(inner.parts) > 1 or not isinstance(other, VariableMember):
+            return False
+        if other.role is not Role.STATE or is_typed(other.declaration) or other.type is not None:
+            continue
+        default = _default(other.declaration)
+        if default is None or not _is_zero(default):
+            continue
+        right = _equation_of(other)
+        if inner.name in seen or right is None or not _leads(other, right, seen):
+            return False
+    return True
+
+
+def replaced(node: ast.Expression, name: str) -> ast.Expression:
+    """Return a formula with the number 0 in the place of a name."""
+    if isinstance(node, ast.Reference):
+        return ast.Number(value=Fraction(0), text="0", span=node.span) if node.name == name else node
+
+    def inside(value: object) -> object:
+        if isinstance(value, tuple):
+            return tuple(inside(item) for item in value)
+        return replaced(value, name) if isinstance(value, ast.Node) else value  # type: ignore[arg-type]
+
+    changed = {field: inside(getattr(node, field)) for field in node.__struct_fields__}
+    return replace(node, **changed)
+
+
 def _declared(declaration: ast.Declaration, scope: Scope, given: tuple[int, ...] | None) -> Type:
+    if declaration.like is not None:
+        like = types.numeric(scope.elaborate(declaration.like).type)
+        shape = extents(scope, declaration.dimensions, given) if declaration.dimensions else like.shape
+        return types.with_shape(like, shape)
     base = declared_type(scope, declaration.type, declaration.name_span)
     shape = extents(scope, declaration.dimensions, given)
     if base.kind is Kind.ROTATION and shape:
@@ -315,7 +417,7 @@ def _definition(member: DefinitionMember) -> Expression:
             declaration.name_span,
             help=f"write 'output {declaration.name} = ...;'",
         )
-    if declaration.type:
+    if is_typed(declaration):
         member.type = _declared(declaration, scope, _given_shape(member))
     value = elementwise(declaration, scope, declaration.value)
     if member.type is not None:
@@ -377,7 +479,7 @@ def definition_type(member: DefinitionMember) -> Type:
 
     What is declared as a rotation may be any pose: only one that names a coordinate has elements and rates.
     """
-    if member.type is None and member.declaration.type and member.progress is not Progress.DONE:
+    if member.type is None and is_typed(member.declaration) and member.progress is not Progress.DONE:
         if member.progress is Progress.WRONG:
             raise Poisoned
         member.type = _declared(member.declaration, member.scope, _given_shape(member))
