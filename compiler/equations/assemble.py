@@ -26,8 +26,8 @@ from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
 from .rows.crowd import Member, check_crowd, forces_by_name, set_apart
 from .rows.prescribed_slips import with_prescribed_slips
-from .rows.without_mass import with_balances
-from .solve.accelerations import massless
+from .rows.without_mass import with_balances, with_combined_balances
+from .solve.accelerations import Undetermined, massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, prescribed_motion, solve_system
 
@@ -58,7 +58,14 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     system, members = set_apart(system, reporter)
     if members:
         check_crowd(system, members, parts, reporter)
-    solved = solve_system(system, reporter, parts, forces_by_name(members))
+    try:
+        solved = solve_system(system, reporter, parts, forces_by_name(members))
+    except Undetermined as undecided:
+        system = with_combined_balances(system, *prescribed_motion(system), undecided.told)
+        try:
+            solved = solve_system(system, reporter, parts, forces_by_name(members))
+        except Undetermined:
+            raise undecided.told() from None
     reporter.stop_on_errors()
     try:
         draft = _begun(system, solved, members, reporter, parts)

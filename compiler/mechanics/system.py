@@ -74,7 +74,7 @@ class DriveRow(Struct, frozen=True):
 
     ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v. ``balanced``: the
     balance of forces on a coordinate without mass prescribes it, as a function of the state, and no reaction drives it.
-    ``guess``: where a balance is solved by steps, the symbol from whose value they begin, which follows the motion, and its first
+    ``combined``: its coordinate moves mass, but a motion of several of them together moves none. ``guess``: where a balance is solved by steps, the symbol from whose value they begin, which follows the motion, and its first
     value.
     """
 
@@ -85,6 +85,7 @@ class DriveRow(Struct, frozen=True):
     rates: tuple[Node, ...]
     origin: Origin
     balanced: bool = False
+    combined: bool = False
     guess: tuple[Node, Node] | None = None
 
 

@@ -19,6 +19,8 @@ from mechc.cli.main import run as cli
 
 Array = NDArray[np.float64]
 
+X = "dimensionless; coordinate x = 1; kinetic 1/2*der(x)^2; "
+
 SERIES = """
 coordinate Length x = 1 m;
 coordinate Length z ~ 0.3 m;
@@ -309,6 +311,50 @@ def test_a_lever_without_mass() -> None:
     assert solution["rail.position"][-1] == pytest.approx(np.cos(2 / np.sqrt(1 / 8 + 4 / 3)), abs=1e-10)
 
 
+# ---------------------------------------------------------------- motions of several coordinates that move no mass
+
+
+def test_two_sliders_in_a_row() -> None:
+    """The frame between them has no mass; both springs of 4 N/m are in series, and a stop acts on the mass behind them."""
+    solution = run(
+        """
+        import mech.planar.*;
+        Particle mass(m = 1 kg); frame node;
+        Prismatic first(world -> node, position = 0.5 m); Prismatic second(node -> mass.a, position ~ 0.5 m);
+        potential 1/2*4 N/m*first.position^2 + 1/2*4 N/m*second.position^2;
+        contact stop: first.position + second.position restitution 0.5;
+        experiment(stop = 2 s, tolerance = 1e-11);
+        """
+    )
+    w = np.sqrt(2)
+    hit = np.pi / 2 / w
+    exact = np.where(solution.time < hit, np.cos(w * solution.time), np.sin(w * (solution.time - hit)) / 2)
+    assert np.abs(2 * solution["first.position"] - exact).max() < 1e-9
+    assert np.abs(solution["second.position"] - solution["first.position"]).max() < 1e-14
+    assert np.ptp(solution["energy.total"] + solution["energy.dissipated"]) < 1e-9
+
+
+@pytest.mark.slow
+def test_a_spring_and_a_damper_in_a_row() -> None:
+    """MAXWELL by the stretch of the spring and that of the damper: x = a + b, z = b."""
+    text = "dimensionless; coordinate a = 1; initial der(a) = -4; coordinate b = 0; kinetic 1/2*(der(a) + der(b))^2;"
+    solution = run(text + "potential 1/2*4*a^2; damping 1 on b; experiment(stop = 2, tolerance = 1e-11);")
+    x, _, z = maxwell(2.0)
+    assert [solution["a"][-1], solution["b"][-1]] == pytest.approx([x - z, z], abs=1e-9)
+
+
+def test_constraints_and_springs_decide_together() -> None:
+    """Of z + w = x and (x - z)^2 + z^2 + w^2 the energy is least at z = 2 x/3: 2/3 x^2 is left."""
+    solution = run(
+        X + "coordinate z ~ 0; coordinate w ~ 0; potential (x - z)^2 + z^2 + w^2; constraint c: z + w = x;"
+        "output force = multiplier(c); experiment(stop = 2, tolerance = 1e-11);"
+    )
+    assert solution["x"] == pytest.approx(np.cos(np.sqrt(4 / 3) * solution.time), abs=1e-9)
+    assert solution["z"] == pytest.approx(2 * solution["x"] / 3, abs=1e-10)
+    assert np.abs(solution["force"]) == pytest.approx(np.abs(2 * solution["x"] / 3), abs=1e-10)
+    assert np.ptp(solution["energy.total"]) < 1e-10
+
+
 # ---------------------------------------------------------------- starts, events, inputs
 
 
@@ -393,7 +439,6 @@ def test_targets_give_the_same_motion(text: str, tmp_path: Path) -> None:
 # ---------------------------------------------------------------- what is refused
 
 
-X = "dimensionless; coordinate x = 1; kinetic 1/2*der(x)^2; "
 REFUSED = {
     "a node on nothing": (X + "coordinate z ~ 0;", "E0520", "'z', and no force decides where it is"),
     "two nodes on each other": (
@@ -421,10 +466,15 @@ REFUSED = {
         "E0520",
         "nothing with mass moves with 'z'",
     ),
-    "held in part": (
-        X + "coordinate z ~ 0; coordinate w ~ 0; potential (x - z)^2 + z^2 + w^2; constraint z + w = x;",
+    "held in part, and loose": (
+        X + "coordinate z ~ 0; coordinate w ~ 0; potential x^2; constraint z + w = x;",
         "E0520",
         "nothing with mass moves with 'z'",
+    ),
+    "two sliders in a row, on nothing": (
+        "dimensionless; coordinate a = 1; coordinate b ~ 0; kinetic (der(a) + der(b))^2; potential (a + b)^2;",
+        "E0520",
+        "some motion of 'a' and 'b' together moves no mass",
     ),
 }
 

@@ -15,7 +15,7 @@ What constraints hold is left to their weights (weights.py), and rotations are n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -59,6 +59,14 @@ POLISH = 2
 
 LARGEST = 1e300
 
+_RESISTED = (
+    "'{}' has no mass, and the values of this run let its balance of forces contain a rate that it does not contain with "
+    "the values of the model"
+)
+_ACCELERATED = (
+    "with the values of the model some motion with '{}' moves no mass, and with those of this run it does"
+)
+
 Array = NDArray[np.float64]
 
 
@@ -78,10 +86,7 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     graph = system.graph
     still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
-    multipliers = [
-        tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
-        for n, rows in enumerate(system.constraints)
-    ]
+    multipliers = _multipliers(system)
     raw = residual(system, multipliers)
     rows = dict(
         zip(found, substitute(graph, [raw[m.v] for m in found], {**still, **state_rates}), strict=True)
@@ -93,13 +98,58 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     for block in _blocks(system, found, rows):
         work.solve(block, [rows[m] for m in block])
     reporter.stop_on_errors()
+    return _with_drives(system, work)
+
+
+def with_combined_balances(
+    system: MechanicalSystem,
+    driven: Mapping[Node, Node],
+    prescribed: Collection[int],
+    told: Callable[[], Exception],
+) -> MechanicalSystem:
+    """Return the system with drives for motions of several coordinates together that move no mass, as those of two sliders in a row
+    with a mass behind them, or that constraints and forces decide together. Raises what ``told`` returns where there are none.
+
+    Of the rows of the equations of motion a combination with constant factors holds neither accelerations nor multipliers.
+    ``driven``, ``prescribed``: what is known of drives so far.
+    """
+    graph = system.graph
+    still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
+    state_rates = {system.rate(x): f for x, f in system.xdot.items()}
+    multipliers = _multipliers(system)
+    unknowns = [*system.a, *(lam for group in multipliers for lam in group)]
+    raw = substitute(graph, residual(system, multipliers), state_rates)
+    raw = substitute(graph, raw, {**driven, **still})
+    whole = [m for m in _plain(system) if m.v not in prescribed]
+    whole.sort(key=lambda m: not system.start_q[m.q].known)
+    rows = [raw[m.v] for m in whole]
+    reporter = Reporter()
+    work = _Work(system, state_rates, _places(system, graph.support(*rows)), reporter, combined=True)
+    _, balances, taking = work.ranked(whole, rows, unknowns, _ACCELERATED)
+    if not balances:
+        raise told()
+    work.solve(work.following(whole, balances, taking), balances)
+    if reporter.has_errors:
+        raise told()
+    return _with_drives(system, work)
+
+
+def _with_drives(system: MechanicalSystem, work: _Work) -> MechanicalSystem:
     return replace(
         system,
         drives=(*system.drives, *work.drives),
         initials=(*system.initials, *_stated(system, work.drives)),
         assertions=(*system.assertions, *work.assertions),
-        sought=tuple(work.sought),
+        sought=(*system.sought, *work.sought),
     )
+
+
+def _multipliers(system: MechanicalSystem) -> list[tuple[Node, ...]]:
+    """Return the symbols of the forces of constraints, as the equations of motion name them."""
+    return [
+        tuple(system.graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
+        for n, rows in enumerate(system.constraints)
+    ]
 
 
 # ---------------------------------------------------------------- which ones
@@ -108,14 +158,8 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
 def _without_mass(system: MechanicalSystem) -> list[Massless]:
     """Return the coordinates that move no mass and that no constraint holds."""
     graph = system.graph
-    pairs: list[Massless] = []
-    first_q = first_v = 0
-    for coordinate in system.symbols.coordinates:
-        if not coordinate.is_rotation:
-            pairs += [Massless(first_v + k, first_q + k) for k in range(len(coordinate.v))]
-        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
     driven = {i for row in system.drives for i in row.v}
-    pairs = [m for m in pairs if m.v not in driven]
+    pairs = [m for m in _plain(system) if m.v not in driven]
     if not pairs:
         return []
     efforts = [n for effort in system.efforts for pair in effort.pairs for n in pair]
@@ -139,6 +183,17 @@ def _without_mass(system: MechanicalSystem) -> list[Massless]:
         return moving.isdisjoint((v, a)) and placed.isdisjoint((q, v)) and held.isdisjoint((q, v, a))
 
     return [m for m in pairs if weightless(m)]
+
+
+def _plain(system: MechanicalSystem) -> list[Massless]:
+    """Return all coordinates but rotations."""
+    pairs: list[Massless] = []
+    first_q = first_v = 0
+    for coordinate in system.symbols.coordinates:
+        if not coordinate.is_rotation:
+            pairs += [Massless(first_v + k, first_q + k) for k in range(len(coordinate.v))]
+        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
+    return pairs
 
 
 def _zeros(system: MechanicalSystem) -> set[Node]:
@@ -248,9 +303,12 @@ class _Work:
         state_rates: Mapping[Node, Node],
         places: list[dict[Node, float]],
         reporter: Reporter,
+        *,
+        combined: bool = False,
     ) -> None:
         self.system, self.graph = system, system.graph
         self.state_rates, self.places, self.reporter = state_rates, places, reporter
+        self.combined = combined
         self.drives: list[DriveRow] = []
         self.assertions: list[AssertionRow] = []
         self.sought: list[System] = []
@@ -282,9 +340,7 @@ class _Work:
         system, graph = self.system, self.graph
         places = [system.q[m.q].node for m in block]
         rates = [system.v[m.v].node for m in block]
-        resisted, combined = self._ranked(block, rows, rates)
-        still = dict.fromkeys(rates, graph.zero)
-        balances = substitute(graph, combined, still) if combined else []
+        resisted, balances, _ = self.ranked(block, rows, rates, _RESISTED)
         algebraic = self._held(block, balances, places)
         if algebraic is None:
             return
@@ -305,7 +361,7 @@ class _Work:
             value, guess = known.get(k, (None, None))
             q, found = ((), ()) if value is None else ((m.q,), (value,))
             origin = scalar.variable.origin
-            drive = DriveRow((scalar.of,), q, (m.v,), found, (ahead[k],), origin, balanced=True, guess=guess)
+            drive = DriveRow((scalar.of,), q, (m.v,), found, (ahead[k],), origin, True, self.combined, guess)
             self.drives.append(drive)
 
     def _told(
@@ -353,41 +409,66 @@ class _Work:
             begun = list(first)
         return list(zip(guesses, begun, strict=True))
 
-    def _ranked(
-        self, block: Sequence[Massless], rows: Sequence[Node], rates: Sequence[Node]
-    ) -> tuple[list[int], list[Node]]:
-        """Return the rows that decide rates, and the combinations of rows that hold none."""
+    def following(
+        self, whole: Sequence[Massless], balances: Sequence[Node], taking: Sequence[Sequence[int]]
+    ) -> list[Massless]:
+        """Return the coordinates that the balances decide, of those whose rows are in them: by their rates where dampings hold these,
+        else by their places, those with a guessed start first."""
+        system = self.system
+        allowed = np.zeros((len(balances), len(whole)))
+        for i, among in enumerate(taking):
+            allowed[i, list(among)] = 1.0
+        guessed = [not system.start_q[m.q].known for m in whole]
+        for sought in ([system.v[m.v].node for m in whole], [system.q[m.q].node for m in whole]):
+            entries = jacobian(self.graph, balances, sought)
+            for matrix in self._matrices(entries, len(whole)):
+                chosen = _pivots(matrix * allowed, guessed)
+                if len(chosen) == len(balances):
+                    return [whole[k] for k in chosen]
+        return [whole[among[-1]] for among in taking]
+
+    def ranked(
+        self, block: Sequence[Massless], rows: Sequence[Node], rates: Sequence[Node], message: str
+    ) -> tuple[list[int], list[Node], list[list[int]]]:
+        """Return the rows that decide rates, the combinations of rows that hold none, without them, and the rows in each of these.
+
+        What is left of a combination without its rates is made first: equal formulas are one node, which keeps its first form.
+        """
         graph = self.graph
         entries = jacobian(graph, rows, rates)
         if not any(entries):
-            return [], list(rows)
+            return [], list(rows), [[i] for i in range(len(rows))]
         matrices = self._matrices(entries, len(rates))
         if not matrices:
-            return list(range(len(rows))), []
+            return list(range(len(rows))), [], []
         scales = np.max([np.abs(d).max(axis=1) for d in matrices], axis=0)
         wide = np.hstack(matrices) / np.where(scales > 0, scales, 1.0)[:, None]
         kept = _independent(wide)
         if len(kept) == len(rows):
-            return kept, []
+            return kept, [], []
         others = [i for i in range(len(rows)) if i not in kept]
-        combined = []
+        combined, taking = list[Node](), list[list[int]]()
+        still = substitute(graph, rows, dict.fromkeys(rates, graph.zero))
         basis = wide[kept].T if kept else np.zeros((wide.shape[1], 0))
         for i in others:
             shares = np.linalg.lstsq(basis, wide[i], rcond=None)[0] if kept else np.zeros(0)
-            total = rows[i]
+            total, whole, among = still[i], rows[i], [i]
             for j, share in zip(kept, shares, strict=True):
                 factor = share * (scales[i] or 1.0) / scales[j]
-                whole = Fraction(factor).limit_denominator(1000)
-                if abs(float(whole) - factor) > VANISHING * max(1.0, abs(factor)):
-                    whole = Fraction(factor)
-                if whole:
-                    total = graph.sub(total, graph.mul(graph.constant(whole), rows[j]))
+                exact = Fraction(factor).limit_denominator(1000)
+                if abs(float(exact) - factor) > VANISHING * max(1.0, abs(factor)):
+                    exact = Fraction(factor)
+                if abs(factor) > VANISHING:
+                    among.insert(0, j)
+                    total = graph.sub(total, graph.mul(graph.constant(exact), still[j]))
+                    whole = graph.sub(whole, graph.mul(graph.constant(exact), rows[j]))
             combined.append(total)
-            self._assert_undamped(block, i, total, rates)
-        return kept, combined
+            taking.append(among)
+            self._assert_undamped(block, i, whole, rates, message)
+        return kept, combined, taking
 
     def _assert_undamped(
-        self, block: Sequence[Massless], i: int, combined: Node, rates: Sequence[Node]
+        self, block: Sequence[Massless], i: int, combined: Node, rates: Sequence[Node], message: str
     ) -> None:
         """Assert that a combination of balances holds no rate, where that is not so whatever the parameters are."""
         graph = self.graph
@@ -406,10 +487,7 @@ class _Work:
         if holds == graph.one:
             return
         scalar = self.system.v[block[i].v]
-        message = (
-            f"'{scalar.of}' has no mass, and the values of this run let its balance of forces contain a rate that it does "
-            "not contain with the values of the model"
-        )
+        message = message.format(scalar.of)
         self.assertions.append(AssertionRow(holds, message, scalar.variable.origin))
 
     def _held(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 
 from msgspec import Struct
 
@@ -31,6 +32,14 @@ class Accelerations(Struct, frozen=True):
     forces: tuple[Node, ...]
     elimination: Elimination
     determined: tuple[AssertionRow, ...]
+
+
+class Undetermined(Exception):
+    """Accelerations that nothing determines; ``told`` reports which, and returns what to raise."""
+
+    def __init__(self, told: Callable[[], Exception]) -> None:
+        super().__init__()
+        self.told = told
 
 
 def accelerations(
@@ -64,7 +73,7 @@ def accelerations(
         if singular.unknown >= len(free) + len(rows):
             contrary = clash(system.graph, equations, unknowns, [system.graph.zero] * len(unknowns))
             raise report_circle(system, forces.symbols, reporter, contrary=contrary) from None
-        raise massless(system, residual, free, rows, singular, reporter) from None
+        raise Undetermined(partial(massless, system, residual, free, rows, singular, reporter)) from None
     count, total = len(free), len(free) + len(rows)
     known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
     asked = len(forces.symbols)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -12,7 +13,7 @@ from mechc.lang.diagnostics import Label, Reporter
 
 from ...flat.model import Query, Role
 from ...graph import Graph, Node
-from ...graph.differentiate import jvp
+from ...graph.differentiate import jacobian, jvp
 from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
@@ -28,7 +29,7 @@ from ..rows.prescribed import check_held, check_prescribed
 from ..rows.prescribed_slips import sticking
 from ..rows.residual import constraint_rates, residual
 from ..rows.signs import Side
-from .accelerations import accelerations, massless
+from .accelerations import Undetermined, accelerations, massless
 from .counted_twice import warn_of_counting_twice
 from .energies import Energies, energies
 from .energies import still as resting
@@ -82,7 +83,8 @@ def solve_system(
     parts: Collection[str] = (),
     apart: Mapping[str, tuple[Node, ...]] | None = None,
 ) -> Solved:
-    """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py.
+    """Solve the equations of motion of a system. Raises Undetermined where they do not decide the motion. ``parts``: see
+    needs.py.
 
     ``apart``: symbols of forces that others find, by the names that questions use.
     """
@@ -127,7 +129,7 @@ def solve_system(
     kept = {row.multiplier for row in rows}
     kept |= {row.multiplier for row in switched}
     absent = {lam: graph.zero for group in multipliers for lam in group if lam not in kept}
-    r = substitute(graph, raw, before | absent)
+    r = _reduced(system, substitute(graph, raw, before | absent), driven, free)
     if rows:
         from ..rows.singular import soften  # as rank.py, with numpy
         from ..rows.weights import give_weights
@@ -164,9 +166,8 @@ def solve_system(
     replace |= _asked_by_rates(system, answered, replace)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
-    outside = {
-        n: f for n, f in driven.items() if n not in balanced
-    }  # what moves freely has the energy of its own
+    alone = frozenset(_balanced(system, combined=False))  # their balances hold whatever else moves
+    outside = {n: f for n, f in driven.items() if n not in alone}
     energy = energies(system, {**outside, **still}, free, power, friction_loss(system, switched))
     if balanced:
         energy = _with_balances(system, energy, {**replace, **state_rates})
@@ -177,7 +178,7 @@ def solve_system(
     try:
         projected = projection(system, r, free, rows, supports) if rows else None
     except ZeroPivot as singular:  # what only friction or a constraint that switches holds
-        raise massless(system, r, free, rows, singular, reporter) from None
+        raise Undetermined(partial(massless, system, r, free, rows, singular, reporter)) from None
     return Solved(
         driven=driven,
         free=free,
@@ -217,9 +218,25 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
     return replace, frozenset(i for row in system.drives for i in row.v)
 
 
-def _balanced(system: MechanicalSystem) -> tuple[Node, ...]:
+def _reduced(
+    system: MechanicalSystem, rows: list[Node], driven: Mapping[Node, Node], free: Sequence[int]
+) -> list[Node]:
+    """Return the equations of motion of the free coordinates with those of others that follow them by balances: virtual work."""
+    graph = system.graph
+    following = [i for row in system.drives if row.combined for i in row.v]
+    if not following:
+        return rows
+    velocities = [system.v[i].node for i in free]
+    entries = jacobian(graph, [driven[system.v[j].node] for j in following], velocities)
+    for j, row in zip(following, entries, strict=True):
+        for k, share in row.items():
+            rows[free[k]] = graph.add(rows[free[k]], graph.mul(share, rows[j]))
+    return rows
+
+
+def _balanced(system: MechanicalSystem, *, combined: bool = True) -> tuple[Node, ...]:
     """Return the symbols of coordinates without mass, of their rates and accelerations that the balance of forces gives."""
-    rows = [row for row in system.drives if row.balanced]
+    rows = [row for row in system.drives if row.balanced and (combined or not row.combined)]
     places = [system.q[k].node for row in rows for k in row.q]
     return (*places, *(n for row in rows for i in row.v for n in (system.v[i].node, system.a[i])))
 
@@ -230,7 +247,8 @@ def _with_balances(system: MechanicalSystem, energy: Energies, known: Mapping[No
     kinetic, potential, total, *powers = substitute(
         graph, [energy.kinetic, energy.potential, energy.total, energy.supplied, energy.dissipated], known
     )
-    energy = replace_fields(energy, kinetic=kinetic, potential=potential, total=total)
+    momenta = tuple(None if p is None else substitute(graph, [p], known)[0] for p in energy.momenta)
+    energy = replace_fields(energy, kinetic=kinetic, potential=potential, total=total, momenta=momenta)
     unknown = graph.reached_among(powers, system.unknown_rates)
     if not unknown:
         return energy

@@ -220,7 +220,7 @@ def test_neither_a_constraint_nor_friction_holds_what_has_no_mass() -> None:
 
 
 def test_a_combination_without_mass_is_named() -> None:
-    text = "coordinate x[2] = {1, 2} m; kinetic 1/2*1 kg*(der(x[1]) + der(x[2]))^2; potential 1 N/m*x[1]^2;"
+    text = "coordinate x[2] = {1, 2} m; kinetic 1/2*1 kg*(der(x[1]) + der(x[2]))^2; potential 1 N/m*(x[1] + x[2])^2;"
     with pytest.raises(CompileError) as caught:
         compiled(text)
     (found,) = caught.value.diagnostics
