@@ -6,6 +6,7 @@ import ctypes
 import re
 from ctypes import c_double, c_int
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -46,14 +47,15 @@ def _declared(line: str) -> list[tuple[str, str]]:
     function = re.search(r"\(\*(\w+)\)\(", line)
     if function:
         return [(function[1], "pointer")]
-    kind, first, *rest = re.fullmatch(r"\s*(?:const )?(unsigned char|\w+)\s+(.*)", line, re.S).groups()  # type: ignore[union-attr]
-    assert not rest
-    return [(part.strip(" *\n"), "pointer" if "*" in part else kind) for part in first.split(",")]
+    found = re.fullmatch(r"\s*(?:const )?(unsigned char|\w+)\s+(.*)", line, re.S)
+    assert found is not None
+    kind, names = found.groups()
+    return [(part.strip(" *\n"), "pointer" if "*" in part else kind) for part in names.split(",")]
 
 
 def fields_in_python(struct: type[Contract]) -> list[tuple[str, str]]:
-    kinds = {c_int: "int", c_double: "mech_real"}
-    return [(field[0], kinds.get(field[1], "pointer")) for field in struct._fields_]  # type: ignore[misc]
+    kinds: dict[Any, str] = {c_int: "int", c_double: "mech_real"}
+    return [(field[0], kinds.get(field[1], "pointer")) for field in struct._fields_]
 
 
 @pytest.mark.parametrize("struct", OURS, ids=lambda s: s.c_name)

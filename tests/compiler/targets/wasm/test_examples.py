@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from gallery import EXAMPLES
@@ -20,8 +22,8 @@ MOTIONS = sorted(path for path in EXAMPLES.rglob("*.mech") if path.parent.name !
 @pytest.mark.slow
 @needs_wasmtime
 @pytest.mark.parametrize("path", MOTIONS, ids=lambda path: path.stem)
-def test_it_runs_to_the_end(path: object) -> None:
-    program = mechc.load(path, keep={"scene"}).compilation.program  # type: ignore[arg-type]
+def test_it_runs_to_the_end(path: Path) -> None:
+    program = mechc.load(path, keep={"scene"}).compilation.program
     experiment = program.experiments[0] if program.experiments else None
     kernel = kernel_for("auto", events=program.hybrid is not None)
     module = linked(program, loaded(kernel), experiment.name if experiment else None).module
