@@ -1,6 +1,6 @@
-"""The parser's tables: made by Lark from ``mech.lark``, kept in the user's cache folder.
+"""The parser's tables: made by Lark from ``mech.lark``, kept beside it in an installation, else in the user's cache folder.
 
-Lark reads the grammar and constructs the LALR(1) automaton (a third of a second); ``parser.py``
+Lark reads the grammar and constructs the LALR(1) automaton, which takes a second; ``parser.py``
 drives it. Loading kept tables needs neither Lark nor the grammar text. They are kept as plain data behind their
 checksum: reading them executes nothing, and what is damaged is made anew.
 """
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import sys
 from collections import deque
 from collections.abc import Iterator, Mapping
 from enum import IntEnum
@@ -65,6 +64,7 @@ _WITH_UNITS = ("QUANTITY", "UNITTAG")
 """Terminals that the lexer finds without their patterns, by ``unit_end``."""
 
 _FOLDER = Path(__file__).parent
+_INSTALLED = _FOLDER
 _MOST_KEPT = 4
 _CHECKSUM = 32
 
@@ -168,8 +168,21 @@ def _production(rule: Any) -> Production:
 
 @cache
 def load_tables() -> Tables:
-    """Return the tables, from the cache folder where they are there and fit this version."""
-    path = _cache_path()
+    """Return the tables, from beside the grammar or from the cache folder where they are there and fit this version."""
+    name = _file_name()
+    tables = _read(_INSTALLED / name) or _read(_cache_folder() / name)
+    if tables is None:
+        tables = build_tables(grammar_text())
+        _keep(tables, _cache_folder() / name)
+    return tables
+
+
+def lay_beside_the_grammar() -> None:
+    """Make the tables, and keep them where an installation finds them: a part of building it (setup.py)."""
+    _keep(build_tables(grammar_text()), _INSTALLED / _file_name())
+
+
+def _read(path: Path) -> Tables | None:
     try:
         content = path.read_bytes()
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
@@ -177,17 +190,15 @@ def load_tables() -> Tables:
             return msgpack.decode(data, type=Tables)
     except Exception:  # absent, unreadable or damaged: whatever it is, the tables can be made again
         pass
-    tables = build_tables(grammar_text())
-    _keep(tables, path)
-    return tables
+    return None
 
 
-def _cache_path() -> Path:
-    """Name the cached file after all that its content depends on."""
-    digest = hashlib.sha256(sys.version.encode())
+def _file_name() -> str:
+    """Name the file after all that its content depends on."""
+    digest = hashlib.sha256()
     for part in ("mech.lark", "tables.py", "../units.py"):
         digest.update(_FOLDER.joinpath(part).read_bytes())
-    return _cache_folder() / f"grammar-{digest.hexdigest()[:20]}.msgpack"
+    return f"grammar-{digest.hexdigest()[:20]}.msgpack"
 
 
 def _cache_folder() -> Path:

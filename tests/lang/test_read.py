@@ -88,6 +88,22 @@ def test_tables_are_kept_and_found_again(cache_folder: Path, monkeypatch: pytest
     assert tables.load_tables.__wrapped__() == made
 
 
+def test_an_installation_makes_none(
+    cache_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They lie beside the grammar, as a wheel has them, unless they are of another one."""
+    monkeypatch.setattr(tables, "_INSTALLED", tmp_path)
+    tables.lay_beside_the_grammar()
+    (laid,) = tmp_path.glob("grammar-*.msgpack")
+    monkeypatch.setattr(tables, "build_tables", lambda grammar: pytest.fail("made again"))
+    assert tables.load_tables.__wrapped__() == built(tables.grammar_text())
+    assert not cache_folder.exists()
+    monkeypatch.setattr(tables, "build_tables", built)
+    laid.rename(tmp_path / "grammar-0.msgpack")
+    tables.load_tables.__wrapped__()
+    assert cache_folder.exists()
+
+
 def with_checksum(data: bytes) -> bytes:
     return hashlib.sha256(data).digest() + data
 

@@ -7,10 +7,13 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+
+from mechc.lang.grammar import tables
 
 ROOT = Path(__file__).resolve().parents[2]
 REPORTS = ("bench/report", "docs/gallery")
@@ -47,21 +50,38 @@ def test_nothing_large_is_kept() -> None:
     ] == []
 
 
-@pytest.mark.slow
-def test_source_distributions_hold_no_tests(tmp_path: Path) -> None:
-    """And all that an installation needs, as it was tracked."""
+def built(kind: str, names: list[str], folder: Path) -> Path:
+    """Return the distribution that is built of some files."""
     if int(version("setuptools").partition(".")[0]) < 77:
         pytest.skip("needs setuptools 77, as the build does")
-    here = tmp_path / "mechc"
-    here.mkdir()
-    names = [name for name in tracked() if not name.startswith(("tests/", "docs/", "bench/", "examples/"))]
-    names.append("tests/test_examples.py")
+    here = folder / "mechc"
     for name in names:
         (here / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / name, here / name, follow_symlinks=False)
-    build = "from setuptools import build_meta; build_meta.build_sdist('dist')"
+    build = f"from setuptools import build_meta; build_meta.build_{kind}('dist')"
     subprocess.run([sys.executable, "-c", build], cwd=here, check=True, capture_output=True)
-    (archive,) = (here / "dist").glob("*.tar.gz")
+    (archive,) = (here / "dist").iterdir()
+    return archive
+
+
+def installed_files() -> list[str]:
+    return [name for name in tracked() if not name.startswith(("tests/", "docs/", "bench/", "examples/"))]
+
+
+@pytest.mark.slow
+def test_wheels_hold_the_tables_of_the_parser(tmp_path: Path) -> None:
+    """So that the first run makes none, and what pages hold."""
+    with zipfile.ZipFile(built("wheel", installed_files(), tmp_path)) as file:
+        held = file.namelist()
+    assert f"mechc/lang/grammar/{tables._file_name()}" in held
+    assert "mechc/web/kernel/plain.wasm" in held
+
+
+@pytest.mark.slow
+def test_source_distributions_hold_no_tests(tmp_path: Path) -> None:
+    """And all that an installation needs, as it was tracked."""
+    names = [*installed_files(), "tests/test_examples.py"]
+    archive = built("sdist", names, tmp_path)
     with tarfile.open(archive) as file:
         held = {name.partition("/")[2] for name in file.getnames()}
     assert not [name for name in held if name.startswith("tests")]
