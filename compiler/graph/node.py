@@ -176,9 +176,9 @@ class Graph(Arithmetic):
                 return self.constant(folded)
         return self._opaque(code, a, b)
 
-    def lookup(self, table: int, x: Node) -> Node:
-        """Return the value of ``tables[table]`` at x."""
-        return self._lookup(table, 0, x)
+    def lookup(self, table: int, x: Node, order: int = 0) -> Node:
+        """Return the value of ``tables[table]`` at x, or what else it is asked (table.py)."""
+        return self._lookup(table, order, x)
 
     def element(self, table: int, index: Node) -> Node:
         """Return the number of samples with an index, which is a whole number."""

@@ -89,4 +89,4 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     index, order = source.table_of(n)
     if target is not source:
         index = target.add_table(source.tables[index])
-    return target._lookup(index, order, *arguments)
+    return target.lookup(index, *arguments, order)

@@ -50,7 +50,7 @@ def with_series(program: Program) -> Program:
             program, series=SeriesPlan(refusal="it has inputs, of which nothing gives Taylor series")
         )
     try:
-        series = _Series(*rates_of(rhs))
+        series = _Series(*rates_of(rhs, program.tables, located=program.hybrid is not None))
     except NoSeries as reason:
         return replace(program, series=SeriesPlan(refusal=str(reason)))
     return replace(program, functions=(*program.functions, *series.functions()), series=series.plan())
@@ -122,10 +122,12 @@ class _Series:
 
     def find(self, n: Node) -> None:
         """Find the coefficients of a node and of all below it."""
-        for m in self.graph.reach([n], self.coefficients) if n not in self.coefficients else ():
-            if m not in self.coefficients:
-                still = self.form.constant(m)
-                self.coefficients[m] = self.graph.zero if still else self.rule(m)
+        if n in self.coefficients:
+            return
+        still = filter(self.form.constant, self.graph.reach([n], self.coefficients))
+        self.coefficients |= dict.fromkeys(still, self.graph.zero)
+        for m in self.graph.reach([n], self.coefficients):  # what is below a constant has no say
+            self.coefficients[m] = self.rule(m)
 
     def keep(self, n: Node) -> Node:
         """Return a number of order 0 as the orders read it."""
@@ -143,7 +145,9 @@ class _Series:
         return self.slots[key]
 
     def rule(self, n: Node) -> Node:
-        """Return the coefficient of an operation whose arguments have theirs."""
+        """Return the coefficient of an operation whose arguments have theirs. Raises NoSeries."""
+        if n in self.form.refusals:
+            raise NoSeries(self.form.refusals[n])
         graph, form, keep = self.graph, self.form, self.keep
         code, args = graph.op(n), graph.args(n)
         c = [self.coefficients[a] for a in args]

@@ -7,9 +7,9 @@ from collections.abc import Collection, Sequence
 from fractions import Fraction
 from typing import Final
 
-from ..graph import Graph, Node
+from ..graph import Graph, Node, Samples, Table
 from ..graph import operations as ops
-from ..graph.operations import ADD, CONST, DIV, MUL, NEG, POW, SELECT, SQRT, SUB
+from ..graph.operations import ADD, CONST, DIV, FLOOR, MUL, NEG, POW, SELECT, SQRT, SUB
 from .model import Literal, Load, Lookup, Operate, ProgramFunction, Store
 
 
@@ -17,14 +17,16 @@ class NoSeries(Exception):
     """A function has no Taylor series, or none that is known. The message says which and why."""
 
 
-def rates_of(function: ProgramFunction) -> tuple[Form, list[Node]]:
+def rates_of(
+    function: ProgramFunction, tables: Sequence[Table | Samples], *, located: bool
+) -> tuple[Form, list[Node]]:
     """Return the rates of a function of one body; states whose rates are zero, as the spin of a symmetric top, count as constants.
     Raises NoSeries."""
-    form = Form()
+    form = Form(tables, located=located)
     rates = form.read(function)
     still = {i for i, rate in enumerate(rates) if form.graph.is_constant(rate) and not form.graph.value(rate)}
     if still:
-        form = Form(still)
+        form = Form(tables, still, located=located)
         rates = form.read(function)
     return form, rates
 
@@ -33,11 +35,16 @@ class Form:
     """A graph of its own, without the rules by which others recognise equal values: here the form is the purpose.
 
     ``symbols``: of the arrays of the function that is read; what depends on p, z and the states that are ``still`` alone is
-    ``constant`` in time.
+    ``constant`` in time. So are whole parts where events are ``located`` whenever one changes. ``refusals``: why a node has no series.
     """
 
-    def __init__(self, still: Collection[int] = ()) -> None:
+    def __init__(
+        self, tables: Sequence[Table | Samples] = (), still: Collection[int] = (), *, located: bool = False
+    ) -> None:
         self.graph = Graph(by_value=False)
+        self.graph.tables = list(tables)
+        self.located = located
+        self.refusals: dict[Node, str] = {}
         self.still = still
         self.symbols: dict[tuple[str, int], Node] = {}
         self._constant: dict[Node, bool] = {}
@@ -60,7 +67,7 @@ class Form:
         return known[n]
 
     def read(self, function: ProgramFunction) -> list[Node]:
-        """Return the results of a function of one body. Raises NoSeries."""
+        """Return the results of a function of one body."""
         (body,) = function.bodies
         results = [self.graph.zero] * function.n_out
         values: list[Node] = []
@@ -73,17 +80,19 @@ class Form:
                     value = self.graph.constant(number)
                 case Operate(code, operands):
                     value = self.operation(code, [values[k] for k in operands])
-                case Lookup():
-                    raise NoSeries(
-                        "its rates hold a look-up table, which is made of pieces without a common Taylor series"
-                    )
+                case Lookup(table, order, operand):
+                    value = self.graph.lookup(table, values[operand], order)
+                    if not self.constant(values[operand]):
+                        self.refusals[value] = (
+                            "its rates hold a look-up table, which is made of pieces without a common Taylor series"
+                        )
                 case Store(_, index, operand):
                     results[index] = values[operand]
             values.append(value)
         return results
 
     def operation(self, code: int, args: Sequence[Node]) -> Node:
-        """Return an operation in the form that suits series. Raises NoSeries."""
+        """Return an operation in the form that suits series."""
         graph = self.graph
         if code == ADD:
             return graph.add(*args)
@@ -97,16 +106,20 @@ class Form:
             return self.power(args[0], Fraction(1, 2))
         if code == POW and graph.op(args[1]) == CONST:
             return self.power(args[0], graph.value(args[1]))
-        constant = all(self.constant(a) for a in args)
-        if not constant and code == SELECT and not self.constant(args[0]):
-            raise NoSeries(
+        n = graph.apply(code, *args)
+        if all(self.constant(a) for a in args):
+            return n
+        if code == FLOOR and self.located:
+            self._constant[n] = True
+        elif code == SELECT and not self.constant(args[0]):
+            self.refusals[n] = (
                 "its rates hold a choice that depends on the motion, which has no Taylor series where it changes"
             )
-        if not constant and code in PIECEWISE:
-            raise NoSeries(
+        elif code in PIECEWISE:
+            self.refusals[n] = (
                 f"its rates hold '{ops.OPERATIONS[code].name}', which has no Taylor series where its pieces meet"
             )
-        return graph.apply(code, *args)
+        return n
 
     def mul(self, x: Node, y: Node) -> Node:
         graph = self.graph

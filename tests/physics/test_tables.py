@@ -211,13 +211,14 @@ SPRING = """
 """
 
 
+@pytest.mark.parametrize("method", ["dop853", "radau5", "taylor"])
 @pytest.mark.parametrize("kind", ["linear", "step"])
-def test_kinks_and_jumps_are_located(kind: str) -> None:
+def test_kinks_and_jumps_are_located(kind: str, method: str) -> None:
     """Against SciPy, which is stopped at each point by its own events."""
     points, values = np.array([-1.0, 0.0, 0.5, 1.0]), np.array([3.0, -0.5, -1.0, -9.0])
     law = f'force table(x, {listed(points)} m, {listed(values)} N, "{kind}") on x;'
     model = mechc.loads(SPRING + law + "experiment(stop = 3 s, tolerance = 1e-12);")
-    found = model.simulate()
+    found = model.simulate(method=method)
 
     def piece(k: int, x: float) -> float:
         if kind == "step":

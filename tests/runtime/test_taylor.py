@@ -179,6 +179,17 @@ def test_start_from_the_horizontal_at_every_tolerance(tolerance: float) -> None:
 MASS = "coordinate x = 1 m; coordinate v = 0 m; kinetic 1/2*1 kg*(der(x)^2 + der(v)^2); "
 
 
+def test_whole_parts_are_constant_between_events() -> None:
+    """s' = 1 + floor(s): it takes 1/n from n - 1 to n; and the rest of a division beside it."""
+    text = "dimensionless; state s = 0; state r = 0; equation der(s) = 1 + floor(s); equation der(r) = mod(s, 1);"
+    stop = 1 + 1 / 2 + 1 / 3 + 0.1
+    solution = mechc.loads(f"{text} experiment(stop = {stop!r}, tolerance = 1e-12);").simulate(
+        method="taylor"
+    )
+    assert abs(solution["s"][-1] - 3.4) < 1e-12
+    assert abs(solution["r"][-1] - (1 / 2 * (1 + 1 / 2 + 1 / 3) + 0.4**2 / 8)) < 1e-12
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
