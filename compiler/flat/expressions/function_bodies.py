@@ -152,7 +152,7 @@ class Body:
 
     def steps(self, body: Sequence[ast.Statement], values: _Values) -> tuple[_Values | None, _Exit]:
         """Return the values behind some steps, None where all ways have returned, and what was returned."""
-        found: _Exit = None
+        found: list[_Exit] = []
         left: _Values | None = values
         for before, statement in zip((None, *body), body, strict=False):
             if before is not None and _always_returns(before):
@@ -166,8 +166,8 @@ class Body:
             if left is None:  # by a condition that is known
                 break
             left, here = self.step(statement, left)
-            found = _filled(found, here)
-        return left, found
+            found.append(here)
+        return left, _one_behind_the_other(found)
 
     def step(self, statement: ast.Statement, values: _Values) -> tuple[_Values | None, _Exit]:
         match statement:
@@ -331,16 +331,16 @@ class Body:
     def loop(self, statement: ast.For, values: _Values) -> tuple[_Values | None, _Exit]:
         scope = self.at(values)
         self.free(statement.name, statement.range.span, values)
-        found: _Exit = None
+        found: list[_Exit] = []
         for item in values_of(scope, statement.range):
             self.known[statement.name] = _Known("the counter of a loop", statement.range.span)
             inner = {**values, statement.name: self.bindings.name(scope, statement.name, item)}
             left, here = self.steps(statement.body, inner)
-            found = _filled(found, here)
+            found.append(here)
             if left is None:
-                return None, found
+                return None, _one_behind_the_other(found)
             values = self.inside(left, values)
-        return values, found
+        return values, _one_behind_the_other(found)
 
     def branches(
         self, statement: ast.If, branches: Sequence[ast.IfBranch], values: _Values
@@ -474,6 +474,13 @@ def _always_returns(statement: ast.Statement) -> bool:
             )
         case _:
             return False
+
+
+def _one_behind_the_other(parts: Sequence[_Exit]) -> _Exit:
+    found: _Exit = None
+    for part in reversed(parts):  # each is looked through once
+        found = _filled(part, found)
+    return found
 
 
 def _filled(found: _Exit, rest: _Exit) -> _Exit:

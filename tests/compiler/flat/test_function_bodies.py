@@ -447,3 +447,37 @@ end twice;
         return np.array([a[0], *a[:3]]) + best * above
 
     compare(made, expected, 3, numbers(3))
+
+
+def test_a_loop_that_a_condition_of_the_motion_leaves() -> None:
+    text = """
+function first(Real a, Integer n) -> (Real turn, Real value)
+  var s = 0;
+  for i in 1:n loop
+    s := s + a^i/i;
+    if sin(a*i) > 0.8 then
+      return (i, s);
+    end if;
+    for k in 1:2 loop
+      if cos(a*i*k) < -0.99 then
+        return (i + 100*k, s);
+      end if;
+    end for;
+  end for;
+  return (0, s);
+end first;
+"""
+    made = model(text, "let (turn, value) = first(q[1], 30); output y = {turn, value};", 1)
+
+    def expected(q: Any) -> Any:
+        a, s = q[0], 0
+        for i in range(1, 31):
+            s += a**i / i
+            if np.sin(a * i).real > 0.8:
+                return i, s
+            for k in (1, 2):
+                if np.cos(a * i * k).real < -0.99:
+                    return i + 100 * k, s
+        return 0, s
+
+    compare(made, expected, 1, np.linspace(0.01, 0.9, 20)[:, None])
