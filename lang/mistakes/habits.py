@@ -29,7 +29,7 @@ _CONDITIONS = ("IF", "ELSEIF", "WHEN", "ELSEWHEN", "ASSERT", "AND", "OR", "NOT",
 # Words that Modelica has and this language has not, with what to write.
 _MODELICA: Mapping[str, str] = {
     "connect": "bodies are joined by a joint: 'Revolute pin(world -> bar.a);'",
-    "algorithm": "order is free: write 'let', 'equation der(x) = ..;' or 'when' statements",
+    "algorithm": "a model has no steps: write 'let', 'equation der(x) = ..;' or 'when', steps in a 'function'",
     "annotation": "write 'experiment(stop = 10 s);' for the run; there are no other annotations",
     "constant": "write 'parameter g = 9.81 m/s^2;'",
     "replaceable": "models cannot be exchanged from outside; use a structural parameter and 'if'",
