@@ -171,31 +171,32 @@ def build_shared(
     *,
     name: str = "model",
     compiler: Compiler | None = None,
+    file: str = _BUILT,
     link: Sequence[str] = LINK,
     chosen: Callable[[], Mapping[str, str]] | None = None,
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
     ``key`` is further text on which the result depends. ``chosen`` gives what is compiled in the place of the sources, which
-    follows from these and the key: it is asked when something is compiled. ``compiler``: None for the one that is found; ``link`` is what
-    the linker is told. Raises ``BuildError`` and ``CompilerMissing``.
+    follows from these and the key: it is asked when something is compiled. ``compiler``: None for the one that is found; ``file`` is
+    the name that the linker gives the library, ``link`` what it is told. Raises ``BuildError`` and ``CompilerMissing``.
     """
     compiler = compiler or find_compiler()
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
-    digest = cache_key(sources, (*flags, _BUILT, *link), key, compiler)
-    stem = f"{name}-{digest}"
-    library = find_entry(stem, LIBRARY_SUFFIX)
+    digest = cache_key(sources, (*flags, file, *link), key, compiler)
+    stem, suffix = f"{name}-{digest}", Path(file).suffix
+    library = find_entry(stem, suffix)
     if library is None:
         sources = sources if chosen is None else chosen()
         with _around(name), build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
             if compiler.in_process:
-                _compile_in_process(sources, flags, folder / _BUILT)
+                _compile_in_process(sources, flags, folder / file)
             else:
-                _compile(compiler, sources, flags, folder, ("-o", _BUILT, *link))
-            library = keep_entry(folder / _BUILT, stem, LIBRARY_SUFFIX)
+                _compile(compiler, sources, flags, folder, ("-o", file, *link))
+            library = keep_entry(folder / file, stem, suffix)
         prune_when_due()
     return library
 
