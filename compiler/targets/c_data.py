@@ -33,13 +33,12 @@ static void outputs_of_all(mech_real t, const mech_real *y, const mech_real *u, 
 
 def record_text(record: Record) -> Iterator[str]:
     """Yield the lines of a struct, behind what its pointers point to: rows, arrays, then further structs."""
-    for kind in (Rows, Array, Record):
-        for value in record.fields.values():
-            if isinstance(value, kind):
-                yield from _pointed(value)
+    pointed = [value for value in record.fields.values() if isinstance(value, Rows | Array | Record)]
+    for value in sorted(pointed, key=lambda value: (Rows, Array, Record).index(type(value))):
+        yield from _pointed(value)
     yield f"static const {record.struct.c_name} {record.name} = {{"
-    for name, value in record.fields.items():
-        yield f"    .{name} = {_field(value)},"
+    for name, field in record.fields.items():
+        yield f"    .{name} = {_field(field)},"
     yield "};\n"
 
 
