@@ -424,13 +424,21 @@ class Friction(Statement, frozen=True):
     static_backward: Expression | None = None
 
 
+class Effort(Node, frozen=True):
+    """``by force on s``, ``by torque on F`` or ``by u`` behind a constraint; ``kind`` is force, torque or input."""
+
+    kind: str
+    on: Expression
+
+
 class Constraint(Statement, frozen=True):
-    """``kind`` is empty, ``holonomic`` or ``nonholonomic``."""
+    """``kind`` is empty, ``holonomic`` or ``nonholonomic``; ``by``: what keeps it, where that does not act along it."""
 
     kind: str
     label: LabelName | None
     left: Expression
     right: Expression
+    by: Effort | None = None
 
 
 class Inequality(Statement, frozen=True):

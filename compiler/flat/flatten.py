@@ -36,6 +36,7 @@ from .statements.experiments import experiments
 from .statements.initial_values import all_stationary
 from .statements.record import Record
 from .statements.relations import hold_released_drives
+from .statements.servo import check_impacts, find_inputs
 from .statements.studies import studies
 from .statements.variables import variable
 from .statements.variations import name_independent, variation
@@ -148,6 +149,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     run(instance, record)
     hold_released_drives(record)
     all_stationary(record)
+    find_inputs(record)
     declared = _variables(record)
     curve = variation(instance, record)
     found = experiments(instance)
@@ -200,6 +202,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         implicit=tuple(record.implicit),
         files=tuple(flattening.files.values()),
     )
+    check_impacts(flat, record.servos, reporter)
     check_unknowns(flat, reporter)
     reporter.stop_on_errors()
     let_go(instance)

@@ -62,6 +62,8 @@ ACTIONS: Mapping[str, Action] = {
     "two_sided_friction": statements.two_sided_friction,
     "sides": statements.sides,
     "constraint": statements.constraint,
+    "by_load": statements.by_load,
+    "by_input": statements.by_input,
     "inequality": curves.inequality,
     "asserted_constraint": statements.asserted_constraint,
     "drive": statements.drive,

@@ -391,7 +391,17 @@ def friction(b: Builder, c: Children, span: Span) -> ast.Friction:
 
 
 def constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:
-    return ast.Constraint(kind="", label=c[1], left=c[2], right=c[4], doc=text_of(b, c[5]), span=span)
+    return ast.Constraint(
+        kind="", label=c[1], left=c[2], right=c[4], by=c[5], doc=text_of(b, c[6]), span=span
+    )
+
+
+def by_load(b: Builder, c: Children, span: Span) -> ast.Effort:
+    return ast.Effort(kind=c[1].text, on=c[3], span=span)
+
+
+def by_input(b: Builder, c: Children, span: Span) -> ast.Effort:
+    return ast.Effort(kind="input", on=c[1], span=span)
 
 
 def asserted_constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:

@@ -21,7 +21,7 @@ ACTIONS = ("reinit", "terminate", "impulse", "release", "engage", "assert")
 """Words that begin an action of ``when``."""
 
 CLAUSES = (
-    "typeof", "at", "on", "from", "in", "static", "forward", "backward", "along", "restitution", "friction", "to", "unit",
+    "typeof", "by", "at", "on", "from", "in", "static", "forward", "backward", "along", "restitution", "friction", "to", "unit",
     "then", "else", "elseif", "elsewhen", "loop", "end", "for", "if", "when",
 )  # fmt: skip
 """Words inside a statement or at the end of a block."""

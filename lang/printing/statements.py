@@ -103,7 +103,11 @@ def _clauses(s: Simple) -> list[Doc]:
             return _with_options(clauses + _clause("on", s.on), s.options)
         case ast.Constraint():
             word = f"{s.kind} constraint" if s.kind else "constraint"
-            return [*_labelled(word, s.label, s.left), *_clause("=", s.right)]
+            clauses = [*_labelled(word, s.label, s.left), *_clause("=", s.right)]
+            if s.by is not None:
+                clauses += ["by"] if s.by.kind == "input" else ["by", s.by.kind, "on"]
+                clauses.append(document(s.by.on))
+            return clauses
         case ast.Inequality():
             return _labelled("constraint", s.label, s.condition)
         case ast.Contact():

@@ -28,7 +28,10 @@ WORDS = {
         "friction 2 N on x;",
         "dry friction: sticks below its limit; 'forward 2 N backward 1 N on x' has two, of which one may be 'infinite'",
     ),
-    "constraint": ("constraint x^2 + y^2 = l^2;", "an equation that the motion keeps"),
+    "constraint": (
+        "constraint x^2 + y^2 = l^2;",
+        "an equation that the motion keeps; 'by force on s' says what keeps it, where that acts elsewhere",
+    ),
     "holonomic": ("holonomic constraint x = y;", "a constraint on positions, and said to be one"),
     "nonholonomic": (
         "nonholonomic constraint der(x) = r*der(phi);",

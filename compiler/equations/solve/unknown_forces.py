@@ -109,6 +109,18 @@ def report_circle(
     queries: dict[str, Query] = {title(query): query for query in asked}
     names = " and ".join(f"'{name}'" for name in queries)
     first = next(iter(queries.values()))
+    loads = {load.name.partition("[")[0]: load for load in system.model.loads}
+    if (
+        kept := next((loads[f"{q.target}.own"] for q in asked if f"{q.target}.own" in loads), None)
+    ) is not None:
+        return reporter.fail(
+            "E0728",
+            f"what keeps '{first.target}' does not reach it at once",
+            kept.origin.shown,
+            caption="this changes no acceleration that the constraint contains",
+            help="act on what the constraint moves; what follows by way of springs, or of states such as a current, follows later: "
+            "constrain that, or let a controller follow",
+        )
     if contrary:
         return reporter.fail(
             "E0537",

@@ -14,7 +14,7 @@ from ..instances.declared_types import fit
 from ..model import Apply, Element, Expression, Kind, Query, Role, Type
 from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
-from .coordinates import Target, constraint_dimension, on_the_curve, target_of
+from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of
 from .kinematics import in_frame, position_argument
 from .references import CONSTRAINING, find_instance, find_label, question_of
 from .signature import Call
@@ -83,6 +83,8 @@ def _multiplier(call: Call) -> Expression:
     interval = call.scope.flattening.interval
     if interval is not None:
         return _query(call, _curve_multiplier(call, interval, label, type), label.name)
+    if isinstance(label.statement, ast.Constraint) and label.statement.by is not None:
+        return _query(call, effort_type(label.scope, label.statement.by, type.shape), label.name)
     dimension = _per(call, types.POWER if of_rates else types.ENERGY, type.dimension)
     result = _query(call, types.real(dimension, type.shape), label.name)
     if isinstance(label.statement, ast.Friction) and is_turned(label.scope, label.statement):
@@ -110,6 +112,19 @@ def _closed(call: Call) -> Expression:
             help=f"its output 'creep({label.name})' is the speed where it ought to stick",
         )
     return _query(call, types.BOOLEAN, label.name)
+
+
+def effort_type(scope: Scope, by: ast.Effort, shape: tuple[int, ...]) -> Type:
+    """Return the type of what keeps a constraint: a force, a torque, or the value of an input."""
+    on = scope.elaborate(by.on)
+    if by.kind == "input":
+        return types.numeric(on.type)
+    if scope.flattening.dimensionless:
+        return types.real(types.NUMBER.dimension, shape)
+    if on.type.kind in (Kind.FRAME, Kind.POINT):
+        return types.real(types.FORCE if by.kind == "force" else types.ENERGY, shape)
+    rates = has_rates(scope.flattening, on)
+    return types.real((types.POWER if rates else types.ENERGY) / on.type.dimension, shape)
 
 
 def is_infinite(scope: Scope, node: ast.Expression | None) -> bool:

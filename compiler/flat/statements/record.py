@@ -52,6 +52,9 @@ class Record(Struct):
     draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)
     ends: list[model.End] = field(default_factory=list)
     functional: model.Expression | None = None
+    servos: dict[str, Span] = field(default_factory=dict)
+    """Where it is said what keeps a constraint by something else than its own force, by the name of the constraint."""
+    servo_inputs: list[tuple[VariableMember, model.Expression]] = field(default_factory=list)
     stationary: list[tuple[Scope, ast.StationaryStart]] = field(default_factory=list)
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)

@@ -16,6 +16,7 @@ from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
 from .loads import label_name
 from .record import JointParts, Record
+from .servo import keep
 
 
 def sides(
@@ -78,6 +79,8 @@ def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
     name = label_name(scope, statement.label, "constraint", record)
     origin = scope.origin(statement.span)
     record.constraints.append(model.Constraint(name, statement.kind, left, right, origin))
+    if statement.by is not None:
+        keep(scope, statement, statement.by, (name, left, right), record)
 
 
 def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
