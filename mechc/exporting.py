@@ -65,7 +65,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
     match target:
         case "python" | "casadi" | "jax":
             module = Path(_MODULES[target].format(re.sub(r"\W", "_", name)))  # what Python can import
-            return _write({output or module: _module(model, target)})
+            return _write({output or module: _module(without_bends(model), target)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:
@@ -110,6 +110,14 @@ MOST_NUMBERS = 2000
 
 _MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
 """Names of the modules; none is that of a library."""
+
+
+def without_bends(model: CompiledModel) -> CompiledModel:
+    """Return a model whose only events are kinks of tables without them, for targets that know no events."""
+    if model.compilation.program.hybrid is None or not model.compilation.program.tables:
+        return model
+    plain = model.keeping({*model.compilation.parts, "bends"})
+    return plain if plain.compilation.program.hybrid is None else model
 
 
 def exported_run(

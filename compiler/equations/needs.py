@@ -96,6 +96,12 @@ PARTS = {
         "nobody asks for them; `model.functions` brings them",
         studied=True,
     ),
+    "bends": Part(
+        "kinks of tables as they stand, where runs would stop",
+        (),
+        "a run stops at kinks of tables",
+        studied=True,
+    ),
     "projection": Part(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
     ),

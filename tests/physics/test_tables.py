@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from scipy.interpolate import (
 )
 
 import mechc
+from mechc.requests.parse_values import UsageMistake
 
 Floats = NDArray[np.float64]
 
@@ -251,6 +253,19 @@ def test_kinks_and_jumps_are_located(kind: str, method: str) -> None:
             state[0] = points[k + 1] if run.t_events[0].size else points[k]
     assert crossings >= 4
     assert abs(found["x"][-1] - state[0]) < 1e-9 and abs(found["der(x)"][-1] - state[1]) < 1e-9
+
+
+def test_modules_without_events_have_linear_tables(tmp_path: Path) -> None:
+    """As they stand, within steps; the motion is that of `mechc run`, to what unlocated kinks cost."""
+    law = 'force table(x, {-1, 0, 0.5, 1} m, {3, -0.5, -1, -9} N, "linear", "hold") on x; experiment(stop = 2 s);'
+    model = mechc.loads(SPRING + law)
+    namespace: dict[str, Any] = {"__name__": "generated"}
+    (path,) = model.compile("python", tmp_path / "made.py")
+    exec(path.read_text(encoding="utf-8"), namespace)
+    made, found = namespace["simulate"](stop=2.0), model.simulate()
+    assert abs(made["x"][-1] - found["x"][-1]) < 1e-4
+    with pytest.raises(UsageMistake, match="switches"):
+        mechc.loads(SPRING + law.replace("linear", "step")).compile("python", tmp_path / "none.py")
 
 
 def test_a_sawtooth_goes_on_and_its_jumps_are_located() -> None:

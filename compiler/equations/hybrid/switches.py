@@ -64,14 +64,15 @@ def find_switches(
     further: Iterable[Node],
     fixed: frozenset[Node],
     sides: Sequence[Side],
+    left: Collection[Node] = (),
 ) -> Switches:
     """Return the switches of all relations that ``formulas`` contain, and of all ``sides`` of forces.
 
     ``resolve`` turns what the user wrote into formulas of array entries; ``further`` are relations that the user did
-    not write; ``fixed`` are the symbols that change at events only.
+    not write; ``fixed`` are the symbols that change at events only; ``left`` are relations that stay as they stand.
     """
     graph = system.graph
-    written = list(system.lowering.relations)
+    written = [n for n in system.lowering.relations if n not in left]
     settled = system.lowering.questions.settle(written)  # as they stand in what is differentiated
     relations = [*written, *(n for n, m in zip(settled, written, strict=True) if n != m), *further]
     if not relations and not sides:

@@ -76,7 +76,8 @@ def add_events(
         *relations_of_time(system, held, solved.replace),
         *jumps_of_dissipation(system, rhs.outputs, braking, solved.replace, written),
     ]
-    switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
+    left = system.lowering.tables.bends if "bends" in parts else {}
+    switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides, left)
     switches, surfaces = with_sliding(system, switches, {s.node for s in system.symbols.states})
     if not (system.branches or rows or switches.located or switches.timed or crowd):
         if "events" not in parts:

@@ -51,6 +51,8 @@ class Tables:
         self._data = data
         self._located = located
         self._reporter = reporter
+        self.bends: dict[Node, None] = {}
+        """Those of the located ones across which tables are continuous."""
         self.conditions: dict[Node, tuple[Node, str, Origin]] = {}
         """What must hold where tables do not go on beyond their ends, with what to say where it does not."""
 
@@ -89,7 +91,8 @@ class Tables:
             ends = (cell.index, graph.add(cell.index, graph.one))
             f, d = self._samples(values), self._samples(slopes)
             return cell.between(graph, *map(f, ends), *map(d, ends))
-        place = self._place(x, points, outside, steps=kind == "step")
+        jumps = kind == "step" or (outside == "periodic" and values[0] != values[-1])
+        place = self._place(x, points, outside, steps=kind == "step", jumps=jumps)
         read = self._samples(values)
         if kind == "step":
             return read(place.index)
@@ -103,6 +106,7 @@ class Tables:
             below, above = graph.less(x, first), graph.less(last, x)
             for one in (below, above):
                 self._located(one)
+                self.bends[one] = None
             return graph.select(below, first, graph.select(above, last, x))
         if outside == "error":
             holds = graph.logical_and(graph.less_equal(first, x), graph.less_equal(x, last))
@@ -128,7 +132,7 @@ class Tables:
         width = graph.sub(high, low)
         return _Cell(index, graph.div(graph.sub(x, low), width), width, outside == "extend")
 
-    def _place(self, x: Node, points: Numbers, outside: str, *, steps: bool) -> _Place:
+    def _place(self, x: Node, points: Numbers, outside: str, *, steps: bool, jumps: bool) -> _Place:
         """Return the piece around a place of what bends or jumps between pieces: events locate their ends.
 
         The index is the whole part of a formula that grows by one from each point to the next. Beyond the ends it stays half a
@@ -159,6 +163,8 @@ class Tables:
             whole = index = graph.floor(graph.minimum(graph.maximum(along, graph.half), end))
         if not graph.is_constant(whole):
             self._located(whole)
+            if not jumps:
+                self.bends[whole] = None
         if steps:
             return _Place(index, graph.zero)
         low, high = graph.element(table, index), graph.element(table, graph.add(index, graph.one))
@@ -184,7 +190,9 @@ class Tables:
         rows = graph.constant(len(axes[1]))
         if kind not in SMOOTH:
             row, column = (
-                self._place(x, points, outside, steps=kind == "step")
+                self._place(
+                    x, points, outside, steps=kind == "step", jumps=kind == "step" or outside == "periodic"
+                )
                 for x, points in zip(places, axes, strict=True)
             )
             corner = graph.add(graph.mul(rows, row.index), column.index)
