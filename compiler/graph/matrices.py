@@ -42,15 +42,15 @@ def inverse(graph: Graph, a: Matrix) -> Matrix:
 
 def solve(graph: Graph, a: Matrix, right: Sequence[Vector]) -> list[Vector]:
     """Return x with a x = b for each b of ``right``. Raises DivisionByZero as ``inverse`` does."""
-    columns, right = list(transpose(a)), list(right)
+    columns, sides = list(transpose(a)), list(right)
     upper: list[list[Node]] = []
-    found: list[list[Node]] = [[] for _ in right]
+    found: list[list[Node]] = [[] for _ in sides]
     for k, column in enumerate(columns):
         length = graph.div(graph.one, graph.dot(column, column))
         shares = [_removed(graph, column, length, columns, j) for j in range(k + 1, len(a))]
         upper.append(shares)
-        for j in range(len(right)):
-            found[j].append(_removed(graph, column, length, right, j))
+        for j in range(len(sides)):
+            found[j].append(_removed(graph, column, length, sides, j))
     for values in found:
         for k in reversed(range(len(a))):
             for j, share in enumerate(upper[k], k + 1):

@@ -181,6 +181,17 @@ def _results(scope: Scope, node: ast.Call, name: str, place: Place | None = None
     inner = Scope(scope.flattening, None, found.namespace, local, calls, scope.in_event)
     body = Body(inner, function, results_of)
     for k, (formal, given) in enumerate(zip(function.arguments, node.arguments, strict=True)):
+        if formal.name in local:
+            size = not any(f.name == formal.name for f in function.arguments[:k])
+            raise inner.fail(
+                "E0204",
+                f"'{formal.name}' is declared twice",
+                formal.span,
+                caption=f"it is the size of '{function.arguments[k - 1].name}' already"
+                if size
+                else "again here",
+                help="a size that is an argument stands behind it" if size else "",
+            )
         value = _bound(scope, own, formal, given)
         if place is not None and k == 0:
             value = place(value)

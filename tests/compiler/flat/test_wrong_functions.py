@@ -82,6 +82,16 @@ WRONG = {
         "same block",
     ),
     "a name of the model": (steps("let b = x;", "return a;"), "E0201", "arguments"),
+    "a size and an argument": (
+        steps("return c[n];", head="f(Real c[n], Integer n) -> Real", call="output y = f({1, 2}, 2);"),
+        "E0204",
+        "behind it",
+    ),
+    "two arguments of one name": (
+        "function f(Real a, Real a) = a;\noutput y = f(1, 2);\n" + BODY,
+        "E0204",
+        "",
+    ),
     "twice": (steps("let a = 2;", "return a;"), "E0204", ""),
     "units of branches": (
         steps("var s = 0;", "if a > 1 then s := 1 m; else s := 1 s; end if;", "return a;"),
