@@ -29,16 +29,31 @@ def switched_names(model: FlatModel) -> frozenset[str]:
     return frozenset[str]().union(*(event.switched for event in model.events))
 
 
-def open_at_start(model: FlatModel) -> frozenset[str]:
-    """Return the names of what ``when initial() then release …`` leaves open: no state need fulfil it until it is engaged."""
-    first = (event.branches[0] for event in model.events)
-    asked = (b for b in first if isinstance(b.condition, Apply) and b.condition.function == "initial")
-    return frozenset(
-        action.target
-        for b in asked
-        for action in b.actions
-        if isinstance(action, Switch) and not action.engage
-    )
+def open_at_start(model: FlatModel) -> dict[str, tuple[Expression, ...]]:
+    """Return the names of what ``when initial() [and c] then release …`` leaves open, with the further conditions: no state need
+    fulfil it until it is engaged."""
+    found: dict[str, tuple[Expression, ...]] = {}
+    for event in model.events:
+        branch = event.branches[0]
+        parts = _parts(branch.condition)
+        further = tuple(p for p in parts if not _is_initial(p))
+        if len(further) == len(parts):
+            continue
+        for action in branch.actions:
+            if isinstance(action, Switch) and not action.engage:
+                found[action.target] = further
+    return found
+
+
+def _parts(condition: Expression) -> tuple[Expression, ...]:
+    """Return what has to hold at once."""
+    if isinstance(condition, Apply) and condition.function == "and":
+        return tuple(p for argument in condition.arguments for p in _parts(argument))
+    return (condition,)
+
+
+def _is_initial(condition: Expression) -> bool:
+    return isinstance(condition, Apply) and condition.function == "initial"
 
 
 def switchable(
@@ -53,15 +68,14 @@ def switchable(
             impulses = tuple(
                 lowering.graph.symbol(f"#impulse {rows.name} {k}.{i}") for i in range(len(rows.residuals))
             )
-            rows = replace(
-                rows,
-                mode=Mode(
-                    "constraint",
-                    lowering.graph.symbol(f"closed({rows.name})"),
-                    impulses,
-                    begins=rows.name not in left or not (rows.joint or rows.name in stated),
-                ),
-            )
+            begins = rows.name not in left or not (rows.joint or rows.name in stated)
+            unless = None
+            if not begins and left[rows.name]:
+                unless = lowering.graph.one
+                for condition in left[rows.name]:
+                    unless = lowering.graph.logical_and(unless, lowering.scalar(condition))
+            flag = lowering.graph.symbol(f"closed({rows.name})")
+            rows = replace(rows, mode=Mode("constraint", flag, impulses, begins=begins, unless=unless))
         result.append(rows)
     return tuple(result)
 

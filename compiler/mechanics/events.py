@@ -41,7 +41,25 @@ def branch_rows(
             )
             text = branch.condition.span.text
             rows.append(BranchRow(number, condition, actions, text, branch.origin))
-    return tuple(rows)
+    return (*rows, *_engaged_at_start(lowering, model, constraints))
+
+
+def _engaged_at_start(
+    lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
+) -> list[BranchRow]:
+    """Return a branch for each constraint that holds from the start unless a condition opens it."""
+    graph, found = lowering.graph, dict[str, BranchRow]()
+    for rows in constraints:
+        mode = rows.mode
+        if mode is None or mode.unless is None or lowering.initial is None or rows.name in found:
+            continue
+        condition = graph.logical_and(lowering.initial, graph.logical_not(mode.unless))
+        action = SetAction((mode.flag,), (graph.one,), True, rows.origin)
+        number = len(model.events) + len(found)
+        found[rows.name] = BranchRow(
+            number, condition, (action,), f"{rows.name} holds at the start", rows.origin
+        )
+    return list(found.values())
 
 
 def _flags(constraints: tuple[ConstraintRows, ...]) -> dict[str, Node]:

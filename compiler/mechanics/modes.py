@@ -29,7 +29,7 @@ class Mode(Struct, frozen=True):
     ``kinetic`` and ``static`` of its force (``backward`` and ``static_backward`` against a motion backwards, if these are others), or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
     negative for the default. ``whole``: the name of the contact, of whose gap this may be a part.
-    ``begins``: whether a constraint holds at the start.
+    ``begins``: whether a constraint holds at the start; ``unless``: it does but where this is true, and is engaged then.
     """
 
     kind: Literal["contact", "friction", "freewheel", "constraint"]
@@ -47,6 +47,7 @@ class Mode(Struct, frozen=True):
     rest: Node | None = None
     whole: str = ""
     begins: bool = True
+    unless: Node | None = None
 
 
 class SetAction(Struct, frozen=True):

@@ -7,12 +7,15 @@ positions has a row in both.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mechc.lang.diagnostics import Reporter
 
 from ...graph import Node
 from ...graph.differentiate import jacobian, jvp
 from ...mechanics.system import InitialRow, MechanicalSystem
 from ..model import AssemblyEntry, Function
+from ..rows.constraints import Row
 from ..solve.solved import Solved
 from .entries import Layout
 from .found import Condition, Found
@@ -42,8 +45,19 @@ def assembly(
     held = tuple(
         row
         for row in solved.switched
-        if (mode := row.constraint.mode) and mode.kind == "constraint" and mode.begins
+        if (mode := row.constraint.mode)
+        and mode.kind == "constraint"
+        and (mode.begins or mode.unless is not None)
     )
+
+    def wanted(row: Row, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """Return residuals that nobody wants where something opens the constraint at the start."""
+        mode = row.constraint.mode
+        if mode is None or mode.unless is None:
+            return resolve(nodes)
+        graph = system.graph
+        return resolve([graph.select(mode.unless, graph.zero, n) for n in nodes])
+
     guessed = [n for n, start in zip(velocities, found.starts[layout.nq :], strict=False) if not start.known]
     free = {
         system.q[k].node for k, start in zip(layout.q_indices, found.starts, strict=False) if not start.known
@@ -63,7 +77,7 @@ def assembly(
 
     for row in (*solved.all_rows, *held):
         if row.position is not None:
-            residual, rate = resolve([row.position, row.rate])
+            residual, rate = wanted(row, [row.position, row.rate])
             name, unit = row.title, row.constraint.units[row.component]
             entry = AssemblyEntry(name, 1, "constraint", True, unit, row.constraint.origin.shown)
             add(entry, residual, *jacobian(system.graph, [rate], velocities))
@@ -72,7 +86,7 @@ def assembly(
         if number == 1:
             add(_entry(condition.row, 1), condition.residual, _displaced(system, condition.residual, layout))
     for row in (*solved.all_rows, *held):
-        (residual,) = resolve([row.rate])
+        (residual,) = wanted(row, [row.rate])
         unit = row.constraint.units[row.component]
         unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit
         entry = AssemblyEntry(row.title, 2, "constraint", True, unit, row.constraint.origin.shown)
