@@ -208,6 +208,66 @@ def test_a_node_on_a_cubic_spring() -> None:
 
 
 @pytest.mark.slow
+def test_accelerations_of_what_has_no_mass() -> None:
+    """z^3 + z = x twice differentiated: z'' = (x'' - 6 z z'^2)/(1 + 3 z^2)."""
+    solution = run(
+        SERIES.replace("1/2*4 N/m*z^2", "1/4*4 N/m^3*z^4") + "output a = der(der(z)); output b = der(der(x));"
+    )
+    z, rate = solution["z"], solution["der(z)"]
+    assert solution["a"] == pytest.approx((solution["b"] - 6 * z * rate**2) / (3 * z**2 + 1), abs=1e-12)
+
+
+def test_a_model_without_any_mass() -> None:
+    """c z' = -k z, and a spring that follows a force of time."""
+    decay = run(
+        "dimensionless; coordinate z = 1; potential 1/2*z^2; damping 1 on z; experiment(stop = 1, tolerance = 1e-11);"
+    )
+    assert decay["z"] == pytest.approx(np.exp(-decay.time), abs=1e-10)
+    assert np.ptp(decay["energy.total"] + decay["energy.dissipated"]) < 1e-10
+    led = run(
+        "dimensionless; coordinate z ~ 0; potential 1/2*z^2; force sin(time) on z; experiment(stop = 1);"
+    )
+    assert led["z"] == pytest.approx(np.sin(led.time), abs=1e-15)
+    assert led["der(z)"] == pytest.approx(np.cos(led.time), abs=1e-15)
+
+
+@pytest.mark.slow
+def test_a_reaction_acts_on_what_has_no_mass() -> None:
+    """2 (x - z) - 2 z + 0.1 m = 0 with the multiplier m = x - z: z = 2.1 x/4.1, and x'' = -(x - z)."""
+    solution = run(
+        X + "coordinate y = 1; kinetic 1/2*der(y)^2; constraint c: x = y; coordinate z ~ 0;"
+        "potential (x - z)^2 + z^2; force 0.1*multiplier(c) on z; experiment(stop = 1, tolerance = 1e-11);"
+    )
+    assert solution["x"][-1] == pytest.approx(np.cos(np.sqrt(2 / 4.1)), abs=1e-10)
+    assert solution["z"] == pytest.approx(2.1 * solution["x"] / 4.1, abs=1e-13)
+
+
+@pytest.mark.slow
+def test_a_node_between_springs_in_the_plane() -> None:
+    """Where its energy is least: by SciPy's minimiser at each of its states."""
+    solution = run(
+        """
+        import mech.planar.*;
+        Particle m(m = 1 kg); Translation t(world -> m.a, position = {1, 0.3} m);
+        frame node; Translation n(world -> node, position ~ {0.5, 0.4} m);
+        Spring a(world -> node, k = 10 N/m, rest = 0.3 m); Spring b(world*trans({0, 1} m) -> node, k = 7 N/m, rest = 0.4 m);
+        Spring c(node -> m.a, k = 5 N/m, rest = 0.2 m);
+        experiment(stop = 1 s, tolerance = 1e-10, every = 0.1 s);
+        """
+    )
+    springs = [(10, 0.3), (7, 0.4), (5, 0.2)]
+    for k in range(0, len(solution.time), 3):
+        ends = np.array([[0, 0], [0, 1], [solution["t.position[1]"][k], solution["t.position[2]"][k]]])
+        node = np.array([solution["n.position[1]"][k], solution["n.position[2]"][k]])
+        pull = sum(
+            s * (np.linalg.norm(node - end) - rest) * (node - end) / np.linalg.norm(node - end)
+            for end, (s, rest) in zip(ends, springs, strict=True)
+        )
+        assert np.abs(pull).max() < 1e-12
+    assert np.ptp(solution["energy.total"]) < 1e-9
+
+
+@pytest.mark.slow
 def test_a_damper_that_is_not_linear() -> None:
     """z' + z'^3 = 4 (x - z)."""
     text = MAXWELL.replace("damping c on z;", "dissipation 1/2*c*der(z)^2 + 1/4*c*1 s^2/m^2*der(z)^4;")
@@ -464,7 +524,7 @@ REFUSED = {
     "friction on it": (
         X + "coordinate z ~ 0; potential (x - z)^2; friction 1 on z;",
         "E0520",
-        "nothing with mass moves with 'z'",
+        "friction and contacts act on what has mass",
     ),
     "held in part, and loose": (
         X + "coordinate z ~ 0; coordinate w ~ 0; potential x^2; constraint z + w = x;",

@@ -628,7 +628,8 @@ class _Work:
             f"nothing with mass moves with {names}, and at the start no force decides the motion",
             self.system.v[block[0].v].variable.origin.shown,
             caption="the balance of forces does not depend on this coordinate there",
-            help="begin where a spring or a damping acts on it, or give a mass to what it moves",
+            help="guess a start or a rate where a spring or a damping acts on it, as 'initial der(q) ~ ..'; or give a mass to what "
+            "it moves",
         )
 
 

@@ -16,6 +16,7 @@ from ...graph.elimination.clashes import clash
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ...mechanics.system import AssertionRow, MechanicalSystem
 from ..rows.constraints import Row, settle, weighted
+from ..rows.residual import constraint_rates
 from .determined import determined
 from .unknown_forces import UnknownForces, report_circle
 
@@ -95,6 +96,18 @@ def _coupled(
     )
 
 
+def _cure(system: MechanicalSystem, rate: Node) -> str:
+    """Say what helps a coordinate that moves nothing with mass."""
+    switched = [rows for rows in system.constraints if rows.mode is not None]
+    rates = [n for rows in switched for n in constraint_rates(system, rows)]
+    if rate in system.graph.support(*rates):
+        return "friction and contacts act on what has mass: give some to what it moves; a damping needs none"
+    return (
+        "give a mass or an inertia to what it moves, or remove the coordinate; points and thin rods on the axis of a hinge have "
+        "none about it"
+    )
+
+
 def massless(
     system: MechanicalSystem,
     residual: Sequence[Node],
@@ -121,8 +134,7 @@ def massless(
             f"nothing with mass moves with '{scalar.variable.name}'",
             scalar.variable.origin.shown,
             caption="the acceleration of this coordinate is undetermined",
-            help="give a mass or an inertia to what it moves, or remove the coordinate; points and thin rods on the axis "
-            "of a hinge have none about it",
+            help=_cure(system, scalar.node),
         )
     row = rows[singular.unknown - len(free)]
     return reporter.fail(

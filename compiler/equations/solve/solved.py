@@ -211,7 +211,9 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
         for i, rate in zip(row.v, row.rates, strict=True):
             replace[system.v[i].node] = rate
             replace[system.a[i]] = system.rate(rate)
-    for _ in range(len(system.drives)):  # drives may be given by other drives
+    for _ in range(
+        3 * len(system.drives)
+    ):  # drives may be given by others, rates and accelerations by places and rates
         if not any(set(graph.support(n)) & replace.keys() for n in replace.values()):
             break
         replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
