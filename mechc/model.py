@@ -242,6 +242,15 @@ class CompiledModel:
                 f"'{name}' is prescribed by 'drive' (line {driven[name]})",
                 "change what the drive is formed of",
             )
+        for name in settings.keys() - units.keys() - driven.keys():
+            if any(
+                entry.name == name and entry.kind == "coordinate"
+                for entry in self.compilation.equations.outputs
+            ):
+                raise UsageMistake(
+                    f"'{name}' has no mass: the balance of forces decides it, and it has no initial value of its own",
+                    "set those of the others, or say in the model where it starts: the others follow",
+                )
         return settings_in_si(settings, units, rotations)
 
     def problem(

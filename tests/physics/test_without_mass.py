@@ -426,6 +426,13 @@ def test_a_stated_start_is_a_condition_on_the_others() -> None:
         mechc.loads(SERIES.replace("z ~ 0.3 m", "z = 0.25 m")).simulate()
 
 
+def test_an_initial_value_of_what_is_no_state_is_refused() -> None:
+    with pytest.raises(mechc.UsageMistake, match="'z' has no mass: the balance of forces decides it"):
+        mechc.loads(SERIES).simulate(set={"z": "0.3 m"})
+    moved = run(MAXWELL, set={"z": "0.3 m"})
+    assert moved["z"][0] == 0.3
+
+
 def test_an_impact_moves_what_has_no_mass_along() -> None:
     """x' jumps at the stop, and z' = x'/2 with it; z goes on."""
     solution = run(SERIES + "contact stop: x restitution 0.5;")
