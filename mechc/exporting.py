@@ -204,7 +204,8 @@ def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
         if f"der(der({name}))" in inputs:
             raise UsageMistake(
                 f"the input '{name}' drives a coordinate, which needs its derivatives too, and {target} is told none",
-                "mechc run takes them from a table; the targets casadi and jax have them as inputs of their own",
+                f"let two states follow it, and drive by the first: equation der(s) = r; equation der(r) = ({name} - s)/tau^2 - 2*r/tau; "
+                "mechc run takes derivatives from a table, and casadi and jax have them as inputs of their own",
             )
 
 

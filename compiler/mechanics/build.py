@@ -23,6 +23,7 @@ from ..graph.operations import RATE
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .curves import curve_of, finished
+from .drives_by_states import by_states
 from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
 from .forces import damping, efforts
@@ -89,7 +90,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     )
     q = tuple(s for c in symbols.coordinates for s in c.q)
     v = tuple(s for c in symbols.coordinates for s in c.v)
-    drives = matter.drives
+    drives = by_states(graph, rate, symbols, matter.drives, xdot, model, reporter)
     driven = frozenset(
         n for row in drives for n in (*(q[k].node for k in row.q), *(v[i].node for i in row.v))
     )

@@ -49,7 +49,9 @@ def _check_known(
     lowering: Lowering, drive: Drive, symbols: Symbols, free: set[Node], reporter: Reporter
 ) -> None:
     smooth = [s for s in symbols.inputs if can_drive(s)]
-    forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
+    forbidden = {
+        s.node for s in (*symbols.inputs, *symbols.discretes)
+    }  # states are looked at with their equations
     forbidden -= {s.node for s in smooth}
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
@@ -62,7 +64,7 @@ def _check_known(
         help = "use a stiff 'force' that follows it"
         if rough := [s for s in symbols.inputs if s.node in forbidden.intersection(support)]:
             name = rough[0].variable.name
-            help = f'an input with a spline has one: {name}(interpolation = "spline")'
+            help = f'an input with a spline has one: {name}(interpolation = "spline"); so has a state that follows a state that follows it'
     elif moving := [s for s in smooth if s.node in support and _moves(lowering, s, symbols)]:
         caption = f"the default of '{moving[0].variable.name}' changes with time"
         help = "drive by the formula itself, or give the input a constant default"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import mechc
@@ -177,3 +178,116 @@ def test_arrays_of_inputs_drive(tmp_path: Path) -> None:
         found["f"], CubicSpline(times, np.cos(times), bc_type="natural")(found.time, 2), atol=1e-11
     )
     assert (found["x[1]"] == 1).all()
+
+
+FILTERED = """\
+model Filtered
+  input Length road = 0 m;
+  parameter Time tau = 20 ms;
+  state Length s = road;
+  state Velocity r = 0 m/s;
+  equation der(s) = r;
+  equation der(r) = (road - s)/tau^2 - 2*r/tau;
+  coordinate Length axle;
+  coordinate Length body = 0 m;
+  kinetic 1/2*3 kg*der(body)^2 + 1/2*2 kg*der(axle)^2;
+  potential 1/2*800 N/m*(body - axle)^2;
+  damping 5 N.s/m on body - axle;
+  drive axle = s;
+  output push = reaction(axle);
+  experiment(stop = 0.5 s, tolerance = 1e-10);
+end Filtered;
+"""
+
+
+def filtered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A step of 0.1 m at 0.1 s behind the critically damped filter, with its rate and acceleration."""
+    T = 0.02
+    x = np.maximum(t - 0.1, 0) / T
+    decay = 0.1 * np.exp(-x)
+    behind = t >= 0.1
+    return behind * (0.1 - decay * (1 + x)), behind * decay * x / T, behind * decay * (1 - x) / T**2
+
+
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_a_filter_lets_a_step_drive(target: Any) -> None:
+    """The closed form of the filter; the body by SciPy; the force by Newton's law; and the energy that the drive supplies."""
+    model = mechc.loads(FILTERED)
+    found = model.simulate(inputs={"road": ([0, 0.1, 0.1, 1], [0, 0, 0.1, 0.1])}, target=target)
+    s, rate, acceleration = filtered(found.time)
+
+    def rates(t: float, y: np.ndarray) -> list[float]:
+        place, speed, _ = (float(x) for x in filtered(np.array(t)))
+        return [y[1], (-800 * (y[0] - place) - 5 * (y[1] - speed)) / 3]
+
+    body = solve_ivp(
+        rates, (0.1, 0.5), [0, 0], t_eval=found.time[found.time >= 0.1], rtol=1e-11, atol=1e-13
+    ).y
+    late = found.time >= 0.1
+    np.testing.assert_allclose(found["axle"], s, atol=2e-9)
+    np.testing.assert_allclose(found["der(axle)"], rate, atol=2e-7)
+    np.testing.assert_allclose(found["body"][late], body[0], atol=1e-8)
+    force = 2 * acceleration[late] + 800 * (s[late] - body[0]) + 5 * (rate[late] - body[1])
+    after = found.time[late] > 0.1 + 1e-9  # at the jump it has two values
+    np.testing.assert_allclose(found["push"][late][after], force[after], atol=1e-4)
+    balance = found["energy.total"] + found["energy.dissipated"] - found["energy.supplied"]
+    np.testing.assert_allclose(balance, balance[0], atol=1e-7)
+
+
+def test_the_poles_of_a_filter() -> None:
+    """Twice -1/tau, beside those of the body."""
+    found = mechc.loads(FILTERED).linearize(inputs="road")
+    poles = np.linalg.eigvals(found.arrays["A"])
+    own = np.roots([3, 5, 800])
+    expected = np.sort_complex(np.concatenate([own, [-50, -50]]))
+    np.testing.assert_allclose(np.sort_complex(poles), expected, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("states", "words"),
+    [
+        ("state Length s = 0 m; equation der(s) = (u - s)/tau;", "depends on 'u', which may jump"),
+        (
+            "state Length s = 0 m; equation der(s) = (y - s)/tau;",
+            "depends on 'y', which may jump or moves freely",
+        ),
+        (
+            "state Length s = 0 m; state Velocity r = 0 m/s; equation der(s) = r; equation der(r) = (y - s)/tau^2 - 2*r/tau;",
+            "depends on 'y', which may jump or moves freely",
+        ),
+        (
+            "state Length s = 0 m; state Velocity r = 0 m/s; equation der(s) = r; equation der(r) = (u - s)/tau^2 - 2*r/tau;"
+            "when time > 1 s then reinit(r, 1 m/s); end when;",
+            "an event sets the state 'r' anew",
+        ),
+        (
+            "state Length s = 0 m; state Velocity r = 0 m/s; equation der(s) = if time > 1 s then r else 2*r;"
+            "equation der(r) = (u - s)/tau^2 - 2*r/tau;",
+            "the rate of 's' switches",
+        ),
+    ],
+)
+def test_states_that_do_not_drive(states: str, words: str) -> None:
+    text = f"""input Length u = 0 m; parameter Time tau = 5 ms; coordinate Length x; coordinate Length y = 0 m;
+      kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1/2*1e3 N/m*(x - y)^2; {states} drive x = s;"""
+    with pytest.raises(CompileError) as raised:
+        mechc.loads(text).compilation  # noqa: B018
+    found = [d for d in raised.value.diagnostics if d.code == "E0504"]
+    assert len(found) == 1 and words in found[0].caption
+
+
+@pytest.mark.slow
+def test_a_filtered_input_drives_in_an_fmu(tmp_path: Path) -> None:
+    """By a ramp of 1 m/s the filter follows t - 2 tau + (t + 2 tau) exp(-t/tau)."""
+    pytest.importorskip("fmpy")
+    from mechc.fmu.run import run_fmu
+
+    (tmp_path / "f.mech").write_text(FILTERED)
+    done = CliRunner().invoke(
+        program, ["compile", str(tmp_path / "f.mech"), "--target", "fmu", "-o", str(tmp_path / "f.fmu")]
+    )
+    assert done.exit_code == 0, done.output
+    ramp = written(tmp_path / "ramp.csv", np.array([0, 1]), np.array([0, 1]), "road [m]")
+    found = run_fmu(tmp_path / "f.fmu", kind="cs", stop=0.5, every=1e-3, inputs={"road": str(ramp)})
+    t = np.maximum(found.time - 5e-4, 0)  # held over a communication step, the ramp lags by half of it
+    np.testing.assert_allclose(found["axle"], t - 0.04 + (t + 0.04) * np.exp(-t / 0.02), atol=1e-5)

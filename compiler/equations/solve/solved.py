@@ -211,6 +211,10 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
         for i, rate in zip(row.v, row.rates, strict=True):
             replace[system.v[i].node] = rate
             replace[system.a[i]] = system.rate(rate)
+    states = {s.node for s in system.symbols.states}
+    if any(states.intersection(graph.support(*row.rates)) for row in system.drives if not row.balanced):
+        known = {system.rate(state): value for state, value in system.xdot.items()}
+        replace = dict(zip(replace, substitute(graph, list(replace.values()), known), strict=True))
     for _ in range(
         3 * len(system.drives)
     ):  # drives may be given by others, rates and accelerations by places and rates
