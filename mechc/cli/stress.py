@@ -14,7 +14,29 @@ from .options import Compiling, model_argument, model_option, no_model, set_opti
 if TYPE_CHECKING:
     from ..measurement.stress_table import Row, Stress
 
-GROUPS = ("as stated", "twin", "parameter", "start", "sizes", "length", "tolerance", "method", "output")
+GROUPS = (
+    "as stated",
+    "twin",
+    "parameter",
+    "start",
+    "sizes",
+    "length",
+    "tolerance",
+    "method",
+    "output",
+    "target",
+)
+
+
+def _targets(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
+    from ..measurement.stress_targets import TARGETS
+
+    named = tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
+    for name in named:
+        if name not in TARGETS:
+            why = "; a page runs in a browser" if name == "web" else ""
+            raise click.BadParameter(f"'{name}' is none of {', '.join(TARGETS)}{why}", ctx, parameter)
+    return named
 
 
 @click.command(
@@ -32,6 +54,13 @@ GROUPS = ("as stated", "twin", "parameter", "start", "sizes", "length", "toleran
     type=click.Choice(GROUPS),
     multiple=True,
     help="Only this group of runs; may be given several times.",
+)
+@click.option(
+    "--target",
+    "targets",
+    metavar="A,B",
+    callback=_targets,
+    help="Compare what targets answer with the run, too: c, python, fmu, ensemble.",
 )
 @click.option("--seconds", type=float, default=5.0, show_default=True, help="How long one run may take.")
 @click.option(
@@ -53,7 +82,12 @@ def command(file: str, **given: Any) -> int:
     from ..measurement.stress_table import line_of, report
 
     subject = Subject(
-        str(Path(file)), given["model"], given["settings"], given["experiment"], given["seconds"]
+        str(Path(file)),
+        given["model"],
+        given["settings"],
+        given["experiment"],
+        given["seconds"],
+        given["targets"],
     )
     aloud = given["json_file"] != "-"
     head = iter([line_of(None)])  # above the first row: there may be none

@@ -23,6 +23,11 @@ SIZES = {"m": 1e5, "kg": 1e-7, "s": 1e2}
 """Factors of lengths, masses and times for the motion in other sizes."""
 
 
+SIZES_GROUP = "sizes"
+TARGET = "target"
+"""The group of what targets answer; the text of such an extreme begins with the name of the target."""
+
+
 class Extreme(Struct, frozen=True):
     """A run unlike the one that the model states. ``values`` in SI; ``options`` of the run."""
 
@@ -39,10 +44,14 @@ class Extremes(Struct, frozen=True):
     left_out: tuple[str, ...]
 
 
-def extremes(plan: Plan, methods: Sequence[str], *, full: bool) -> Extremes:
-    """Make the runs. ``plan`` is the one that the model states, ``methods`` those that choose their steps."""
+def extremes(plan: Plan, methods: Sequence[str], *, full: bool, targets: Sequence[str] = ()) -> Extremes:
+    """Make the runs. ``plan`` is the one that the model states, ``methods`` those that choose their steps; each of the ``targets`` is
+    asked for the motion as stated, and in other sizes."""
     left_out: list[str] = []
     runs = [Extreme("as stated", "nothing changed")]
+    for target in targets:
+        runs.append(Extreme(TARGET, f"{target}: as stated"))
+        runs += [Extreme(TARGET, f"{target}: other sizes", e.values) for e in _sizes(plan)]
     runs += _parameters(plan, full, left_out)
     runs += _starts(plan)
     runs += _sizes(plan)
@@ -123,17 +132,17 @@ def _sizes(plan: Plan) -> Iterator[Extreme]:
         return
     values: dict[str, float] = {}
     for quantity, value in zip(problem.parameters, case.p, strict=False):
-        values[quantity.name] = _factor(quantity.unit) * float(value)
+        values[quantity.name] = factor_of(quantity.unit) * float(value)
     for i, quantity in enumerate(problem.states):
         if quantity.kind != "account" and case.known[i]:
-            values[quantity.name] = _factor(quantity.unit) * float(case.wanted[i])
+            values[quantity.name] = factor_of(quantity.unit) * float(case.wanted[i])
     changed = {n: v for n, v in values.items() if v != 0}
     words = ", ".join(f"{unit} x {factor:.0e}" for unit, factor in SIZES.items()) + ", everywhere"
     options = {"stop": SIZES["s"] * case.stop}
-    yield Extreme("sizes", words, changed, options)
+    yield Extreme(SIZES_GROUP, words, changed, options)
 
 
-def _factor(unit: str) -> float:
+def factor_of(unit: str) -> float:
     """Return how a quantity grows if lengths, masses and times do."""
     factor = 1.0
     for base, exponent in zip(BASE, parse_unit(unit or "1").dimension.exponents, strict=True):

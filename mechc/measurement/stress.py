@@ -23,27 +23,29 @@ from ..compiler.metamorphic.twin import NotApplicable, Twin
 from ..lang.diagnostics import CompileError
 from ..requests.parse_values import Given, UsageMistake
 from ..requests.request import Asked, asked
+from ..runtime.case import inputs_at
 from ..runtime.native.kernel import load_kernel
-from ..runtime.outcome import Outcome, SimulationError
+from ..runtime.outcome import ENDED, Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
 from ..runtime.studies.kinds.motion import Simulate
 from ..session import answered, plan
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
-from .extremes import Extreme, extremes
+from .extremes import SIZES_GROUP, TARGET, Extreme, extremes, factor_of
 from .metamorphic import Base, beside, compare, disturbed_twin, run_twin, twin_of
 from .own_ranges import lost
 from .references import compile_for_reference
 from .shaken import shaken
-from .stress_table import TWIN, Row, Stress
+from .stress_table import STATED, TWIN, Row, Stress
+from .stress_targets import REFUSALS, NotTried, answer_of
 from .truth import ROUNDING, true_errors
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
 ROUGH = 0.1
+"""From this error on, claimed or true, a run is not right, whatever it says of it."""
 LINEAR = 1e-3
 """Share of its size up to which what the error of a start grows to may be told from a motion that begins beside it."""
-"""From this error on, claimed or true, a run is not right, whatever it says of it."""
 OPINION = 1e-10
 """Tolerance of the other method where there is no reference."""
 MARGIN = 20.0
@@ -58,6 +60,7 @@ class Subject(Struct, frozen=True):
     settings: Mapping[str, Given]
     experiment: str | None
     seconds: float
+    targets: tuple[str, ...] = ()
 
     def load(self) -> Model:
         loaded = load(Path(self.file), model=self.model, set=self.settings)
@@ -96,7 +99,7 @@ def stress(
     """
     model = subject.load()
     stated = plan(model, asked(Simulate, {"experiment": subject.experiment}))
-    made = extremes(stated, adaptive_methods(), full=full)
+    made = extremes(stated, adaptive_methods(), full=full, targets=subject.targets)
     _compile(model)
     rows: list[Row] = []
     limit = 4 * subject.seconds + MARGIN
@@ -138,6 +141,10 @@ def worker(subject: Subject) -> Callable[[Extreme], Row]:
     stated: list[Base | Row] = []
 
     def judged(extreme: Extreme) -> Row:
+        if extreme.group == TARGET:
+            return _of_target(model, subject, extreme)
+        if extreme.group == SIZES_GROUP:
+            return _in_other_sizes(model, subject, extreme)
         if extreme.group != TWIN:
             return _judged(model, subject, extreme)
         if not stated:
@@ -247,6 +254,90 @@ def _shaken(base: Base, twin: Twin, row: Row) -> Row:
     return replace(row, kind="tied" if worst.tied else "parted", reason=worst.words())
 
 
+def _of_target(model: Model, subject: Subject, extreme: Extreme) -> Row:
+    """Compare what a target answers with the run that it stands for."""
+    target = extreme.text.partition(":")[0]
+    changed = model.with_values(extreme.values)
+    row = Row(TARGET, extreme.text, "open", target, against="the run")
+    try:
+        run = _run(
+            changed, asked(Simulate, {"experiment": subject.experiment, "progress": _Limit(subject.seconds)})
+        )
+    except (*REFUSALS, _OutOfTime) as error:
+        return replace(row, reason=f"the run itself: {error}")
+    estimate, tolerance = run.accuracy.error, run.motion.columns.case.tolerance
+    if run.outcome not in ENDED or estimate is None:
+        return replace(row, reason=f"the run itself: {run.message or run.accuracy.remark}")
+    names = list(estimate.nominal)
+    try:
+        answer = answer_of(target, changed, names, 10 * subject.seconds)
+    except NotTried as why:
+        return replace(row, reason=str(why))
+    except CompileError as error:
+        return replace(row, kind="refused", reason=str(error.diagnostics[0].message))
+    except REFUSALS as error:
+        return replace(row, kind="refused", reason=str(error))
+    off = {
+        name: abs(answer[name] - float(run[name][-1])) / (estimate.nominal[name] + abs(float(run[name][-1])))
+        for name in names
+        if name in answer
+    }
+    worst = max(off, key=lambda name: off[name] if off[name] == off[name] else np.inf)
+    allowed = max(estimate.by_state_at_end[worst], tolerance)
+    row = replace(row, error=off[worst], claim=estimate.largest)
+    if off[worst] <= UNDERSTATED * allowed:
+        return replace(row, kind="right" if max(off[worst], estimate.largest) < ROUGH else "rough")
+    words = f"{worst} is {answer[worst]:.6g} there, and {float(run[worst][-1]):.6g} in the run"
+    return replace(row, kind="wrong", reason=words)
+
+
+COMPLETED = frozenset({"right", "rough", "open"})
+"""Kinds of rows whose run went to its end."""
+
+
+def _in_other_sizes(model: Model, subject: Subject, extreme: Extreme) -> Row:
+    """Judge the motion in other lengths, masses and times: it ends as the stated one does, if it is the same in other numbers."""
+    row = _judged(model, subject, extreme)
+    if not _is_the_same(model, subject, extreme):
+        return replace(
+            row,
+            reason=row.reason or "not known to be the same motion in other numbers",
+        )
+    stated = _judged(model, subject, Extreme(STATED, "nothing changed"))
+    ends = ("refused", *COMPLETED)
+    if row.kind in ends and stated.kind in ends and (row.kind in COMPLETED) is not (stated.kind in COMPLETED):
+        why = row.reason if row.kind == "refused" else stated.reason
+        there, here = ("refused", "completes") if row.kind == "refused" else ("completes", "refused")
+        return replace(row, kind="unlike", reason=f"{there} in these sizes, {here} as stated: {why}")
+    return row
+
+
+def _is_the_same(model: Model, subject: Subject, extreme: Extreme) -> bool:
+    """Whether the rates of all states, at the start and beside it, are those of the model as stated in other sizes. What switches, or
+    holds assertions, may compare with numbers that do not grow: nothing is known of that."""
+    equations = model.compilation.equations
+    if equations.hybrid is not None or equations.assertions:
+        return False
+    around = {"experiment": subject.experiment}
+    try:
+        stated = plan(model, asked(Simulate, around)).case
+        sized = plan(model.with_values(extreme.values), asked(Simulate, {**around, **extreme.options})).case
+    except (SimulationError, UsageMistake):
+        return False
+    problem = stated.problem
+    factors = np.array([factor_of(q.unit) for q in problem.states])
+    per_time = factor_of(problem.time.unit)
+    begin = sized.begin
+    for share in (0.0, 1e-3, -2e-3):
+        moved = stated.y0 * (1 + share)
+        rates = stated.functions.rhs(stated.begin, moved, inputs_at(stated, stated.begin), stated.z, stated.p)
+        again = sized.functions.rhs(begin, factors * moved, inputs_at(sized, begin), sized.z, sized.p)
+        expected = rates * factors / per_time
+        if not np.allclose(again, expected, rtol=1e-6, atol=1e-9 * float(np.abs(expected).max(initial=0.0))):
+            return False
+    return bool(np.allclose(sized.y0, factors * stated.y0, rtol=1e-6))
+
+
 def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
     changed = model.with_values(extreme.values)
     limit = _Limit(subject.seconds)
@@ -308,6 +399,10 @@ def _checked(
             errors, own, against = _opinion(model, request, solution)
         except (SimulationError, _OutOfTime, ReferenceFailed) as none:
             return "open", None, "", f"{why}; no other method either: {none}"
+        coarse = [name for name, claim in owed.items() if own[name] > max(claim, ROUNDING)]
+        if coarse and max(errors.values()) <= UNDERSTATED * max(owed[n] + own[n] for n in owed):
+            words = f"{against} claims {own[coarse[0]]:.0e} of {coarse[0]}, more than the {owed[coarse[0]]:.0e} of the run"
+            return "open", max(errors.values()), against, f"{why}; {words}"
         owed = {name: claim + own[name] for name, claim in owed.items()}
     worst = max(errors, key=lambda n: errors[n] / max(owed[n], ROUNDING))
     largest = max(errors.values())

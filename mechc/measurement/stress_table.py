@@ -20,11 +20,12 @@ WORDS = {
     "tied": "decided by a tie",
     "parted": "NOT DETERMINED",
     "other": "ANOTHER MOTION",
+    "unlike": "ANOTHER OUTCOME",
     "wrong": "WRONG SILENTLY",
     "hung": "HUNG",
     "crashed": "CRASHED",
 }
-BAD = ("wrong", "hung", "crashed")
+BAD = ("wrong", "unlike", "hung", "crashed")
 DOUBTED = ("parted", "other")
 STATED, TWIN = "as stated", "twin"
 """Groups: the run that the model states, and its twins."""
@@ -107,7 +108,7 @@ def line_of(row: Row | None) -> str:
         reason = ""
     else:
         error, claim = ("-" if x is None else f"{x:.0e}" for x in (row.error, row.claim))
-        duration = f"{row.seconds * 1e3:.3g} ms" if row.method else "-"
+        duration = f"{row.seconds * 1e3:.3g} ms" if row.method and row.seconds else "-"
         cells = (
             row.group,
             row.text,

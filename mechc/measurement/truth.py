@@ -8,6 +8,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ..runtime.outcome import Outcome
 from ..runtime.reference.high_precision import Reference, ReferenceFailed
 from ..runtime.studies.runs.simulate import Plan
 from .references import EXPLICIT, SERIES, ReferenceCode, solve
@@ -27,6 +28,8 @@ LADDERS = {
     "radau5": (1e-9, 1e-12, 1e-15),
 }
 """Tolerances of the reference: looser to begin with than for a benchmark, as it has only to be clearer than the run."""
+BESIDE = 1e-6
+"""Share of the duration within which a row counts as beside an event."""
 POINTS = 9
 """Times at which a run is compared, the last one among them."""
 
@@ -48,9 +51,7 @@ def true_errors(code: ReferenceCode, plan: Plan, solution: Solution, seconds: fl
     ``seconds``: how long the reference may take. Raises ReferenceFailed, also where it is not clear enough to judge
     the run at any time.
     """
-    if plan.case.problem.hybrid is not None:
-        raise ReferenceFailed("runs with events are not solved in higher precision")
-    rows = np.unique(np.linspace(0, solution.time.size - 1, POINTS).round().astype(int))[1:]
+    rows = _rows(plan, solution)
     times: Array = solution.time[rows]
     if not times.size:
         raise ReferenceFailed("the run has no length")
@@ -78,6 +79,27 @@ def true_errors(code: ReferenceCode, plan: Plan, solution: Solution, seconds: fl
         float(made.doubt[:count].max()),
         made.precision,
     )
+
+
+def _rows(plan: Plan, solution: Solution) -> Array:
+    """Choose rows at which a run is compared: evenly spread, and not beside events, whose times have errors of their own."""
+    time = solution.time
+    last = (
+        time[-1] if solution.outcome is not Outcome.TERMINATED else time[-1] - BESIDE * (time[-1] - time[0])
+    )
+    apart = np.full(time.size, np.inf)
+    for event in solution.events:
+        apart = np.minimum(apart, np.abs(time - event.time))
+    free = np.flatnonzero((apart > BESIDE * (time[-1] - time[0])) & (time > plan.case.begin) & (time <= last))
+    if not free.size:
+        return free
+    wanted = np.linspace(0, free.size - 1, POINTS).round().astype(int)
+    return free[np.unique(wanted)] if plan.case.problem.hybrid is not None else _even(time)
+
+
+def _even(time: Array) -> Array:
+    rows: Array = np.unique(np.linspace(0, time.size - 1, POINTS).round().astype(int))[1:]
+    return rows
 
 
 def _clear(made: Reference, scaled: Array) -> int:

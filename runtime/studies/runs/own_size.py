@@ -45,7 +45,9 @@ def by_own_size(
     stretch of a stiff spring does, and steps that resolved it would grow in number with the stiffness.
     """
     sizeless = _sizeless(plan.case.problem)
-    if main.failure is not None or main.interrupted or not main.y.size or sizeless is None:
+    if main.failure is not None or main.interrupted or sizeless is None or not main.y.size:
+        return plan, main, ()
+    if not main.t[-1] > main.t[0]:
         return plan, main, ()
     reached = main.reached
     far = _small(sizeless, plan.nominal, reached)

@@ -106,3 +106,62 @@ def test_an_output_that_is_no_number_is_told(tmp_path: Path) -> None:
     remarks = asked_for.simulate(set={"g": 0}).remarks
     assert "no number at the end, from t = 0 s on: 'share'" in remarks
     assert worker(subject)(Extreme("parameter", "g = 0", {"g": 0.0})).kind == "right"
+
+
+def test_runs_with_events_have_references() -> None:
+    """They had none, though mechc bench made one."""
+    subject = Subject(str(PENDULUM.parent / "bouncing_ball.mech"), None, {}, None, 5.0)
+    row = worker(subject)(Extreme("as stated", "nothing changed", {}, {"stop": 1.0}))
+    assert row.kind == "right" and row.against in ("__float128", "long double")
+
+
+def test_a_coarse_partner_proves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An error of 9e-7 beside a run at 1e-10 was called right within a claim of 5e-9."""
+    module = import_module("mechc.measurement.stress")
+
+    def none(*_: object) -> object:
+        raise module.ReferenceFailed("none was made")
+
+    monkeypatch.setattr(module, "true_errors", none)
+    tight = worker(SUBJECT)(Extreme("tolerance", "1e-14", {}, {"tolerance": 1e-14, "stop": 1.0}))
+    assert tight.kind == "open" and "claims" in tight.reason
+    loose = worker(SUBJECT)(Extreme("tolerance", "1e-5", {}, {"tolerance": 1e-5, "stop": 1.0}))
+    assert loose.kind == "right"
+
+
+def test_another_outcome_in_other_sizes_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mechanism that is refused with 1e-7 of its mass, and completes as stated, is told."""
+    module = import_module("mechc.measurement.stress")
+    made = extremes(plan(SUBJECT.load(), asked(Simulate, {})), [], full=False)
+    (sizes,) = (e for e in made.runs if e.group == "sizes")
+    judge = module._judged
+
+    def refused(model: object, subject: object, extreme: Extreme) -> object:
+        row = judge(model, subject, extreme)
+        return replace(row, kind="refused", reason="planted") if extreme.group == "sizes" else row
+
+    assert worker(SUBJECT)(sizes).kind == "right"
+    monkeypatch.setattr(module, "_judged", refused)
+    row = worker(SUBJECT)(sizes)
+    assert row.kind == "unlike" and "planted" in row.reason
+
+
+@pytest.mark.parametrize("target", ["python", "ensemble"])
+def test_what_targets_answer_is_compared_with_the_run(target: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = import_module("mechc.measurement.stress")
+    asked_of = Extreme("target", f"{target}: as stated")
+    assert worker(SUBJECT)(asked_of).kind == "right"
+    answer = module.answer_of
+
+    def off(*given: object) -> dict[str, float]:
+        return {name: value * (1 + 1e-3) for name, value in answer(*given).items()}
+
+    monkeypatch.setattr(module, "answer_of", off)
+    row = worker(SUBJECT)(asked_of)
+    assert row.kind == "wrong" and "in the run" in row.reason
+
+
+@pytest.mark.slow  # each is compiled
+@pytest.mark.parametrize("target", ["c", "fmu"])
+def test_what_compiled_targets_answer(target: str) -> None:
+    assert worker(SUBJECT)(Extreme("target", f"{target}: as stated")).kind == "right"
