@@ -253,6 +253,7 @@ RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
     "inverse": lambda k: (k[0].shape, k[0].dimension ** Fraction(-1)),
     "solve": lambda k: (k[1].shape, k[1].dimension / k[0].dimension),
     "trace": lambda k: ((), k[0].dimension),
+    "eigenvalues": lambda k: (k[0].shape[:1], k[0].dimension),
     "mesh_volume": lambda k: ((), k[0].dimension ** Fraction(3)),
     "mesh_centre": lambda k: ((3,), k[0].dimension),
     "mesh_inertia": lambda k: ((3, 3), k[0].dimension ** Fraction(5)),

@@ -1,4 +1,4 @@
-"""Determinants, inverses and systems of equations of matrices of nodes, as formulas without choices.
+"""Determinants, inverses, systems of equations and eigenvalues of matrices of nodes, as formulas.
 
 Columns are made orthogonal one by one, the right sides with them (modified Gram-Schmidt, without square roots). That is
 stable in the sense of backward errors (A. Bjorck 1967; N. Higham, Accuracy and Stability of Numerical Algorithms, 2nd
@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from itertools import combinations
 
 from .node import Graph, Node
 from .vector import Matrix, Vector, identity, transpose
@@ -64,3 +65,39 @@ def _removed(graph: Graph, column: Vector, length: Node, others: list[Vector], j
     if share != graph.zero:
         others[j] = tuple(graph.sub(x, graph.mul(share, y)) for x, y in zip(others[j], column, strict=True))
     return share
+
+
+SWEEPS = 8
+"""Of rotations through all elements beside the diagonal: from then on those of 8 rows are rounding errors."""
+
+
+def eigenvalues(graph: Graph, a: Matrix) -> Vector:
+    """Return the eigenvalues of a symmetric matrix, the smallest first: by Jacobi's rotations, each of which makes an
+    element vanish."""
+    n, zero = len(a), graph.zero
+    rows = [list(row) for row in a]
+    for p, q in [pair for _ in range(SWEEPS) for pair in combinations(range(n), 2)]:
+        beside = rows[p][q]
+        if beside == zero:
+            continue
+        twice = graph.mul(graph.two, beside)
+        angle = graph.mul(graph.half, graph.atan2(twice, graph.sub(rows[p][p], rows[q][q])))
+        c, s = graph.cos(angle), graph.sin(angle)
+        cc, ss, both = graph.mul(c, c), graph.mul(s, s), graph.mul(graph.mul(c, s), twice)
+        first, last = rows[p][p], rows[q][q]
+        rows[p][p] = graph.sum((graph.mul(cc, first), both, graph.mul(ss, last)))
+        rows[q][q] = graph.sum((graph.mul(ss, first), graph.neg(both), graph.mul(cc, last)))
+        rows[p][q] = rows[q][p] = zero
+        for k in range(n):
+            if k not in (p, q):
+                x, y = rows[k][p], rows[k][q]
+                rows[k][p] = rows[p][k] = graph.add(graph.mul(c, x), graph.mul(s, y))
+                rows[k][q] = rows[q][k] = graph.sub(graph.mul(c, y), graph.mul(s, x))
+    found = [rows[k][k] for k in range(n)]
+    for end in range(n - 1, 0, -1):
+        for k in range(end):
+            found[k], found[k + 1] = (
+                graph.minimum(found[k], found[k + 1]),
+                graph.maximum(found[k], found[k + 1]),
+            )
+    return tuple(found)

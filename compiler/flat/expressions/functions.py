@@ -14,7 +14,6 @@ from ..values import matrices
 from ..values.evaluate import (
     constant,
     elements,
-    not_structural,
     pick,
     rows_of,
     to_expression,
@@ -222,7 +221,7 @@ def _known(call: Call, type: Type) -> Expression:
     return result
 
 
-_MOST_ROWS = {"det": 10, "inverse": 30, "solve": 40}
+_MOST_ROWS = {"det": 10, "inverse": 30, "solve": 40, "eigenvalues": 8}
 """Of matrices that are not known when compiling."""
 
 
@@ -252,12 +251,13 @@ def _trace(call: Call) -> Expression:
 def _eigenvalues(call: Call) -> Expression:
     type = _square(call)
     rows = constant(call.arguments[0])
-    if rows is None:
-        raise not_structural(call.scope, call.nodes[0], call.arguments[0], "the matrix of 'eigenvalues'")
+    result = types.real(type.dimension, type.shape[:1])
+    if rows is None:  # of parameters: known when the equations are formed
+        return _known(call, result)
     found = matrices.eigenvalues(rows_of(rows))
     if found is None:
         raise call.scope.fail("E0305", "this matrix has complex eigenvalues", call.nodes[0].span)
-    return to_expression(tuple(found), types.real(type.dimension, type.shape[:1]), call.node.span)
+    return to_expression(tuple(found), result, call.node.span)
 
 
 def _size(call: Call) -> Expression:

@@ -281,6 +281,7 @@ FUNCTIONS: dict[str, Rule] = {
     "det": lambda k, rate, a: matrices.determinant(k.graph, _rows(a[0])),
     "inverse": lambda k, rate, a: matrices.inverse(k.graph, _rows(a[0])),
     "solve": _solve,
+    "eigenvalues": lambda k, rate, a: matrices.eigenvalues(k.graph, _rows(a[0])),
     # solids
     **{name: _solid(name) for name in ("mesh_volume", "mesh_centre", "mesh_inertia")},
     # poses

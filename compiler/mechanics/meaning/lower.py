@@ -173,6 +173,8 @@ class Lowering:
                     self.instants[self.initial] = expression.span
                 return self.initial
         values = tuple([self.value(x) for x in arguments])
+        if function == "eigenvalues":
+            self._check_eigenvalues(expression, values[0])
         try:
             result = FUNCTIONS[function](self.kinematics, self.rate, values)
         except DivisionByZero:
@@ -193,6 +195,25 @@ class Lowering:
 
     def _locate(self, relation: Node) -> None:
         self.relations[relation] = None
+
+    def _check_eigenvalues(self, expression: Apply, value: Value) -> None:
+        """Refuse matrices that move, whose eigenvalues may meet, and those that are not symmetric as they are written."""
+        matrix = [tuple(elements(row)) for row in value] if isinstance(value, tuple) else []
+        if any(not self.graph.is_zero(self.rate(x)) for row in matrix for x in row):
+            raise self.reporter.fail(
+                "E0315",
+                "eigenvalues are those of a matrix of numbers and parameters",
+                expression.span,
+                caption="this matrix depends on the motion",
+                help="'linearize' and 'modes' give the eigenvalues of a motion",
+            )
+        if any(matrix[i][k] != matrix[k][i] for i in range(len(matrix)) for k in range(i)):
+            raise self.reporter.fail(
+                "E0315",
+                "of parameters a matrix with eigenvalues must be symmetric as it is written",
+                expression.span,
+                help="declare its parameters 'structural': they are known when compiling, and the matrix may be any",
+            )
 
     def _whole_parts(self, result: Node) -> list[Node]:
         return [n for n in self.graph.reach([result]) if self.graph.op(n) in (ops.FLOOR, ops.MODULO)]

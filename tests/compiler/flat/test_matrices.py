@@ -99,6 +99,23 @@ output y = eigenvalues(inverse(M)*K)*1 s^2;
     assert np.allclose(found, eigh(K, M, eigvals_only=True), rtol=1e-14)
 
 
+@pytest.mark.parametrize("n", [2, 3, 5, 8])
+def test_eigenvalues_of_plain_parameters(n: int) -> None:
+    text = f"""
+parameter c[{n}] = {{0.3*i - 1 for i in 1:{n}}};
+parameter s = 0.7;
+output y = eigenvalues({{if i == j then c[i] else s*cos(i*j)/(1 + (i - j)^2) for i in 1:{n}, j in 1:{n}}});
+"""
+    functions = outputs(BODY + text)
+    found = functions.output["y"](np.array([1.0, 0.0]))
+    i = np.arange(1, n + 1)
+    A = 0.7 * np.cos(np.outer(i, i)) / (1 + (i[:, None] - i) ** 2)
+    A[i - 1, i - 1] = 0.3 * i - 1
+    assert np.abs(found - np.linalg.eigvalsh(A)).max() < 1e-14 * n
+    solution: Any = mechc.loads(BODY + text).simulate(stop=0.1, set={"s": 0}, estimate_error=False)
+    assert [solution[f"y[{k}]"][0] for k in i] == pytest.approx(0.3 * i - 1, abs=1e-15)
+
+
 def test_forces_by_solved_systems() -> None:
     """M(q) q'' = f, with the matrix in the kinetic energy, against the same force through its inverse."""
     text = """
@@ -124,7 +141,14 @@ WRONG = {
     "another number of rows": ("output y = solve({{1, 2}, {3, 4}}, {1, 2, 3});\n", "E0305"),
     "units": ("output Force y = solve({{1, 2}, {3, 5}} N/m, {1, 2} N)[1];\n", "E0303"),
     "a moving matrix": ("output y = eigenvalues({{1, 0}, {0, 1}}*x);\n", "E0315"),
-    "a plain parameter": ("parameter k = 2; output y = eigenvalues({{k, 0}, {0, 1}});\n", "E0315"),
+    "an unsymmetric matrix of parameters": (
+        "parameter k = 2; output y = eigenvalues({{k, k}, {0, 1}});\n",
+        "E0315",
+    ),
+    "a large matrix of parameters": (
+        "parameter k = 2; output y = eigenvalues({if i == j then k else 1 for i in 1:9, j in 1:9});\n",
+        "E0422",
+    ),
     "complex eigenvalues": ("output y = eigenvalues({{0, 1}, {-1, 0}});\n", "E0305"),
     "a singular matrix": ("output y = inverse({{1, 2}, {2, 4}}*x);\n", "E0518"),
     "a known singular matrix": ("output y = inverse({{1, 2}, {2, 4}});\n", "E0518"),

@@ -510,6 +510,8 @@ class Evaluator:
                 return matrices.determinant(x[0])
             case "inverse":
                 return matrices.solved(x[0], np.eye(len(x[0])).astype(object))
+            case "eigenvalues":
+                return np.linalg.eigvalsh(np.vectorize(real)(x[0]).astype(float)).astype(object)
             case "solve":
                 return matrices.solved(x[0], x[1])
             case "linspace":

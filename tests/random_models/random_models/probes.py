@@ -130,7 +130,7 @@ CONSTRUCTS: tuple[Construct, ...] = (
     Construct("table", "table(X, {-1, 0.1, 2}, {0.2, 0.3, 0.8})"), Construct("linspace", "linspace(0.1, 0.5, 3)[2]"),
     Construct("det", "det({{1 + X^2, 0.3}, {0.2, 0.5}})"), Construct("trace", "trace({{X, 0.3}, {0.2, 0.1}})"),
     Construct("inverse", "(inverse({{2 + X^2, 0.3}, {0.1, 1}})*{0.3, 0.4})[1]"), Construct("solve", "solve({{2 + X^2, 0.3}, {0.1, 1}}, {0.3, 0.4})[2]"),
-    Construct("eigenvalues", "eigenvalues({{0.2, 0.1}, {0.1, 0.3*n}})[2]"), Construct("concat and size", "concat({X, 0.2}, row)[size(row, 1)]/2"),
+    Construct("eigenvalues", "eigenvalues({{0.2*a, 0.1}, {0.1, 0.3*n}})[2]"), Construct("concat and size", "concat({X, 0.2}, row)[size(row, 1)]/2"),
     Construct("comprehension of two ranges", "{i*k*X/3 for i in 1:2, k in 1:3}[2, 1]"), Construct("slice", "(0.5*row[3:-1:2])[1]"),
     Construct("comprehension", "{i*X for i in 1:3}[2]"), Construct("index", "row[2]"),
     Construct("function", "shape(X)", file="function shape(Real r) = 0.3 + 0.2*r^2;\n"),
