@@ -21,11 +21,11 @@ def build_lanes(program: Program, wanted: Wanted, method: str, width: int | None
 
     Raises NoLanes, BuildError, CompilerMissing.
     """
-    compiler = find_compiler()
+    text, compiler = emit_lanes(program, wanted, method), find_compiler()
     if compiler is not None and compiler.in_process:
         raise NoLanes("gcc or clang compiles them, and neither was found")
     flags = lane_flags() if width is None else (*lane_flags(), f"-DMECH_LANE_WIDTH={width}")
-    return build_shared(lane_sources(emit_lanes(program, wanted, method)), flags, name="lanes")
+    return build_shared(lane_sources(text), flags, name="lanes")
 
 
 def lane_sources(text: str) -> dict[str, str]:

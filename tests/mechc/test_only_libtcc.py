@@ -111,6 +111,10 @@ found["chain"] = [float(moved["x[1]"][-1]), float(moved["x[20]"][-1])]
 
 members = spring.ensemble(vary="k = 1 N/m .. 4 N/m, 4", keep="final(x)", threads=2)
 found["ensemble"] = [float(v) for v in members["final(x)"]]
+try:
+    spring.ensemble(vary="k = 1 N/m .. 4 N/m, 4", keep="final(x)", lanes="on")
+except mechc.SimulationError as error:
+    found["lanes"] = error.message
 time = np.linspace(0, 3, 31)
 found["fit"] = spring.fit({"time": time, "x": np.cos(1.5 * time)}, "k").values[0].value
 found["gradient"] = spring.gradient("x", "k").details["gradient"]["k"]
@@ -136,6 +140,12 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     assert made.returncode == 0, made.stderr
     answers: dict[str, Any] = json.loads(made.stdout)
     return answers
+
+
+def test_vectors_are_refused_in_words(found: dict[str, Any]) -> None:
+    assert (
+        found["lanes"] == "members cannot run side by side: gcc or clang compiles them, and neither was found"
+    )
 
 
 def at_the_end(k: float) -> float:
