@@ -9,13 +9,22 @@ from typing import TYPE_CHECKING, Literal
 from msgspec.structs import replace
 
 from mechc.runtime.functions import with_code
-from mechc.runtime.native.build import build_shared, built_once, find_quick_compiler, model_flags
+from mechc.runtime.native.build import (
+    build_shared,
+    built_once,
+    find_compiler,
+    find_quick_compiler,
+    model_flags,
+)
 from mechc.runtime.problem import Problem
 
 from .outline import Summary, summary_of
 
 if TYPE_CHECKING:
     from .program.model import Program
+
+MOST_WHOLE = 200_000
+"""Operations of a function that stays in one piece, whose values lie on the stack: at most 1.6 MB."""
 
 HEADER = "model.h"
 TURNS = ("sincos_batch.h", "sincos.h")
@@ -79,7 +88,8 @@ def _made(
     flags = model_flags(strict, summary.loops)
 
     def build() -> Path:
-        return build_shared(_written(program(), strict), flags, compiler=compiler)
+        by = compiler or find_compiler()
+        return build_shared(_written(program(), strict, by is not None and by.in_process), flags, compiler=by)
 
     if kept_as:
         known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SERIES)}}
@@ -101,14 +111,16 @@ def _in_python(program: Program) -> Problem:
     return with_code(described(program), functions=functions, parameters_function=parameters)
 
 
-def _written(program: Program, reproducible: bool) -> dict[str, str]:
-    """Return the C text of a program and the headers that it includes, by their names."""
+def _written(program: Program, reproducible: bool, in_process: bool = False) -> dict[str, str]:
+    """Return the C text of a program and the headers that it includes, by their names. libtcc, which compiles ``in_process``, takes
+    no longer for long functions, whose pieces it makes slower."""
     from .targets.c import emit_c
     from .targets.c_data import CROWD_INCLUDED
     from .targets.c_forms import TURNS_INCLUDED
     from .targets.c_series import SERIES_INCLUDED
 
-    text = emit_c(program, turns=not reproducible)
+    whole = in_process and max(f.operations for f in program.functions) <= MOST_WHOLE
+    text = emit_c(program, 0 if whole else None, turns=not reproducible)
     headers = [
         HEADER,
         *(TURNS if TURNS_INCLUDED in text else ()),
