@@ -32,6 +32,7 @@ from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
 from .statements.drawings import drawings, is_quiet
 from .statements.elaborate import run
+from .statements.energies import note_fields
 from .statements.experiments import experiments
 from .statements.initial_values import all_stationary
 from .statements.record import Record
@@ -148,6 +149,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     record = Record()
     run(instance, record)
     hold_released_drives(record)
+    note_fields(record, flattening.reporter)
     all_stationary(record)
     find_inputs(record)
     declared = _variables(record)

@@ -18,7 +18,10 @@ WORDS = {
     "potential": ("potential 1/2*k*x^2;", "potential energy"),
     "lagrangian": ("lagrangian 1/2*m*der(x)^2 - 1/2*k*x^2;", "a Lagrangian as a whole"),
     "dissipation": ("dissipation 1/2*c*der(x)^2;", "Rayleigh's dissipation function"),
-    "gravity": ("gravity {0, -9.81} m/s^2;", "the field in which masses fall"),
+    "gravity": (
+        "gravity {0, -9.81} m/s^2;",
+        "the field in which masses fall: a vector, or a function of the place",
+    ),
     "mass": ("mass m at tip;", "a point mass"),
     "inertia": ("inertia J on body;", "a moment or tensor of inertia on a frame"),
     "force": ("force F on x;", "a force on a coordinate, a point or a formula"),

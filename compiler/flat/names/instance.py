@@ -178,6 +178,8 @@ class Instance(Struct, eq=False):
     expanded: list[Expanded] | None = None
     expanding: bool = False
     gravity: Expression | None = None
+    gravity_field: tuple[Scope, ast.Reference] | None = None
+    """A function of the place that is the field, in the scope where it is stated."""
     gravity_span: Span | None = None
 
     @property

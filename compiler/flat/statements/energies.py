@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mechc.lang import ast
-from mechc.lang.diagnostics import Label
+from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.source import Span
 from mechc.lang.units import Dimension
 
@@ -11,7 +11,7 @@ from .. import model, types
 from ..expressions.unitless import parameters_of_another_kind, parameters_without_unit
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
-from ..model import Expression, Kind, Type
+from ..model import Apply, Expression, Kind, Type
 from ..names.instance import DefinitionMember, Expanded, Instance, VariableMember
 from ..names.scope import Poisoned, Scope
 from .record import Record
@@ -105,10 +105,64 @@ def gravities(instance: Instance, statements: list[Expanded]) -> None:
             continue
         first = (scope.level, statement.span)
         try:
-            instance.gravity = _field(scope, statement)
+            instance.gravity_field = _function(scope, statement.value)
+            instance.gravity = None if instance.gravity_field else _field(scope, statement)
             instance.gravity_span = statement.span
         except Poisoned:
             continue
+
+
+def _function(scope: Scope, node: ast.Expression) -> tuple[Scope, ast.Reference] | None:
+    """Return a function of the place that a statement names; None where it is a vector."""
+    if not isinstance(node, ast.Reference) or any(part.indices for part in node.parts):
+        return None
+    if scope.instance is not None and node.parts[0].name in scope.instance.members:
+        return None
+    found = scope.namespace.look_up(node.name, node.span)
+    return (scope, node) if found is not None and isinstance(found.definition, ast.Function) else None
+
+
+_PLACE = "place#gravity"
+
+
+def _weigh(
+    scope: Scope, statement: ast.Mass, value: Expression, at: Expression, record: Record, source: Instance
+) -> None:
+    """Record what a field does to a mass: an energy by its potential, or a force by its acceleration."""
+    assert source.gravity_field is not None
+    outside, name = source.gravity_field
+    call = ast.Call(
+        function=ast.Reference(parts=(ast.Part(name="pos", span=statement.at.span),), span=statement.at.span),
+        arguments=(statement.at,),
+        span=statement.at.span,
+    )
+    place = scope.elaborate(call)
+    there = outside.with_local({_PLACE: place})
+    argument = ast.Reference(parts=(ast.Part(name=_PLACE, span=name.span),), span=name.span)
+    field = there.elaborate(ast.Call(function=name, arguments=(argument,), span=name.span))
+    type, origin = types.numeric(field.type), scope.origin(statement.span)
+    specific = types.VELOCITY * types.VELOCITY
+    weight = Apply(
+        type=types.real(type.dimension * types.numeric(value.type).dimension, type.shape),
+        span=statement.span,
+        function="multiply",
+        arguments=(value, field),
+    )
+    pure = scope.flattening.dimensionless
+    if not type.shape and (type.dimension == specific or pure):
+        record.energies.append(model.Energy("potential", weight, origin))
+    elif type.shape == types.numeric(place.type).shape and (type.dimension == types.ACCELERATION or pure):
+        record.loads.append(
+            model.Load("force", record.numbered("weight"), weight, at, None, None, None, origin)
+        )
+    else:
+        raise outside.fail(
+            "E0323",
+            f"the field '{name.name}' is neither an acceleration nor a potential",
+            name.span,
+            caption=f"it gives {types.describe(field.type)}",
+            help="give a vector in m/s^2, or a number in m^2/s^2, the potential energy of a mass over the mass",
+        )
 
 
 def _field(scope: Scope, statement: ast.Gravity) -> Expression:
@@ -146,12 +200,15 @@ def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
     _require(scope, value, types.real(_dimension(scope, types.MASS)), statement.value.span, "a mass (kg)")
     at = frame_or_point(scope, statement.at, "a mass is")
     source = scope.instance
-    while source is not None and source.gravity is None:
+    while source is not None and source.gravity is None and source.gravity_field is None:
         source = source.parent
     field = None
     if source is not None:
         record.reached.add(id(source))
         field = source.gravity
+        if source.gravity_field is not None:
+            _weigh(scope, statement, value, at, record, source)
+            record.fields.setdefault(id(source), source.gravity_field[1].span)
     record.masses.append(model.Mass(value, at, field, scope.origin(statement.span)))
 
 
@@ -188,4 +245,15 @@ def _require(scope: Scope, value: Expression, wanted: Type, span: Span, words: s
             span,
             caption=f"this is {types.describe(value.type)}",
             help=help,
+        )
+
+
+def note_fields(record: Record, reporter: Reporter) -> None:
+    """Say what a field leaves out over bodies that have an extent."""
+    for span in record.fields.values() if record.inertias else ():
+        reporter.note(
+            "N0569",
+            "the field acts on each mass at its place",
+            span,
+            help="how it changes across a body, which turns the body, is left out",
         )

@@ -58,6 +58,8 @@ class Record(Struct):
     stationary: list[tuple[Scope, ast.StationaryStart]] = field(default_factory=list)
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)
+    fields: dict[int, Span] = field(default_factory=dict)
+    """Where gravity is stated as a function of the place, by its instance."""
     reached: set[int] = field(default_factory=set)
     placed: dict[str, Span] = field(default_factory=dict)
     counts: dict[str, int] = field(default_factory=dict)
