@@ -188,6 +188,49 @@ def test_a_table_of_two_variables_is_scipys(surfaces: mechc.Solution, kind: str)
     np.testing.assert_allclose(surfaces[f"d_{kind}"][within][clear], slopes[clear], rtol=0, atol=1e-7)
 
 
+def test_surfaces_hold_and_repeat() -> None:
+    """Held ones are those at the nearest place of the grid; periodic splines, by SciPy along one axis after the other."""
+    wave = Z.copy()
+    wave[:, -1], wave[-1] = wave[:, 0], wave[0]
+    wave[-1, -1] = wave[0, 0]
+    y = "(1.7 + 2.9*sin(2*s))"
+    calls = {
+        f"{k}_{o}": f'table(s, {y}, {listed(XS)}, {listed(YS)}, {listed(wave)}, "{k}", "{o}")'
+        for k, o in product(KINDS, ("hold", "periodic"))
+    }
+    held = {
+        k: f'table(clamp(s, {XS[0]}, {XS[-1]}), clamp({y}, {YS[0]}, {YS[-1]}), {listed(XS)}, {listed(YS)}, {listed(wave)}, "{k}")'
+        for k in KINDS
+    }
+    found = along("".join(f"output {n} = {c};\n" for n, c in (calls | held).items()), 301)
+    x, ys = found["s"], 1.7 + 2.9 * np.sin(2 * found["s"])
+    for kind in KINDS:
+        np.testing.assert_allclose(found[f"{kind}_hold"], found[kind], rtol=0, atol=1e-13)
+    at = inside(x, XS, "periodic"), inside(ys, YS, "periodic")
+    lines = CubicSpline(YS, wave, axis=1, bc_type="periodic")(at[1])
+    spline = [CubicSpline(XS, lines[:, k], bc_type="periodic")(at[0][k]) for k in range(len(x))]
+    np.testing.assert_allclose(found["spline_periodic"], spline, rtol=0, atol=2e-13)
+    linear = RegularGridInterpolator((XS, YS), wave)(np.stack(at, axis=1))
+    np.testing.assert_allclose(found["linear_periodic"], linear, rtol=0, atol=2e-13)
+    rows, columns = (np.searchsorted(p, v, side="right") - 1 for p, v in zip((XS, YS), at, strict=True))
+    clear = np.min(np.abs(at[0][:, None] - XS), axis=1) > 1e-9
+    np.testing.assert_array_equal(found["step_periodic"][clear], wave[rows, columns][clear])
+
+
+def test_kinks_of_surfaces_are_located() -> None:
+    """Of a force over place and time, both of which cross lines of the grid; against SciPy with short steps."""
+    rows = listed(Z)
+    law = f'force table(x, time, {listed(XS)} m, {listed(YS)} s, {rows} N, "linear") on x;'
+    found = mechc.loads(SPRING + law + "experiment(stop = 2.5 s, tolerance = 1e-12);").simulate()
+    force = RegularGridInterpolator((XS, YS), Z, bounds_error=False, fill_value=None)
+    run = solve_ivp(
+        lambda t, y: [y[1], float(force([[y[0], t]])[0])], (0, 2.5), [0.1, 3.0], method="DOP853",
+        rtol=1e-10, atol=1e-10, max_step=0.01,
+    )  # fmt: skip
+    assert abs(found["x"][-1] - run.y[0, -1]) < 1e-8 and found["x"][-1] > XS[-1]
+    assert found.accuracy.error.largest < 1e-10
+
+
 def test_a_smooth_surface_is_its_curve_on_lines_of_the_grid() -> None:
     grid = f"{listed(XS)}, {listed(YS)}, {listed(Z)}"
     found = along(f"output along_x = table(s, 1.5, {grid}); output along_y = table(0.5, s, {grid});")
