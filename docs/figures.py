@@ -124,6 +124,8 @@ ROWS = (
     row("U8", "swirl", LINEAR, "x", "y"),
     row("U9", "saddle_xy", LINEAR, "x", "y"),
     row("U11", "exponential_force", NONLINEAR, T, "x der(x)"),
+    row("", "drive_train", "../stdlib/test_drive_trains.py", T, "der(drum.angle)"),
+    row("", "screw_press", "../stdlib/test_drive_trains.py", T, "ram.s"),
     row("U12", "parabola_of_safety", "test_rows.py", "x", "z safe"),
     row("U15", "lennard_jones", NONLINEAR, "r", "der(r)"),
     row("U16", "saddle", LINEAR, "x", "y"),

@@ -1,0 +1,204 @@
+"""Parts of drive trains and slides against closed forms, statics, and SciPy."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from gallery import run as run_example
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import mechc
+
+
+def run(package: str, text: str, stop: float = 1.0, **given: Any) -> mechc.Solution:
+    whole = f"import mech.{package}.*;\nmodel M\n{text}\n  experiment(stop = {stop} s, tolerance = 1e-11);\nend M;\n"
+    solution = mechc.loads(whole).simulate(**given)
+    assert solution.outcome.value == "completed", solution.message
+    return solution
+
+
+def test_two_rotors_on_a_shaft() -> None:
+    """The twist swings damped with the reduced inertia, and the momentum stays."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); Rotor b(J = 3 kg.m^2); SpringDamper k(a.angle -> b.angle, k = 50 N.m/rad, c = 2 N.m.s); initial der(a.angle) = 4 rad/s;")  # fmt: skip
+    J = 1.2
+    d, w = 2 / (2 * J), math.sqrt(50 / J - (1 / J) ** 2)
+    t = s.time
+    assert s["b.angle"] - s["a.angle"] == pytest.approx(-4 / w * np.exp(-d * t) * np.sin(w * t), abs=1e-9)
+    assert 2 * s["der(a.angle)"] + 3 * s["der(b.angle)"] == pytest.approx(8, abs=1e-9)
+
+
+def test_springs_in_series_meet_at_a_node() -> None:
+    """1/k = 1/k1 + 1/k2, with nothing that has inertia between them."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); Node n; SpringDamper one(0 rad -> n.angle, k = 30 N.m/rad); SpringDamper two(n.angle -> a.angle, k = 60 N.m/rad); initial a.angle = 0.1 rad;")  # fmt: skip
+    assert s["a.angle"] == pytest.approx(0.1 * np.cos(math.sqrt(20 / 2) * s.time), abs=1e-9)
+
+
+@pytest.mark.parametrize(("torque", "load"), [(3.0, 2.0), (-1.0, 30.0)])
+def test_a_lossy_gear_in_both_directions(torque: float, load: float) -> None:
+    """Where the motor drives, 80 % of its torque arrives; where the load does, 60 % of it does."""
+    s = run("rotational", f"Rotor a(J = 0.1 kg.m^2); Rotor b(J = 4 kg.m^2); LossyGear g(a.angle -> b.angle, ratio = 5, efficiency = 0.8, back_efficiency = 0.6); force {torque} N.m on a.angle; force -{load} N.m on b.angle; initial der(b.angle) = 0.01 rad/s*{1 if torque > 0 else -1};")  # fmt: skip
+    if torque > 0:
+        wanted = (5 * 0.8 * torque - load) / (4 + 0.8 * 25 * 0.1)
+    else:
+        wanted = (5 * torque - 0.6 * load) / (25 * 0.1 + 0.6 * 4)
+    rate = s["der(b.angle)"]
+    assert rate[-1] - rate[0] == pytest.approx(wanted, rel=1e-9)
+
+
+def test_a_self_locking_gear_holds_its_load() -> None:
+    s = run("rotational", "Rotor a(J = 0.1 kg.m^2); Rotor b; LossyGear g(a.angle -> b.angle, ratio = 20, efficiency = 0.4, back_efficiency = -0.2); force -30 N.m on b.angle;")  # fmt: skip
+    assert np.abs(s["b.angle"]).max() < 1e-9
+
+
+def test_a_planetary_and_a_differential() -> None:
+    """With the ring held the carrier turns 1/(1 + ratio) of the sun; both shafts of a differential get half of the torque."""
+    s = run("rotational", "Rotor sun(J = 1 kg.m^2); Rotor carrier(J = 5 kg.m^2); Planetary g(sun = sun.angle, ring = 0 rad, carrier = carrier.angle, ratio = 3); force 2 N.m on sun.angle;")  # fmt: skip
+    assert s["carrier.angle"][-1] == pytest.approx(0.5 * (2 * 4 / (5 + 16)), rel=1e-10)
+    assert s["sun.angle"] == pytest.approx(4 * s["carrier.angle"], abs=1e-12)
+    s = run("rotational", "Rotor c(J = 1 kg.m^2); Rotor l(J = 2 kg.m^2); Rotor r(J = 5 kg.m^2); Differential d(cage = c.angle, left = l.angle, right = r.angle); force 3 N.m on c.angle;")  # fmt: skip
+    matrix = np.array([[1.0, 0, 0, -2], [0, 2, 0, 1], [0, 0, 5, 1], [-2, 1, 1, 0]])
+    rates = np.linalg.solve(matrix, [3, 0, 0, 0])[:3]
+    assert [s[f"der({name}.angle)"][-1] for name in "clr"] == pytest.approx(rates, rel=1e-10)
+
+
+def test_a_clutch_slips_until_both_sides_turn_alike() -> None:
+    """After dw/(M (1/J1 + 1/J2)); what is lost is half the reduced inertia times the square of the difference."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); Rotor b(J = 3 kg.m^2); Clutch k(a.angle -> b.angle, press = 50 N, radius = 0.2 m, mu = 0.4, faces = 2); initial der(a.angle) = 5 rad/s;")  # fmt: skip
+    torque = 0.4 * 2 * 0.2 * 50
+    (stick,) = [e.time for e in s.events if e.kind == "stick"]
+    assert stick == pytest.approx(5 / (torque * (1 / 2 + 1 / 3)), rel=1e-10)
+    assert s["der(b.angle)"][-1] == pytest.approx(2.0, rel=1e-10)
+    assert s["energy.dissipated"][-1] == pytest.approx(1 / 2 * 1.2 * 25, rel=1e-10)
+
+
+def test_a_freewheel_takes_along_and_lets_run() -> None:
+    """Driven by a torque both turn; when it brakes, the driven side goes on."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); Rotor b(J = 3 kg.m^2); OneWayClutch f(a.angle -> b.angle, drag = 0.3 N.m); force (if time < 0.5 s then 10 N.m else -8 N.m) on a.angle;")  # fmt: skip
+    assert s(0.5)["der(b.angle)"] == pytest.approx(10 * 0.5 / 5, rel=1e-9)
+    assert s["der(b.angle)"][-1] == pytest.approx(1 - 0.3 / 3 * 0.5, rel=1e-9)
+    assert s["der(a.angle)"][-1] == pytest.approx(1 + (-8 + 0.3) / 2 * 0.5, rel=1e-9)
+
+
+def test_a_shaft_runs_down_in_its_bearing() -> None:
+    """J w' = -M - c w comes to rest after J/c log(1 + c w0/M)."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); BearingFriction f(from = a.angle, coulomb = 3 N.m, viscous = 0.5 N.m.s); initial der(a.angle) = 4 rad/s;", 5)  # fmt: skip
+    (stick,) = [e.time for e in s.events if e.kind == "stick"]
+    assert stick == pytest.approx(2 / 0.5 * math.log(1 + 0.5 * 4 / 3), rel=1e-10)
+
+
+def test_stops_throw_back() -> None:
+    s = run("rotational", "Rotor a; Stop e(from = a.angle, low = -0.2 rad, high = 0.3 rad, restitution = 0.5); initial der(a.angle) = 2 rad/s;")  # fmt: skip
+    assert s.events[0].time == pytest.approx(0.15, rel=1e-10) and s.events[1].time == pytest.approx(
+        0.65, rel=1e-10
+    )
+    assert s["der(a.angle)"][-1] == pytest.approx(0.5, rel=1e-10)
+
+
+def test_a_dc_motor_runs_up() -> None:
+    """(w, i)' = A (w, i) + b, by the exponential of the matrix."""
+    s = run("rotational", "Rotor a(J = 0.01 kg.m^2); DCMotor m(from = a.angle, voltage = 12 V, R = 2 Ohm, L = 50 mH, K = 0.3 N.m/A); damping 0.01 N.m.s on a.angle;")  # fmt: skip
+    A = np.array([[-1, 30, 0], [-6, -40, 240], [0, 0, 0]])
+    for t in (0.05, 0.3, 1.0):
+        w, i, _ = expm(A * t) @ [0, 0, 1]
+        assert s(t)["der(a.angle)"] == pytest.approx(w, rel=1e-8) and s(t)["m.i"] == pytest.approx(
+            i, rel=1e-8
+        )
+
+
+def test_play_is_passed_without_torque() -> None:
+    """From the middle of the play at 0.5 rad/s: 0.05 rad take 0.1 s, and half a swing of the teeth follows."""
+    s = run("rotational", "Rotor a; Backlash g(from = a.angle, k = 400 N.m/rad, play = 0.1 rad); initial der(a.angle) = 0.5 rad/s;")  # fmt: skip
+    assert s(0.1)["a.angle"] == pytest.approx(0.05, rel=1e-10)
+    back = 0.1 + math.pi / 20
+    assert s(back + 0.05)["a.angle"] == pytest.approx(0.05 - 0.5 * 0.05, abs=1e-9)
+    assert s["energy.total"] == pytest.approx(0.125, rel=1e-9)
+
+
+def test_a_speed_source_tells_its_torque() -> None:
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); SpeedSource v(from = a.angle, speed = (3 rad/s^2)*time); output M = multiplier(v.follow);")  # fmt: skip
+    assert s["M"] == pytest.approx(6, abs=1e-9) and s["a.angle"][-1] == pytest.approx(1.5, rel=1e-9)
+
+
+def test_slides() -> None:
+    """A mass on a spring with a damper; a rack; a screw; Stribeck friction runs down as SciPy says."""
+    s = run(
+        "translational",
+        "Slider a(m = 2 kg); SpringDamper k(from = 0 m, to = a.s, k = 50 N/m, c = 4 N.s/m, rest = 0.1 m);",
+    )
+    w = math.sqrt(25 - 1)
+    t = s.time
+    assert s["a.s"] == pytest.approx(0.1 - 0.1 * np.exp(-t) * (np.cos(w * t) + np.sin(w * t) / w), abs=1e-9)
+    s = run("translational", "coordinate Angle q = 0 rad; kinetic 1/2*(0.01 kg.m^2)*der(q)^2; Slider a(m = 2 kg); Rack r(q -> a.s, r = 5 cm); force 0.3 N.m on q;")  # fmt: skip
+    assert s["a.s"][-1] == pytest.approx(0.5 * 0.3 / 0.05 / (2 + 0.01 / 0.05**2), rel=1e-10)
+    s = run("translational", "coordinate Angle q = 0 rad; kinetic 1/2*(0.01 kg.m^2)*der(q)^2; Slider a(m = 2 kg); LeadScrew r(q -> a.s, lead = 10 mm); force 0.3 N.m on q; output F = multiplier(r.thread);")  # fmt: skip
+    i = 2 * math.pi / 0.01
+    assert s["a.s"][-1] == pytest.approx(0.5 * 0.3 * i / (2 + 0.01 * i**2), rel=1e-9)
+    s = run("translational", "Slider a(m = 2 kg); StribeckFriction f(from = a.s, coulomb = 1 N, stribeck = 2 N, speed = 0.3 m/s, viscous = 0.5 N.s/m); initial der(a.s) = 1 m/s;", 3)  # fmt: skip
+
+    def stops(t: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(lambda t, v: -(1 + 2 * np.exp(-v / 0.3) + 0.5 * v) / 2, (0, 3), [1.0], "DOP853", events=stops, rtol=1e-11, atol=1e-12)  # fmt: skip
+    (stick,) = [e.time for e in s.events if e.kind == "stick"]
+    assert stick == pytest.approx(found.t_events[0][0], rel=1e-8)
+
+
+def test_a_gap_pushes_and_never_pulls() -> None:
+    """A mass that runs into it at 1 m/s comes back as a damped half swing lets it: SciPy with the same law."""
+    s = run("translational", "Slider a(m = 2 kg); Gap g(from = 0 m, to = a.s, k = 800 N/m, c = 20 N.s/m, rest = 0.2 m); initial a.s = 0.3 m; initial der(a.s) = -1 m/s;", 0.5)  # fmt: skip
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        depth = 0.2 - y[0]
+        return [y[1], max(0.0, 800 * depth - 20 * y[1]) / 2 if depth > 0 else 0.0]
+
+    found = solve_ivp(rate, (0, 0.5), [0.3, -1.0], "DOP853", rtol=1e-10, atol=1e-12, max_step=1e-3)
+    assert s["a.s"][-1] == pytest.approx(found.y[0][-1], abs=1e-7)
+    assert (s["g.push"] >= -1e-9).all()
+
+
+def test_a_gas_spring_is_adiabatic() -> None:
+    """p V^n stays: the energy of a mass that compresses it is that of the gas, p1 V1 ((V1/V)^(n - 1) - 1)/(n - 1)."""
+    s = run("translational", "Slider a(m = 2 kg); GasSpring g(from = 0 m, to = a.s, area = 10 cm^2, charged = 30 cm, volume = 20 cm, pressure = 0.2 MPa, n = 1.4); initial a.s = 0.3 m; initial der(a.s) = -3 m/s;", 0.05)  # fmt: skip
+    V1, V = 0.2e-3, (0.2 + s["a.s"] - 0.3) * 1e-3
+    gas = 0.2e6 * V1 * ((V1 / V) ** 0.4 - 1) / 0.4
+    assert 0.5 * 2 * s["der(a.s)"] ** 2 + gas == pytest.approx(9, rel=1e-8)
+
+
+def test_a_hydraulic_cylinder() -> None:
+    """It is stiff; SciPy's Radau solves the same six lines."""
+    text = "Slider a(m = 100 kg); Cylinder c(from = 0 m, to = a.s, flow1 = 2e-4 m^3/s, flow2 = -1.2e-4 m^3/s, leak = 1e-12 m^3/s/Pa); damping 500 N.s/m on a.s; initial a.s = 0.1 m;"
+    s = run("translational", text, 0.5)
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        x, v, p1, p2 = y
+        return [
+            v,
+            (p1 * 20e-4 - p2 * 12e-4 - 500 * v) / 100,
+            1.4e9 * (2e-4 - 20e-4 * v - 1e-12 * (p1 - p2)) / (50e-6 + 20e-4 * x),
+            1.4e9 * (-1.2e-4 + 12e-4 * v + 1e-12 * (p1 - p2)) / (50e-6 + 12e-4 * (0.5 - x)),
+        ]
+
+    found = solve_ivp(rate, (0, 0.5), [0.1, 0, 0, 0], "Radau", rtol=1e-9, atol=[1e-10, 1e-10, 1e-3, 1e-3])
+    assert s["a.s"][-1] == pytest.approx(found.y[0][-1], abs=1e-7)
+    assert s["c.p1"][-1] == pytest.approx(found.y[2][-1], abs=5e-1)
+
+
+def test_a_motor_lifts_a_load_through_a_lossy_gear() -> None:
+    """At the end as the statics of the train say: u = R i + K w, i = (M + m)/(ratio efficiency K)."""
+    s = run_example("drive_train")
+    current = 8.5 / (20 * 0.8 * 0.05)
+    assert s["motor.i"][-1] == pytest.approx(current, rel=1e-9)
+    assert s["der(drum.angle)"][-1] == pytest.approx((24 - 0.5 * current) / (20 * 0.05), rel=1e-9)
+    assert s["pinion.angle"][-1] - s["drum.angle"][-1] == pytest.approx(8.5 / 200, rel=1e-9)
+
+
+def test_a_screw_press_comes_to_rest_on_its_workpiece() -> None:
+    s = run_example("screw_press")
+    force = 2 * math.pi * 0.4 / 0.01
+    assert s["ram.s"][-1] == pytest.approx((force + 20e3 * 0.03) / 20.5e3, rel=1e-7)
+    assert s["workpiece.push"][-1] + s["back.pull"][-1] == pytest.approx(force, rel=1e-6)
