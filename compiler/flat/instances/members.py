@@ -64,7 +64,7 @@ def type_of(member: VariableMember) -> Type:
 def _resolve_variable(member: VariableMember) -> None:
     declaration, scope = member.declaration, member.scope
     if is_typed(declaration):
-        member.type = _declared(declaration, scope, _given_shape(member))
+        member.type = _declared(declaration, scope, _given(member))
         _check_kind(member, member.type, declaration.name_span)
     elif (given := _type_given(member)) is not None:
         member.type = given
@@ -87,15 +87,15 @@ def _resolve_variable(member: VariableMember) -> None:
         member.constant = _structural_value(member)
 
 
-def _given_shape(member: VariableMember | DefinitionMember) -> tuple[int, ...] | None:
-    """Return the shape of the value where the declaration leaves its sizes to it."""
+def _given(member: VariableMember | DefinitionMember) -> Type | None:
+    """Return the type of the value where the declaration leaves its sizes to it."""
     if not any(isinstance(d.size, ast.Whole) for d in member.declaration.dimensions):
         return None
     winner = strongest(member.modifiers)
     if winner is not None:
-        return winner.source.value().type.shape
+        return winner.source.value().type
     default = _default(member.declaration)
-    return None if default is None else member.scope.elaborate(default).type.shape
+    return None if default is None else member.scope.elaborate(default).type
 
 
 def is_typed(declaration: ast.Declaration) -> bool:
@@ -189,13 +189,16 @@ def replaced(node: ast.Expression, name: str) -> ast.Expression:
     return replace(node, **changed)
 
 
-def _declared(declaration: ast.Declaration, scope: Scope, given: tuple[int, ...] | None) -> Type:
+def _declared(declaration: ast.Declaration, scope: Scope, value: Type | None) -> Type:
+    given = None if value is None else value.shape
     if declaration.like is not None:
         like = types.numeric(scope.elaborate(declaration.like).type)
         shape = extents(scope, declaration.dimensions, given) if declaration.dimensions else like.shape
         return types.with_shape(like, shape)
     base = declared_type(scope, declaration.type, declaration.name_span)
     shape = extents(scope, declaration.dimensions, given)
+    if value is not None and base is types.NUMBER and value.kind in types.NUMERIC:
+        base = types.real(value.dimension, angle=value.angle)  # size and unit are those of the value
     if base.kind is Kind.ROTATION and shape:
         raise scope.fail(
             "E0305", "an array of rotations is not possible", declaration.span, help="declare them one by one"
@@ -253,7 +256,8 @@ def _inferred(member: VariableMember) -> Type:
     if not member.structural:
         type = types.numeric(type)  # a whole number may become any number
     if declaration.dimensions:
-        shape = extents(scope, declaration.dimensions, _given_shape(member))
+        given = _given(member)
+        shape = extents(scope, declaration.dimensions, None if given is None else given.shape)
         if type.shape and type.shape != shape:
             broadcast(
                 scope,
@@ -418,7 +422,7 @@ def _definition(member: DefinitionMember) -> Expression:
             help=f"write 'output {declaration.name} = ...;'",
         )
     if is_typed(declaration):
-        member.type = _declared(declaration, scope, _given_shape(member))
+        member.type = _declared(declaration, scope, _given(member))
     value = elementwise(declaration, scope, declaration.value)
     if member.type is not None:
         return fit(
@@ -482,7 +486,7 @@ def definition_type(member: DefinitionMember) -> Type:
     if member.type is None and is_typed(member.declaration) and member.progress is not Progress.DONE:
         if member.progress is Progress.WRONG:
             raise Poisoned
-        member.type = _declared(member.declaration, member.scope, _given_shape(member))
+        member.type = _declared(member.declaration, member.scope, _given(member))
     if member.type is None or member.type.kind is Kind.ROTATION:
         return definition_value(member).type
     return member.type

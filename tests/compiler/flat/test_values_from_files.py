@@ -47,7 +47,8 @@ def written(folder: Path) -> None:
 def test_arrays_bit_for_bit(tmp_path: Path, call: str) -> None:
     written(tmp_path)
     for k in range(2):
-        found, unit = value(tmp_path, f"A[{k + 1}, :]*1 N", f"structural parameter A[:, :] = {call} m;\n")
+        declared = f"structural parameter {('', 'Real ')[k]}A[:, :] = {call} m;\n"
+        found, unit = value(tmp_path, f"A[{k + 1}, :]*1 N", declared)
         assert found.tolist() == A[k].tolist()
         assert unit == "J"
 
