@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 
@@ -265,6 +266,24 @@ def test_a_node_between_springs_in_the_plane() -> None:
         )
         assert np.abs(pull).max() < 1e-12
     assert np.ptp(solution["energy.total"]) < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [4, 20])
+def test_springs_in_series_that_are_not_linear(n: int) -> None:
+    """n springs of force 4 s + c s^3: each is stretched alike, and many balances are solved along the structure."""
+    ends = ["0", *(f"z[{i}]" for i in range(1, n)), "x"]
+    text = X + f"coordinate z[{n - 1}] ~ 0.1;"
+    text += "".join(f"potential 2*({b} - {a})^2 + {100 * n}*({b} - {a})^4;" for a, b in pairwise(ends))
+    solution = run(text + "experiment(stop = 2, tolerance = 1e-11);")
+
+    def rates(t: float, y: Array) -> list[float]:
+        s = y[0] / n
+        return [y[1], -4 * s - 400 * n * s**3]
+
+    reference = solve_ivp(rates, (0, 2), [1, 0], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    assert solution["x"][-1] == pytest.approx(reference[0], abs=1e-9)
+    assert solution[f"z[{n // 2}]"] == pytest.approx(solution["x"] * (n // 2) / n, abs=1e-13)
 
 
 @pytest.mark.slow

@@ -57,6 +57,9 @@ PREFERRED = 1e-3
 POLISH = 2
 """Last steps of Newton's method: derivatives up to the third are exact."""
 
+FEW = 4
+"""Unknowns up to which steps are solved with pivots chosen at each step."""
+
 LARGEST = 1e300
 
 _RESISTED = (
@@ -587,8 +590,10 @@ class _Work:
     ) -> tuple[Node, ...]:
         graph = self.graph
         try:
-            found = newton(graph, rows, unknowns, guesses, POLISH)
-        except DivisionByZero:
+            many = len(rows) > FEW
+            rows = [rows[i] for i in self._matched(rows, unknowns)] if many else rows
+            found = newton(graph, rows, unknowns, guesses, POLISH, along=many)
+        except (DivisionByZero, ZeroPivot):
             raise self._undecided(block) from None
         holds = graph.one
         for n in found:

@@ -12,6 +12,7 @@ is no number.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 from msgspec import Struct
 
@@ -19,6 +20,7 @@ from .. import operations as ops
 from ..differentiate import jacobian
 from ..node import Graph, Node
 from ..rewrite import substitute
+from .eliminate import solve
 
 STEPS = 30
 """Most steps of the iteration, those that are taken back included."""
@@ -44,11 +46,18 @@ class _Point(Struct, frozen=True):
 
 
 def newton(
-    graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: Sequence[Node], polish: int = 1
+    graph: Graph,
+    rows: Sequence[Node],
+    unknowns: Sequence[Node],
+    guess: Sequence[Node],
+    polish: int = 1,
+    *,
+    along: bool = False,
 ) -> Nodes:
     """Return what makes all rows vanish, found from a guess, with so many last steps. Raises DivisionByZero where they
-    determine nothing there."""
-    system = _System(graph, rows, unknowns)
+    determine nothing there. ``along``: steps are solved along the structure, each row for its own unknown, so that the cost grows with
+    the number of unknowns and not with its cube; their derivatives must not vanish."""
+    system = _System(graph, rows, unknowns, along=along)
     point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
     if system.linear:
         step = system.step(point)
@@ -95,8 +104,11 @@ def linearised(
 
 
 class _System:
-    def __init__(self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> None:
+    def __init__(
+        self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], *, along: bool = False
+    ) -> None:
         self.graph, self.rows, self.unknowns = graph, list(rows), list(unknowns)
+        self.along = along
         self.slopes = jacobian(graph, self.rows, self.unknowns)
         self.terms = [terms_of(graph, row) for row in rows]
         symbols = set(unknowns)
@@ -133,6 +145,18 @@ class _System:
             choose(a.sizes, b.sizes),
             choose(a.largest, b.largest),
         )
+
+    @cached_property
+    def _structured(self) -> tuple[Nodes, Nodes]:
+        """Return symbols for residuals, and the step for them by the derivatives at the unknowns."""
+        graph = self.graph
+        steps = [graph.symbol(f"#step {k}") for k in range(len(self.unknowns))]
+        left = tuple(graph.symbol(f"#residual {k}") for k in range(len(self.rows)))
+        equations = [
+            graph.add(graph.dot(list(row.values()), [steps[j] for j in row]), h)
+            for row, h in zip(self.slopes, left, strict=True)
+        ]
+        return left, solve(graph, equations, steps).solutions
 
     def _share(self, value: Node, size: Node) -> Node:
         """Return a share of a size; the value where all terms vanish together."""
@@ -183,6 +207,11 @@ class _System:
     def _solved(self, point: _Point, residual: Nodes) -> Nodes:
         """Return what makes a residual vanish by the derivatives of a point, rows as shares of their sizes."""
         graph, count = self.graph, len(self.unknowns)
+        if self.along:
+            symbols, solutions = self._structured
+            places = dict(zip(self.unknowns, point.values, strict=True))
+            places |= zip(symbols, residual, strict=True)
+            return tuple(substitute(graph, solutions, places))
         rows = [
             [self._share(x, size) for x in (*line, graph.neg(h))]
             for line, h, size in zip(point.matrix, residual, point.sizes, strict=True)
