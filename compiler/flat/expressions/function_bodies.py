@@ -20,6 +20,7 @@ from mechc.suggest import closest
 from .. import types
 from ..instances.declared_types import broadcast, declared_type, fit
 from ..instances.instantiate import extents
+from ..instances.members import is_typed, stated_type
 from ..model import Array, Element, Expression, Kind, Literal, Name, Type, Where
 from ..names.scope import Scope
 from ..operands import free_names, written_size
@@ -211,17 +212,11 @@ class Body:
         self.free(name, statement.name_span, values)
         value = scope.elaborate(statement.value)
         target = numeric = types.numeric(value.type)
-        if statement.dimensions:
-            target = types.with_shape(target, extents(scope, statement.dimensions, value.type.shape))
-        if statement.type or statement.like is not None:
-            declared = (
-                declared_type(scope, statement.type, statement.name_span)
-                if statement.like is None
-                else types.with_shape(types.numeric(scope.elaborate(statement.like).type), ())
-            )
-            target = types.with_shape(declared, target.shape if statement.dimensions else ())
+        if is_typed(statement):
+            target = stated_type(statement, scope, value.type)
             value = fit(scope, value, target, statement.value.span, name=name, declared=statement.name_span)
-        elif target.shape != numeric.shape:
+        elif statement.dimensions:
+            target = types.with_shape(numeric, extents(scope, statement.dimensions, value.type.shape))
             value = broadcast(scope, value, target, statement.value.span, name, statement.name_span)
         variable = isinstance(statement, ast.Var)
         if variable and value.type.kind not in _NAMED:
@@ -231,7 +226,7 @@ class Body:
                 statement.value.span,
                 help="a value that stays the same is named by 'let'",
             )
-        open = variable and not (statement.type or statement.like is not None) and types.is_zero(value)
+        open = variable and not is_typed(statement) and types.is_zero(value)
         self.known[name] = _Known(
             "a variable" if variable else "a 'let'",
             statement.name_span,

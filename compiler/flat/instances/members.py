@@ -64,7 +64,7 @@ def type_of(member: VariableMember) -> Type:
 def _resolve_variable(member: VariableMember) -> None:
     declaration, scope = member.declaration, member.scope
     if is_typed(declaration):
-        member.type = _declared(declaration, scope, _given(member))
+        member.type = stated_type(declaration, scope, _given(member))
         _check_kind(member, member.type, declaration.name_span)
     elif (given := _type_given(member)) is not None:
         member.type = given
@@ -89,7 +89,7 @@ def _resolve_variable(member: VariableMember) -> None:
 
 def _given(member: VariableMember | DefinitionMember) -> Type | None:
     """Return the type of the value where the declaration leaves its sizes to it."""
-    if not any(isinstance(d.size, ast.Whole) for d in member.declaration.dimensions):
+    if not leaves_sizes_open(member.declaration):
         return None
     winner = strongest(member.modifiers)
     if winner is not None:
@@ -189,7 +189,13 @@ def replaced(node: ast.Expression, name: str) -> ast.Expression:
     return replace(node, **changed)
 
 
-def _declared(declaration: ast.Declaration, scope: Scope, value: Type | None) -> Type:
+def leaves_sizes_open(declaration: ast.Declaration) -> bool:
+    """Tell whether a declaration leaves a size to its value, as in ``K[:, :]``."""
+    return any(isinstance(d.size, ast.Whole) for d in declaration.dimensions)
+
+
+def stated_type(declaration: ast.Declaration, scope: Scope, value: Type | None) -> Type:
+    """Return the type that a declaration says; ``value``: that of its value, which tells what is left open."""
     given = None if value is None else value.shape
     if declaration.like is not None:
         like = types.numeric(scope.elaborate(declaration.like).type)
@@ -197,7 +203,7 @@ def _declared(declaration: ast.Declaration, scope: Scope, value: Type | None) ->
         return types.with_shape(like, shape)
     base = declared_type(scope, declaration.type, declaration.name_span)
     shape = extents(scope, declaration.dimensions, given)
-    if value is not None and base is types.NUMBER and value.kind in types.NUMERIC:
+    if base is types.NUMBER and value is not None and leaves_sizes_open(declaration):
         base = types.real(value.dimension, angle=value.angle)  # size and unit are those of the value
     if base.kind is Kind.ROTATION and shape:
         raise scope.fail(
@@ -422,7 +428,7 @@ def _definition(member: DefinitionMember) -> Expression:
             help=f"write 'output {declaration.name} = ...;'",
         )
     if is_typed(declaration):
-        member.type = _declared(declaration, scope, _given(member))
+        member.type = stated_type(declaration, scope, _given(member))
     value = elementwise(declaration, scope, declaration.value)
     if member.type is not None:
         return fit(
@@ -486,7 +492,7 @@ def definition_type(member: DefinitionMember) -> Type:
     if member.type is None and is_typed(member.declaration) and member.progress is not Progress.DONE:
         if member.progress is Progress.WRONG:
             raise Poisoned
-        member.type = _declared(member.declaration, member.scope, _given(member))
+        member.type = stated_type(member.declaration, member.scope, _given(member))
     if member.type is None or member.type.kind is Kind.ROTATION:
         return definition_value(member).type
     return member.type

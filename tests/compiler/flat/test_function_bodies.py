@@ -427,6 +427,8 @@ function largest(Real a[:]) -> (Real value, Real count)
 end largest;
 function twice(Real a[n]) -> Real[n]
   let (value, count) = largest(a);
+  let Real unchanged[:] = a*(1 m);
+  let Length same[n] = unchanged;
   var A[2, n] = 0;
   for i in 1:n loop
     A[:, i] := {a[i], value*count};
