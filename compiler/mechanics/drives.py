@@ -60,7 +60,7 @@ def _check_known(
     else:
         support = lowering.graph.support(*elements(value))
     if forbidden.intersection(support):
-        caption = "this contains an input, a state or a discrete variable, which has no second derivative"
+        caption = "this contains an input or a discrete variable, which has no second derivative"
         help = "use a stiff 'force' that follows it"
         if rough := [s for s in symbols.inputs if s.node in forbidden.intersection(support)]:
             name = rough[0].variable.name
