@@ -40,8 +40,12 @@ class Facts(Struct, frozen=True):
 
     def same_bits_as(self, sender: Facts) -> bool:
         """Whether both compile a text to the same instructions."""
-        lacks_one = self.compiler is None or self.compiler.in_process  # and takes the code of the sender
-        return self.runs_code_of(sender) and (lacks_one or self.compiler == sender.compiler)
+        return self.runs_code_of(sender) and (self.lacks_compiler or self.compiler == sender.compiler)
+
+    @property
+    def lacks_compiler(self) -> bool:
+        """Whether it has none of its machine, and takes code that the sender compiled."""
+        return self.compiler is None or self.compiler.in_process
 
 
 def own_facts() -> Facts:

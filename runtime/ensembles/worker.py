@@ -72,7 +72,8 @@ def settle(sent: Sent) -> Facts | Refused:
         if sent.job not in _jobs:
             if own.runs_code_of(sent.sender):
                 _take_libraries(sent.libraries)
-                build.assume_compiler(sent.sender.compiler)
+                if own.lacks_compiler:
+                    build.assume_compiler(sent.sender.compiler)
             try:
                 recipe = pickle.loads(sent.recipe)()
                 _remember(sent, recipe)
