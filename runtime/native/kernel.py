@@ -8,7 +8,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from ctypes import (
     POINTER,
     Structure,
@@ -185,6 +185,10 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
 }
 
 
+_ASSEMBLY = ("mech_start_state", "mech_start_found", "mech_assemble")
+"""What only models call whose initial states are assembled."""
+
+
 def kernel_sources(rooms: Sequence[str] = KERNEL_ROOMS) -> dict[str, str]:
     """Give the text of every file of these rooms of the kernel by its name: names are unique, so that all can lie in
     one folder."""
@@ -205,7 +209,8 @@ def kernel_for(model: ModelStruct, reproducible: bool = False, method: str = _US
         return _quick()
     if method != _USUAL or reproducible in _whole:
         return _loaded(reproducible)
-    return _fitted(reproducible, _own_code(model.nq + model.nv + model.nx), bool(model.hybrid))
+    states = _own_code(model.nq + model.nv + model.nx)
+    return _fitted(reproducible, states, bool(model.hybrid), bool(model.start))
 
 
 def _own_code(states: int) -> int:
@@ -237,9 +242,12 @@ def _quick() -> ctypes.CDLL:
 
 
 @functools.cache
-def _fitted(reproducible: bool, states: int, switches: bool) -> ctypes.CDLL:
+def _fitted(reproducible: bool, states: int, switches: bool, assembles: bool) -> ctypes.CDLL:
     flags = kernel_flags(reproducible)
-    key = f"{_USUAL}, {states} states, {'' if switches else 'no '}events"
+    key = (
+        f"{_USUAL}, {states} states, {'' if switches else 'no '}events, {'' if assembles else 'no '}assembly"
+    )
+    used = [name for name in _SIGNATURES if assembles or name not in _ASSEMBLY]
 
     def build() -> Path:
         sources = kernel_sources()
@@ -247,11 +255,11 @@ def _fitted(reproducible: bool, states: int, switches: bool) -> ctypes.CDLL:
         def chosen() -> Mapping[str, str]:
             from .selection import fitted, needed
 
-            return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), _SIGNATURES)
+            return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), used)
 
         return build_shared(sources, flags, key, name="kernel", chosen=chosen)
 
-    return _opened(built_once({"kernel": _kernel_state(), "of": key}, flags, build))
+    return _opened(built_once({"kernel": _kernel_state(), "of": key}, flags, build), used)
 
 
 def _kernel_state() -> str:
@@ -262,12 +270,11 @@ def _kernel_state() -> str:
     return repr(sorted((f.path, f.stat().st_size, f.stat().st_mtime_ns) for f in files))
 
 
-def _opened(file: Path) -> ctypes.CDLL:
+def _opened(file: Path, names: Iterable[str] = _SIGNATURES) -> ctypes.CDLL:
     library = ctypes.CDLL(str(file))
-    for name, (result, arguments) in _SIGNATURES.items():
+    for name in names:
         function = getattr(library, name)
-        function.restype = result
-        function.argtypes = arguments
+        function.restype, function.argtypes = _SIGNATURES[name]
     _check_layout(library)
     return library
 

@@ -107,6 +107,9 @@ def _c_library() -> tuple[Path, ...]:
     names = ("libm.so.6", "libc.so.6")
     for name in names:
         ctypes.CDLL(name)
-    with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
-        mapped = {Path("/" + line.rstrip("\n").partition("/")[2]) for line in maps}
+    try:
+        with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
+            mapped = {Path("/" + line.rstrip("\n").partition("/")[2]) for line in maps}
+    except OSError:  # no such files here: what Python has loaded must do
+        return ()
     return tuple(file for name in names for file in mapped if file.name == name)

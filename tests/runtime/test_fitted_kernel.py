@@ -35,7 +35,22 @@ SPRINGS = """model Springs
 end Springs;
 """
 
-MODELS = {"2 states": SPRINGS.replace("{n}", "1"), "12 states": SPRINGS.replace("{n}", "6"), "events": BALL}
+ROD = """model Rod
+  coordinate Length x = 0.6 m;
+  coordinate Length y ~ -0.7 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1 kg*9.81 m/s^2*y;
+  constraint rod: x^2 + y^2 = (1 m)^2;
+  experiment(stop = 1 s);
+end Rod;
+"""
+
+MODELS = {
+    "2 states": SPRINGS.replace("{n}", "1"),
+    "12 states": SPRINGS.replace("{n}", "6"),
+    "events": BALL,
+    "assembly": ROD,
+}
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -54,6 +69,7 @@ def test_runs_are_the_same_bit_by_bit(name: str, reproducible: bool, monkeypatch
     by_fitted = model.simulate(reproducible=reproducible)
     assert taken
     assert all(kernel.mech_method_count() == 1 for kernel in taken)
+    assert all(hasattr(kernel, "mech_assemble") is (name == "assembly") for kernel in taken)
     monkeypatch.setattr(native, "kernel_for", lambda *_: native.load_kernel(reproducible))
     by_whole = model.simulate(reproducible=reproducible)
     assert np.array_equal(by_fitted.time, by_whole.time)
