@@ -108,7 +108,8 @@ def find_switches(
             if symbol is None:
                 symbol = made[x, x] = graph.symbol(f"switch({len(made) + 1})")
                 written_x = stair(graph, relation) or x
-                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"whole part {len(made)}")
+                what = "point of table" if relation in system.lowering.tables.points else "whole part"
+                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"{what} {len(made)}")
             replace[image] = frozen(graph, image, x, symbol)
             continue
         if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):

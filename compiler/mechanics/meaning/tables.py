@@ -51,6 +51,8 @@ class Tables:
         self._data = data
         self._located = located
         self._reporter = reporter
+        self.points: dict[Node, None] = {}
+        """Whole parts that tell between which points of a table an argument lies."""
         self.bends: dict[Node, None] = {}
         """Those of the located ones across which tables are continuous."""
         self.conditions: dict[Node, tuple[Node, str, Origin]] = {}
@@ -163,6 +165,7 @@ class Tables:
             whole = index = graph.floor(graph.minimum(graph.maximum(along, graph.half), end))
         if not graph.is_constant(whole):
             self._located(whole)
+            self.points[whole] = None
             if not jumps:
                 self.bends[whole] = None
         if steps:

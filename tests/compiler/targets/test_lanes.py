@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
 from all_operations import ROWS, SPECIAL, build, points, truths
 from native_code import Both, Floats, bits
+from sample_equations import equations
 
+from mechc.compiler.equations.model import Entry, Function
+from mechc.compiler.graph import Graph, Samples
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operation import Operation
 from mechc.compiler.lanes import lane_sources
@@ -102,6 +106,21 @@ def test_lanes_give_what_single_numbers_give(row: Operation, both: Both, lanes: 
     assert bits(found[~finite]) == bits(expected[~finite])
     off = np.abs(found[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
     assert off.max() <= ULPS[row.code] + 1  # those of the C library are off by less than one
+
+
+def test_samples_are_read_and_searched_lane_by_lane(tmp_path: Path) -> None:
+    g = Graph()
+    states = [g.symbol(name) for name in "abc"]
+    table = g.add_table(Samples((-2.0, -0.5, 0.1, 0.2, 3.0)))
+    nodes = {"op_cell": g.cell(table, states[0]), "op_element": g.element(table, g.floor(states[0]))}
+    entries = [(x, Entry(g.name(x), "state", "")) for x in states]
+    functions = [Function(name, name, (n,)) for name, n in nodes.items()]
+    both = Both(equations(g, functions, name="samples", states=entries, nx=3), tmp_path)
+    at = np.array([-7.0, -2.0, -0.7, -0.5, 0.15, 0.2, 2.9, 3.0, 4.0, 5.0, 0.7, 1.0, 2.0, 3.5, -0.0, 0.0])
+    found = Lanes(both, 8)
+    for name in nodes:
+        wanted = [both.python[name](0.0, np.array([x, 0, 0]), both.u, both.z, both.p)[0] for x in at]
+        assert bits(found(name, np.array([at, at, at]))) == bits(np.array(wanted))
 
 
 @pytest.mark.parametrize("row", ROWS, ids=[row.name for row in ROWS])
