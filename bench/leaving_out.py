@@ -10,7 +10,7 @@ import mechc
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.pipeline import compile_source
 from mechc.lang.read import read_source
-from mechc.measurement.savings import LARGEST, SQUARE, Cost, cost
+from mechc.measurement.savings import LARGEST, SQUARE, Cost, cost, costs_of
 
 from .instructions import instructions, make_driver
 from .machine import table, write
@@ -37,7 +37,7 @@ def main(quick: bool = False) -> None:
                 continue
             counts, structural = made
             lean, everything, reduced = builds(path)
-            small, large = cost(lean), cost(everything)
+            small, large = costs_of({"lean": lean, "all": everything}).values()
             name = f"`{path.stem}`" + ("*" if reduced else "")
             rows.append([name, *cells(small, large, structural, counts)])
             if structural:

@@ -72,7 +72,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
             refuse_driving_inputs(model, "a C program")
             defaults = defaults_of(model.problem("python"), model.settings)
-            model, run = _default_run(model) or (model, None)
+            model, run = default_run(model) or (model, None)
             if run is not None:
                 defaults = replace(defaults, method=method_of(model, run))
             parts = model.compilation.parts
@@ -136,7 +136,7 @@ def exported_run(
     return ran, solution
 
 
-def _default_run(model: CompiledModel) -> tuple[CompiledModel, Solution] | None:
+def default_run(model: CompiledModel, **options: Any) -> tuple[CompiledModel, Solution] | None:
     """Run the default experiment; None where it cannot begin as the model is."""
     from .runtime.case import find_experiment
     from .runtime.outcome import SimulationError
@@ -144,7 +144,7 @@ def _default_run(model: CompiledModel) -> tuple[CompiledModel, Solution] | None:
     experiment = find_experiment(model.problem("python"), None)
     said = experiment is not None and "stop" in experiment.options
     try:
-        return exported_run(model, None, None if said else Defaults().stop)
+        return exported_run(model, None, None if said else Defaults().stop, **options)
     except SimulationError:
         return None
 
@@ -190,7 +190,7 @@ def _module(model: CompiledModel, target: str) -> str:
         refuse_driving_inputs(model, "a Python module")
         from .compiler.targets.python import emit_python
 
-        _, run = _default_run(model) or (model, None)
+        _, run = default_run(model) or (model, None)
         return emit_python(with_own_sizes(program, run), model.settings)
     from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
 

@@ -29,7 +29,7 @@ DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
 @set_option
 @click.option(
     "--target",
-    type=click.Choice(["c", "python", "fmu"]),
+    type=click.Choice(["c", "python", "fmu", "web"]),
     help="Measure what is saved in this target; C where there is a compiler.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else.")
@@ -44,7 +44,7 @@ def command(
     if re.fullmatch(r"\d{3,4}", what):
         raise click.UsageError(f"a code begins with a letter: E{what:0>4} is an error, W{what:0>4} a warning")
     from ..api import load
-    from ..measurement.explanation import explanation, summary
+    from ..measurement.explanation import as_run, explanation, summary
     from ..measurement.savings import savings
     from ..presentation.style import style_for
     from ..runtime.native.build import find_compiler
@@ -58,17 +58,19 @@ def command(
         click.echo(text if as_json else "\n".join(f"{k}: {v}" for k, v in rows.items()))
         return
     measured = target is not None or find_compiler() is not None
+    ran = as_run(loaded)
+    loaded = ran.model
     saved = savings(loaded, target or "c", measured=measured)
     style = style_for(sys.stdout)
     if as_json:
-        found = summary(loaded, saved)
+        found = summary(loaded, saved, ran)
         if target == "fmu":
             from ..fmu.account import fmu_summary
 
             found |= {"fmu": fmu_summary(loaded)}
         click.echo(json.dumps(found, indent=1, ensure_ascii=False))
         return
-    click.echo(explanation(loaded, style, saved))
+    click.echo(explanation(loaded, style, saved, ran))
     if target == "fmu":
         from ..fmu.account import fmu_rows
 

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import textwrap
+import time
 from collections import defaultdict
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
 
+from ..compiler.equations.needs import PARTS
 from ..compiler.targets.parts import FUNCTIONS
+from ..exporting import default_run
 from ..presentation.numbers import plural
 from ..presentation.style import PLAIN, Style, pad, width
+from ..runtime.outcome import time_text
+from .needed_by import lines
 
 if TYPE_CHECKING:
     from ..compiler.equations.model import Choice
@@ -18,16 +25,72 @@ if TYPE_CHECKING:
     from .savings import Cost, Savings
 
 WIDTH = 100
-SIZES = {"c": "bytes of code", "python": "bytes of text", "fmu": "bytes of the binary"}
+SIZES = {
+    "c": "bytes of code",
+    "python": "bytes of text",
+    "fmu": "bytes of the binary",
+    "web": "bytes of the module",
+}
 
 
-def explanation(model: CompiledModel, style: Style = PLAIN, saved: Savings | None = None) -> str:
-    """Return the choices, those with the same decision and reason together, and what each of them saved."""
+LONGEST = 10.0
+"""Seconds that the run may take by which is found what it needs."""
+
+
+class AsRun(Struct, frozen=True):
+    """A model with all that its run has: ``words`` about that run, and the ``reasons`` of parts that it brought."""
+
+    model: CompiledModel
+    words: str
+    reasons: Mapping[str, str] = MappingProxyType({})
+
+
+class _TooLong(Exception):
+    """The run by which is found what a model needs takes too long."""
+
+
+def as_run(model: CompiledModel) -> AsRun:
+    """Run the default experiment, and return the model as that takes it: a stiff one with its Jacobian, one that meets singular positions
+    with multipliers of a small compliance."""
+    begun = time.perf_counter()
+
+    def within(_: float) -> None:
+        if time.perf_counter() - begun > LONGEST:
+            raise _TooLong
+
+    try:
+        ran = default_run(model, progress=within)
+    except _TooLong:
+        return AsRun(model, f"the run takes longer than {LONGEST:g} s: whether it brings more is not known")
+    if ran is None:
+        return AsRun(model, "no run can begin as the model is: whether it brings more is not known")
+    made, run = ran
+    done = run.statistics
+    words = f"run: {done.method}, {plural(done.steps, 'step')}"
+    brought = made.compilation.parts - model.compilation.parts
+    reasons = dict.fromkeys(brought, "the run has met what needs it, and was repeated with it")
+    if done.jacobians:
+        since = f" since {time_text(run.problem, done.stiff_time)}" if done.stiff_time is not None else ""
+        reasons["jacobian"] = f"the run is stiff{since}, and its implicit method works on it"
+        if model.method(None):
+            reasons["jacobian"] = f"the experiment says the method '{model.method(None)}', which works on it"
+    known = {name: why for name, why in reasons.items() if name in PARTS}
+    return AsRun(made.keeping({*made.compilation.parts, *known}), words, known)
+
+
+def explanation(
+    model: CompiledModel,
+    style: Style = PLAIN,
+    saved: Savings | None = None,
+    ran: AsRun | None = None,
+) -> str:
+    """Return the choices, those with the same decision and reason together, the line that needs each, and what each of them saved."""
     groups: dict[tuple[str, str], list[Choice]] = defaultdict(list)
     for choice in model.compilation.equations.choices:
-        groups[choice.decision, choice.reason].append(choice)
+        groups[choice.decision, _reason(choice, model, ran)].append(choice)
     column = max((width(_lead(choices)) for choices in groups.values()), default=0)
     rows = [f"{style.bold(model.name)}: {', '.join(plural(n, word) for n, word in _counts(model) if n)}"]
+    rows += [f"  {ran.words}"] if ran is not None else []
     for (decision, reason), choices in groups.items():
         words = decision if len(choices) == 1 else ", ".join(choice.topic for choice in choices)
         lines = textwrap.wrap(words, WIDTH - column)
@@ -43,14 +106,23 @@ def explanation(model: CompiledModel, style: Style = PLAIN, saved: Savings | Non
     return "\n".join(rows)
 
 
-def summary(model: CompiledModel, saved: Savings | None = None) -> dict[str, Any]:
+def _reason(choice: Choice, model: CompiledModel, ran: AsRun | None) -> str:
+    """Say why, with the line of the model that needs it."""
+    reason = choice.reason if ran is None else ran.reasons.get(choice.part, choice.reason)
+    line = lines(model.compilation.flat).get(choice.fact) if choice.decision == "needed" else None
+    return f"{reason}: {line}" if line else reason
+
+
+def summary(model: CompiledModel, saved: Savings | None = None, ran: AsRun | None = None) -> dict[str, Any]:
     """Return the same as plain data."""
     program = model.compilation.program
     choices = []
     for choice in model.compilation.equations.choices:
-        row: dict[str, Any] = {"topic": choice.topic, "decision": choice.decision, "reason": choice.reason}
+        reason = _reason(choice, model, ran)
+        row: dict[str, Any] = {"topic": choice.topic, "decision": choice.decision, "reason": reason}
         if saved is not None and choice.part in saved.parts:
-            row["saved"] = _difference(saved.parts[choice.part], saved.lean)
+            kept = choice.decision == "kept"
+            row["cost" if kept else "saved"] = _difference(*_both(saved, choice))
             row["functions"] = list(FUNCTIONS.get(choice.part, ()))
         choices.append(row)
     found: dict[str, Any] = {
@@ -58,6 +130,7 @@ def summary(model: CompiledModel, saved: Savings | None = None) -> dict[str, Any
         "sizes": {word: n for n, word in _counts(model)},
         "functions": {function.name: function.operations for function in program.functions},
         "choices": choices,
+        **({"run": ran.words} if ran is not None else {}),
     }
     if saved is not None:
         found |= {
@@ -80,35 +153,44 @@ def _counts(model: CompiledModel) -> list[tuple[int, str]]:
     ]
 
 
-def _difference(cost: Cost, lean: Cost) -> dict[str, float | None]:
-    """Return how much more one build costs than the lean one."""
-    known = cost.nanoseconds is not None and lean.nanoseconds is not None
+def _both(saved: Savings, choice: Choice) -> tuple[Cost, Cost]:
+    """Return the build with the part and the one without."""
+    other = saved.parts[choice.part]
+    return (saved.lean, other) if choice.decision == "kept" else (other, saved.lean)
+
+
+def _difference(cost: Cost, lean: Cost) -> dict[str, Any]:
+    """Return how much more one build costs than another; times with the interval that holds them."""
+    apart = cost.beyond(lean)
     return {
         "operations": cost.operations - lean.operations,
         "evaluation": cost.evaluation - lean.evaluation,
         "size": None if cost.size is None or lean.size is None else cost.size - lean.size,
-        "nanoseconds": (cost.nanoseconds or 0.0) - (lean.nanoseconds or 0.0) if known else None,
+        "nanoseconds": None if apart is None else apart[0],
+        "interval": None if apart is None else list(apart[1:]),
     }
 
 
 def _said(saved: Savings, choice: Choice) -> str:
-    """Say what a part that is left out would have cost."""
+    """Say what a part that is left out would have cost, or one that is kept does."""
     if choice.part and choice.part not in saved.parts:
         return "too large to be formed for a comparison"
     if choice.part not in saved.parts:
         return ""
-    cost = saved.parts[choice.part]
-    more = _difference(cost, saved.lean)
+    more = _difference(*_both(saved, choice))
     texts = []
     if choice.part in FUNCTIONS:
         names = FUNCTIONS[choice.part]
         texts.append(f"the function{'s' if len(names) > 1 else ''} {', '.join(names)}")
     texts.append(plural(int(more["operations"] or 0), "operation"))
     if more["size"] is not None:
-        texts.append(f"{int(more['size'])} {SIZES[saved.target]}")
-    if more["nanoseconds"] is not None and saved.lean.nanoseconds:
-        texts.append(f"{round(more['nanoseconds'], 1) + 0.0:.1f} ns an evaluation")
-    return f"saves {'; '.join(texts)}"
+        more_or_less = " more" if more["size"] < 0 else ""  # it is longer without
+        texts.append(f"{abs(int(more['size']))} {SIZES[saved.target]}{more_or_less}")
+    if more["nanoseconds"] is not None:
+        low, high = more["interval"]
+        told = f"{more['nanoseconds']:.1f} ns an evaluation ({low:.1f} to {high:.1f})"
+        texts.append(told if low > 0 else "in time below what can be measured")
+    return f"{'costs' if choice.decision == 'kept' else 'saves'} {'; '.join(texts)}"
 
 
 def _totals(saved: Savings, style: Style) -> list[str]:
@@ -119,7 +201,7 @@ def _totals(saved: Savings, style: Style) -> list[str]:
         ("operations, all functions", lean.operations, everything.operations),
         ("operations of the right-hand side", lean.evaluation, everything.evaluation),
         (SIZES[saved.target], lean.size, everything.size),
-        ("ns an evaluation, all told", lean.nanoseconds, everything.nanoseconds),
+        ("ns an evaluation, median, all told", lean.nanoseconds, everything.nanoseconds),
     ):
         if a is None or b is None:
             continue

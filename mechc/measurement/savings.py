@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -22,10 +23,15 @@ if TYPE_CHECKING:
     from ..runtime.case import Case
     from ..runtime.problem import Problem
 
-Code = Literal["c", "python", "fmu"]
+Code = Literal["c", "python", "fmu", "web"]
 
 STEPS = 400
-REPEATS = 9
+REPEATS = 11
+"""Rounds in which all builds are timed, one after the other: what else the machine does meets all of them."""
+WITHIN = 1
+"""How many of the smallest and largest of so many differences lie outside the interval: it holds their median with 98.8 %."""
+SHORTEST = 3
+"""Runs of which a round takes the shortest."""
 SHARE = 1e-4
 """Length of the measured steps over that of the experiment: short, so that no motion runs away in them."""
 SQUARE = frozenset({"jacobian", "momenta", "structure"})
@@ -38,13 +44,22 @@ LARGEST = 30_000
 
 class Cost(Struct, frozen=True):
     """``operations`` of all functions together, ``evaluation`` those of one right-hand side; ``size`` in bytes of the
-    compiled code, or of the text or file that the target is; ``nanoseconds`` of one evaluation with its share of all
-    that a step does beside. None: not measured."""
+    compiled code, or of the text or file that the target is; ``nanoseconds`` of processor time of one evaluation with its share of
+    all that a step does beside: the median of ``rounds``. None: not measured."""
 
     operations: int
     evaluation: int
     size: int | None = None
     nanoseconds: float | None = None
+    rounds: tuple[float, ...] = ()
+
+    def beyond(self, other: Cost) -> tuple[float, float, float] | None:
+        """Return by how many nanoseconds this is slower than another cost that was timed in the same rounds: the median, and the
+        interval that holds it. None where one of them was not timed."""
+        if not self.rounds or len(self.rounds) != len(other.rounds):
+            return None
+        apart = sorted(a - b for a, b in zip(self.rounds, other.rounds, strict=True))
+        return statistics.median(apart), apart[WITHIN], apart[-1 - WITHIN]
 
 
 class Savings(Struct, frozen=True):
@@ -61,20 +76,48 @@ def savings(model: CompiledModel, target: Code = "c", *, measured: bool = True) 
 
     ``measured``: sizes and times too, for which code is compiled. Raises CompilerMissing, BuildError.
     """
-    equations = model.compilation.equations
+    equations, own = model.compilation.equations, model.compilation.parts
     beyond = SQUARE if len(equations.states) > LARGEST_SQUARE else frozenset()
-    absent = [choice.part for choice in equations.choices if choice.part and choice.part not in beyond]
-    lean = model.keeping(())
-    return Savings(
-        target,
-        cost(lean, target, measured),
-        cost(lean.keeping(EVERYTHING - beyond), target, measured),
-        {part: cost(lean.keeping((part,)), target, measured) for part in absent},
-    )
+    listed = [choice.part for choice in equations.choices if choice.part and choice.part not in beyond]
+    builds = {"": model, "*": model.keeping((EVERYTHING - beyond) | own)}
+    builds |= {part: model.keeping(own ^ {part}) for part in listed}
+    costs = costs_of(builds, target, measured)
+    lean, everything = costs.pop(""), costs.pop("*")
+    return Savings(target, lean, everything, costs)
+
+
+def costs_of(
+    builds: Mapping[str, CompiledModel], target: Code = "c", measured: bool = True
+) -> dict[str, Cost]:
+    """Return what builds of a model cost, timed in turns. Raises CompilerMissing, BuildError."""
+    costs = {name: cost(build, target, measured) for name, build in builds.items()}
+    return _timed(builds, costs, target) if measured and target in _CALLS else costs
+
+
+def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost], target: Code) -> dict[str, Cost]:
+    """Time all builds in turns."""
+    cases = {name: _case_of(build, target) for name, build in builds.items() if costs[name].size is not None}
+    rounds: dict[str, list[float]] = {name: [] for name, case in cases.items() if case is not None}
+    for _ in range(REPEATS):
+        for name, times in rounds.items():
+            case = cases[name]
+            assert case is not None
+            step = (case.stop - case.begin) * SHARE
+            times.append(min(_CALLS[target](case, step) for _ in range(SHORTEST)))
+    return {
+        name: replace(cost, nanoseconds=statistics.median(times), rounds=tuple(times))
+        if (times := rounds.get(name))
+        else cost
+        for name, cost in costs.items()
+    }
+
+
+def _case_of(model: CompiledModel, target: Code) -> Case | None:
+    return default_case(model.problem("python" if target == "python" else "c"))
 
 
 def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cost:
-    """Return what one build of a model costs. Raises CompilerMissing, BuildError."""
+    """Return what one build of a model costs, but for its time. Raises CompilerMissing, BuildError."""
     program = model.compilation.program
     operations = sum(function.operations for function in program.functions)
     rhs = program.function("rhs")
@@ -85,23 +128,15 @@ def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cos
         case "c":
             problem = model.problem("c")
             assert problem.library is not None
-            return replace(
-                plain, size=code_bytes(problem.library), nanoseconds=nanoseconds(problem, _by_kernel)
-            )
+            return replace(plain, size=code_bytes(problem.library))
         case "python":
             from ..compiler.targets.python import emit_python
 
-            problem = model.problem("python")
-            size = len(emit_python(program).encode())
-            return replace(plain, size=size, nanoseconds=nanoseconds(problem, _by_python))
+            return replace(plain, size=len(emit_python(program).encode()))
         case "fmu":
             return replace(plain, size=_fmu_size(model))
-
-
-def nanoseconds(problem: Problem, measure: Callable[[Case, float], float]) -> float | None:
-    """Return the time of one evaluation at the start of the motion; None where the motion cannot begin."""
-    case = default_case(problem)
-    return None if case is None else measure(case, (case.stop - case.begin) * SHARE)
+        case "web":
+            return replace(plain, size=_page_size(model))
 
 
 def default_case(problem: Problem) -> Case | None:
@@ -120,22 +155,34 @@ def _by_kernel(case: Case, step: float) -> float:
 
     short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
     options = SolverOptions("rk4", case.tolerance, np.ones(case.problem.ny), step, max_steps=STEPS)
-    times = []
-    for _ in range(REPEATS):
-        done = run_kernel(short, options)
-        times.append(done.statistics.run_time / max(done.statistics.evaluations, 1))
-    return min(times) * 1e9
+    begun = time.thread_time()
+    done = run_kernel(short, options).statistics
+    taken = min(
+        done.run_time, time.thread_time() - begun
+    )  # by the clock, and by the processor's with what is around it
+    return taken / max(done.evaluations, 1) * 1e9
 
 
 def _by_python(case: Case, step: float) -> float:
-    times = []
     u = np.zeros(len(case.problem.inputs))
-    for _ in range(REPEATS):
-        begun = time.perf_counter()
-        for _ in range(STEPS // 10):
-            case.functions.rhs(case.begin, case.y0, u, case.z, case.p)
-        times.append((time.perf_counter() - begun) / (STEPS // 10))
-    return min(times) * 1e9
+    begun = time.thread_time()
+    for _ in range(STEPS // 10):
+        case.functions.rhs(case.begin, case.y0, u, case.z, case.p)
+    return (time.thread_time() - begun) / (STEPS // 10) * 1e9
+
+
+_CALLS: Mapping[str, Callable[[Case, float], float]] = {"c": _by_kernel, "python": _by_python}
+"""What gives the nanoseconds of one evaluation, by target; FMUs and pages are measured by their size alone."""
+
+
+def _page_size(model: CompiledModel) -> int:
+    """Return the bytes of the module of a page: the kernel and the model."""
+    from ..compiler.targets.wasm.link import linked
+    from ..web.kernels import kernel_for, loaded
+
+    program = model.compilation.program
+    kernel = kernel_for(model.method(None) or "dop853", events=program.hybrid is not None)
+    return len(linked(program, loaded(kernel)).module)
 
 
 def _fmu_size(model: CompiledModel) -> int:

@@ -76,3 +76,31 @@ def test_run_of_a_kept_model_imports_what_it_uses(tmp_path: Path) -> None:
     for _ in range(2):  # the second one finds the code by what its program was kept as
         imported("run", TREE, folder=tmp_path)
     assert not imported("run", TREE, folder=tmp_path) & {*UNUSED_BY_A_RUN}
+
+
+LOADED = """
+import sys
+from mechc.cli.main import run
+run(["run", sys.argv[1]])
+own = [name for name in sys.modules if name.startswith("mechc.")]
+others = {name.partition(".")[0] for name in sys.modules} - set(sys.stdlib_module_names)
+libraries = {row.split()[-1] for row in open("/proc/self/maps") if ".so" in row and "site-packages" in row}
+print("loaded", len(own), ",".join(sorted(others)), len(libraries))
+"""
+OTHERS = {"click", "msgspec", "numpy", "platformdirs", "typing_extensions"}
+"""What runs use of others; ``__editable__...`` and ``_distutils_hack`` are the installer's."""
+MOST_MODULES, MOST_LIBRARIES = 145, 8
+"""Measured 131 to 136 of some 830 modules, and 6 libraries: two of NumPy, its linear algebra with what that needs, msgspec."""
+
+
+@pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="libraries are read from /proc")
+@pytest.mark.parametrize("name", ["double_pendulum", "four_bar", "bouncing_ball"])
+def test_what_a_scene_does_not_load(name: str, tmp_path: Path) -> None:
+    """The house leaves out as well: of its own modules a run of a kept model loads a sixth."""
+    for _ in range(3):
+        command = [sys.executable, "-c", LOADED, str(EXAMPLES / f"{name}.mech")]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=True)
+    _, modules, others, libraries = done.stdout.splitlines()[-1].split()
+    assert int(modules) <= MOST_MODULES and int(libraries) <= MOST_LIBRARIES
+    foreign = {one for one in others.split(",") if not one.startswith("_") and one != "mechc"}
+    assert foreign <= OTHERS

@@ -1,0 +1,78 @@
+"""The line of a model that needs what its equations hold: of several the first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from ..compiler.flat.model import Kind, Role
+
+if TYPE_CHECKING:
+    from ..compiler.flat.model import FlatModel, Origin
+
+SWITCHES = re.compile(r"\b(if|when|contact|friction|abs|sign|min|max|floor|ceil|mod|clamp)\b")
+
+
+def lines(flat: FlatModel) -> dict[str, str]:
+    """Return for each fact of a model (``equations/needs.py``) the line that needs it, with its number, as far as one can be named."""
+    found = {}
+    for fact, origins in _statements(flat):
+        first = next(iter(origins), None)
+        if first is not None:
+            found[fact] = told(first)
+    return found
+
+
+def told(origin: Origin) -> str:
+    """Say where a statement stands, and its first line: in the model, not inside a library."""
+    span = origin.shown
+    number, _ = span.file.position(span.start)
+    return f"line {number}: {span.file.line(number).strip()}"
+
+
+def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
+    """Yield the statements that may need each fact, the most telling ones first."""
+    variables = {role: [v.origin for v in flat.variables if v.role is role] for role in Role}
+    loads = [load.origin for load in flat.loads]
+    drives = [drive.origin for drive in flat.drives]
+    resisting = [s.origin for s in (*flat.dampings, *flat.frictions)]
+    resisting += [e.origin for e in flat.energies if e.kind == "dissipation"]
+    hitting = [s.origin for s in (*flat.contacts, *flat.frictions)]
+    joints = [joint.origin for joint in flat.joints]
+    closing = [o for o in joints if o.shown.text.startswith("cut")] or joints[::-1]
+    happening = [event.origin for event in flat.events]
+    every = [
+        *(s.origin for s in (*flat.definitions, *flat.energies, *flat.masses)),
+        *loads,
+        *drives,
+        *(s.origin for s in (*flat.constraints, *flat.equations)),
+        *hitting,
+        *happening,
+        *variables[Role.INPUT],
+    ]
+
+    def saying(words: re.Pattern[str]) -> list[Origin]:
+        return [o for o in every if words.search(o.shown.text) or words.search(o.span.text)]
+
+    yield "space", [*joints, *(m.origin for m in flat.masses), *variables[Role.COORDINATE]]
+    yield "rotations", [*(v.origin for v in flat.variables if v.type.kind is Kind.ROTATION), *joints]
+    yield "constraints", [*(c.origin for c in flat.constraints), *closing, *hitting]
+    yield "events", [*happening, *hitting, *saying(SWITCHES)]
+    yield "modes", [*hitting, *(c.origin for c in flat.constraints)]
+    yield "inputs", variables[Role.INPUT]
+    yield "tables", saying(re.compile(r"\btable\b"))
+    yield "discrete", [*variables[Role.DISCRETE], *happening, *hitting, *saying(SWITCHES)]
+    yield (
+        "time",
+        [
+            *saying(re.compile(rf"\b{re.escape(flat.independent or 'time')}\b")),
+            *saying(re.compile(r"\btime\b")),
+        ],
+    )
+    yield "drives", drives
+    yield "gravity", [m.origin for m in flat.masses if m.gravity is not None]
+    yield "dissipation", [*resisting, *loads, *hitting]
+    yield "supply", [*drives, *loads, *saying(re.compile(r"\btime\b"))]
+    yield "states", [*(e.origin for e in flat.equations), *variables[Role.STATE]]
+    yield "assertions", [a.origin for a in flat.assertions]
