@@ -155,7 +155,8 @@ def read_sheet(path: Path, reading: Reading = PLAIN, is_unit: IsUnit = lambda te
         and reading.decimal in (None, way.decimal)
         and _possible(way, below, reading.decimal)
     ]
-    found, faults = [], []
+    found: list[_Found] = []
+    faults: list[tuple[bool, int, _Fault]] = []
     # those in which the last line holds numbers; the others only tell what is wrong where these fail
     for way in sorted(ways, key=lambda way: not _ends_in_numbers(way, below)):
         if found and not _ends_in_numbers(way, below):

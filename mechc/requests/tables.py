@@ -70,7 +70,8 @@ _NEXT = re.compile(r",(?=[^=,\[\]]*(?:\[[^\]]*\][^=,\[\]]*)*=)")
 
 def _named(columns: str | Mapping[str, str]) -> list[Named]:
     if isinstance(columns, str):
-        pairs = [part.rpartition("=")[::2] for part in _NEXT.split(columns) if part.strip()]
+        parts = [part.rpartition("=") for part in _NEXT.split(columns) if part.strip()]
+        pairs = [(head, name) for head, _, name in parts]
     else:
         pairs = list(columns.items())
     found = []

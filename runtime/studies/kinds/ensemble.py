@@ -22,6 +22,7 @@ from ...ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, membe
 from ...ensembles.recipe import Make, Recipe
 from ...ensembles.result import Ensemble
 from ...ensembles.run import run_ensemble
+from ...inputs import Table
 from ...nominal import with_nominal
 from ...outcome import SimulationError
 from ...problem import Problem
@@ -223,7 +224,11 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             "inputs",
         }
         asked = {name: getattr(self, name) for name in self.__struct_fields__ if name not in own}
-        tables = {name: (t.times.tobytes(), t.values.tobytes()) for name, t in self.inputs.items()}
+        tables = {
+            name: (t.times.tobytes(), t.values.tobytes())
+            for name, t in self.inputs.items()
+            if isinstance(t, Table)
+        }
         digest.update(repr((sorted(asked.items()), sorted(tables.items()))).encode())
         return digest.hexdigest()
 
