@@ -414,6 +414,17 @@ def test_two_sliders_in_a_row() -> None:
 
 
 @pytest.mark.slow
+def test_rows_of_unequal_sizes() -> None:
+    """A lever of 1e-11 m/rad before the mass: factors of rows may be small."""
+    solution = run(
+        "dimensionless; coordinate a = 1; coordinate b ~ 0; kinetic 1/2*(der(a) + 1e-11*der(b))^2;"
+        "potential 1/2*a^2 + 1/2*1e-22*b^2; experiment(stop = 2, tolerance = 1e-11);"
+    )
+    assert 1e-11 * solution["b"] == pytest.approx(solution["a"], abs=1e-12)
+    assert solution["a"] == pytest.approx(np.cos(np.sqrt(1 / 2) * solution.time), abs=1e-9)
+
+
+@pytest.mark.slow
 def test_a_spring_and_a_damper_in_a_row() -> None:
     """MAXWELL by the stretch of the spring and that of the damper: x = a + b, z = b."""
     text = "dimensionless; coordinate a = 1; initial der(a) = -4; coordinate b = 0; kinetic 1/2*(der(a) + der(b))^2;"

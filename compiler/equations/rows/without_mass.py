@@ -8,9 +8,11 @@ acceleration then. With D = dr/d(der z) of the coordinates that feel each other,
 - directions n with n^T D = 0 have none: n^T r = 0 is solved for z, and its total derivative for der(z).
 
 So each of these coordinates has a drive (``DriveRow``) that the compiler writes, and whose reaction vanishes. What is linear is solved
-along the structure; what is not by Newton's method in the graph, from the start of the coordinate.
+along the structure; what is not by Newton's method in the graph, from a guess that follows the motion.
 
-What constraints hold is left to their weights (weights.py), and rotations are not covered.
+What constraints hold is left to their weights (weights.py). Where accelerations stay undetermined all the same, motions of several
+coordinates together may move no mass: a combination of their rows with constant factors holds neither accelerations nor
+multipliers then, and is such a balance. Rotations are not covered.
 """
 
 from __future__ import annotations
@@ -457,14 +459,15 @@ class _Work:
             shares = np.linalg.lstsq(basis, wide[i], rcond=None)[0] if kept else np.zeros(0)
             total, whole, among = still[i], rows[i], [i]
             for j, share in zip(kept, shares, strict=True):
+                if abs(share) <= VANISHING:
+                    continue
                 factor = share * (scales[i] or 1.0) / scales[j]
                 exact = Fraction(factor).limit_denominator(1000)
-                if abs(float(exact) - factor) > VANISHING * max(1.0, abs(factor)):
+                if abs(float(exact) - factor) > VANISHING * abs(factor):
                     exact = Fraction(factor)
-                if abs(factor) > VANISHING:
-                    among.insert(0, j)
-                    total = graph.sub(total, graph.mul(graph.constant(exact), still[j]))
-                    whole = graph.sub(whole, graph.mul(graph.constant(exact), rows[j]))
+                among.insert(0, j)
+                total = graph.sub(total, graph.mul(graph.constant(exact), still[j]))
+                whole = graph.sub(whole, graph.mul(graph.constant(exact), rows[j]))
             combined.append(total)
             taking.append(among)
             self._assert_undamped(block, i, whole, rates, message)
@@ -476,7 +479,7 @@ class _Work:
         """Assert that a combination of balances holds no rate, where that is not so whatever the parameters are."""
         graph = self.graph
         (row,) = jacobian(graph, [combined], rates)
-        left = [n for n in row.values() if n != graph.zero]
+        left = [n for n in row.values() if not graph.is_constant(n)]
         if not left:
             return
         holds = graph.one
@@ -662,8 +665,12 @@ def _independent(matrix: Array) -> list[int]:
 
 
 def _pivots(matrix: Array, preferred: Sequence[bool]) -> list[int]:
-    """Return columns that make the rows regular, of those with a large pivot the preferred ones."""
-    left = matrix / np.where(np.abs(matrix).max(axis=1) > 0, np.abs(matrix).max(axis=1), 1.0)[:, None]
+    """Return columns that make the rows regular, of those with a large pivot the preferred ones; columns and rows count by their
+    largest entry."""
+    left = matrix
+    for axis in (0, 1):  # whatever the units are
+        sizes = np.abs(left).max(axis=axis, keepdims=True)
+        left = left / np.where(sizes > 0, sizes, 1.0)
     open_rows = list(range(len(matrix)))
     chosen: list[int] = []
     while open_rows:
