@@ -30,7 +30,8 @@ def elaborate(node: ast.Expression, scope: Scope) -> Expression:
         case ast.Binary():
             return binary(scope, node)
         case ast.Number() | ast.Quantity():
-            return scope.flattening.constants.get(id(node)) or _number(scope, node)
+            known = scope.flattening.constants.get(id(node))
+            return _number(scope, node) if known is None else known[1]
         case ast.Call(unit=unit):
             return _with_unit(scope, call(scope, node), unit, node)
         case ast.Result():
@@ -88,7 +89,10 @@ def _number(scope: Scope, node: ast.Number | ast.Quantity) -> Literal:
         literal = Literal(type=types.INTEGER if whole else types.NUMBER, span=node.span, value=node.value)
     else:
         literal = _scaled(scope, node.value, node.unit, node)
-    scope.flattening.constants[id(node)] = literal
+    scope.flattening.constants[id(node)] = (
+        node,
+        literal,
+    )  # with what has the number, so that nothing else gets it
     return literal
 
 

@@ -111,7 +111,7 @@ class Flattening(Struct):
     instances: int = 0
     turns: int = 0
     quadratures: int = 0
-    constants: dict[int, Literal] = field(default_factory=dict)
+    constants: dict[int, tuple[ast.Node, Literal]] = field(default_factory=dict)
     meshes: dict[str, Moments] = field(default_factory=dict)
     numbers: dict[tuple[str, str], Expression] = field(default_factory=dict)
     files: dict[str, ReadFile] = field(default_factory=dict)

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from typing import Any, cast
+
 import pytest
 from flat_models import codes, definition, flat, said, value, variable
 
+from mechc.compiler.flat.expressions.elaborate import elaborate
+from mechc.compiler.flat.model import Literal
+from mechc.compiler.flat.names.scope import Flattening, Scope
 from mechc.compiler.flat.show import type_text
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import SourceFile, Span
 
 
 def let(expression: str, declarations: str = "") -> str:
@@ -360,3 +369,15 @@ def test_whole_numbers_are_told_from_numbers_in_arrays() -> None:
 def test_a_torque_is_told_in_newton_metres() -> None:
     (found,) = said("frame F = world * rot(1 rad); torque 2 N on F;")
     assert found.message == "a torque on a body is one value in N.m"
+
+
+def test_numbers_of_nodes_that_are_gone_are_not_those_of_others() -> None:
+    """Formulas that are made while compiling are let go, and the next ones lie in the same memory."""
+    library, classes = cast("Any", None), cast("Any", None)
+    scope = Scope(Flattening(Reporter(), library, classes, elaborate, {}), None, library)
+    span = Span(SourceFile("m.mech", "0"), 0, 1)
+    for k in range(100):
+        node = ast.Number(value=Fraction(k), text=str(k), span=span)
+        found = elaborate(node, scope)
+        assert isinstance(found, Literal) and found.value == k
+        del node
