@@ -91,6 +91,12 @@ def test_what_settles_is_left_out() -> None:
     assert line["amplitude"] == pytest.approx(1 / math.hypot(1 - 1.69, 0.26), rel=1e-6)
 
 
+def test_a_later_start_of_the_results_is_that_of_the_record() -> None:
+    (line,) = lines(DAMPED, start=200)
+    assert line["frequency"] == pytest.approx(1.3 / (2 * math.pi), abs=1e-8)
+    assert "the record is 300 long" in mechc.loads(DAMPED).spectrum(start=200).remarks[0]
+
+
 def test_power_integrates_to_the_mean_square() -> None:
     """Parseval: the integral of the power over the frequency is the variance."""
     found = mechc.loads(TONES).spectrum(of="all", power=True)

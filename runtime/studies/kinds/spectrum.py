@@ -169,7 +169,7 @@ def _findings(
     solution: Solution,
     rough: Solution,
 ) -> Findings:
-    begin, end = plan.case.begin + left_out, float(solution.time[-1])
+    begin, end = max(plan.case.begin + left_out, float(solution.time[0])), float(solution.time[-1])
     unit, time = solution.unit(seen.name), solution.unit("time")
     hertz = {"s": "Hz", "": ""}.get(time, f"1/{time}")
     record = record_of(solution, seen.name, begin, end)
