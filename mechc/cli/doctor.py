@@ -92,7 +92,7 @@ def _compiler() -> Finding:
     if compiler.in_process:
         return Finding(
             "C compiler",
-            "libtcc, which comes with mechc; gcc or clang make code that is two to five times faster",
+            "libtcc, which comes with mechc; gcc or clang make code that is two to seven times faster",
         )
     said = compiler.version.splitlines()[0] if compiler.version else ""
     return Finding("C compiler", f"{' '.join(compiler.command)}: {said}")

