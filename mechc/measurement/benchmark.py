@@ -254,11 +254,16 @@ def conclusion(made: Benchmark) -> str:
         peer = min(others, key=others.__getitem__)
         ratio = others[peer] / times[take]
         if ratio < 1 / ALIKE:
-            return f"for {_power(level)} take {peer}: {duration(others[peer])}; the fastest method of mechc, {take}, needs {1 / ratio:.2g} times as long"
+            return f"for {_power(level)} take {peer}: {duration(others[peer])}; the fastest method of mechc, {take}, needs {_rounded(1 / ratio)} times as long"
         if ratio < ALIKE:
             return f"{words}; {peer} takes as long"
-        return f"{words}; the fastest peer, {peer}, needs {ratio:.2g} times as long"
+        return f"{words}; the fastest peer, {peer}, needs {_rounded(ratio)} times as long"
     return f"no method reaches an error of {_power(LEVELS[-1])}"
+
+
+def _rounded(ratio: float) -> str:
+    """Return two digits, without an exponent."""
+    return f"{float(f'{ratio:.2g}'):.10g}"
 
 
 def _power(level: float) -> str:

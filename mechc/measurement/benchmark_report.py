@@ -175,7 +175,7 @@ def _notes(made: Benchmark) -> list[str]:
     for method, points in made.by_method().items():
         for p in points:
             if p.error is None or p.error >= DRAWN_BELOW:
-                why = p.failure.partition(" at t = ")[0] if p.error is None else "errors above 1"
+                why = p.failure.partition(" at t = ")[0].rstrip(",") if p.error is None else "errors above 1"
                 reasons.setdefault(why, {}).setdefault(method, []).append(f"{p.setting:.2g}")
     for why, where in reasons.items():
         methods = ", ".join(f"{method} ({', '.join(settings)})" for method, settings in where.items())
