@@ -171,18 +171,28 @@ def find_setting(problem: Problem, name: str) -> Setting:
     if found is not None:
         if found.array == "u":
             check_set(problem, found.index)
-        if found.array == "p" and found.index in problem.found:
-            raise SimulationError(
-                f"the start of '{problem.name}' finds the parameter '{name}', so it cannot be set",
-                problem.parameters[found.index].origin,
-                help=f"write '{name} = ..' in the model for a value that is known, and leave out an initial condition",
-            )
+        _refuse_found(problem, found)
         return found
     if any(quantity.name == name for quantity in problem.outputs):
         raise SimulationError(f"'{name}' is an output of '{problem.name}': it follows from the motion")
     known = [q.name for q in (*problem.parameters, *problem.states, *problem.inputs)]
     raise SimulationError(
         f"'{problem.name}' has no parameter, state or input '{name}'" + suggest(name, known)
+    )
+
+
+def _refuse_found(problem: Problem, setting: Setting) -> None:
+    """Refuse a value of what the start finds: a condition on the start would be left unfulfilled. Raises SimulationError."""
+    if setting.array == "p" and setting.index in problem.found:
+        quantity, noun = problem.parameters[setting.index], "parameter"
+    elif setting.array == "y" and setting.index in problem.found_states:
+        quantity, noun = problem.states[setting.index], "state"
+    else:
+        return
+    raise SimulationError(
+        f"the start of '{problem.name}' finds the {noun} '{quantity.name}', so it cannot be set",
+        quantity.origin,
+        help=f"write '{quantity.name} = ..' in the model for a value that is known, and leave out an initial condition",
     )
 
 
@@ -204,6 +214,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     known = _blank(problem).known.copy()
     guesses = {s.index for s in experiment.settings if s.guess and s.array == "y"} if experiment else ()
     for setting, value in chosen.items():
+        _refuse_found(problem, setting)
         if setting.array == "y":
             y0[setting.index] = value
             known[setting.index] = setting in wanted or setting.index not in guesses

@@ -319,6 +319,8 @@ class Description(Struct, frozen=True):
     experiments: tuple[Experiment, ...]
     held_inputs: tuple[int, ...] = ()
     """Inputs that stay at a value, as the equations need their rates, which are zero."""
+    found_states: tuple[int, ...] = ()
+    """States (indices in y) that the start finds, by conditions on rates and accelerations."""
     found: tuple[int, ...] = ()
     """Parameters that the start finds, and what follows from them: the function ``found`` gives them for a state on the constraints."""
     dependent: tuple[int, ...] = ()

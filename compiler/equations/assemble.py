@@ -130,6 +130,7 @@ def _equations(draft: Draft) -> Equations:
         assertions=tuple(AssertionText(a.message, a.origin.shown) for a in _asserted(system, solved)),
         energy_balance=listed.energy_balance,
         dependent=_dependent(draft.found.starts),
+        found_states=draft.found.states,
         constraints=_constraint_entries(solved),
         separable=_separable(system, layout, draft.functions),
         **described,

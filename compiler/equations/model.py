@@ -356,6 +356,8 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     """Where the initial value of each state is stated; None where it is not."""
     held_inputs: tuple[int, ...] = ()
     """Inputs that stay at a value, as the equations need their rates, which are zero."""
+    found_states: tuple[int, ...] = ()
+    """States (indices in y) that the start finds, by conditions on rates and accelerations."""
     found: tuple[int, ...] = ()
     """Parameters that the start finds, and what follows from them: the function ``found`` gives them for a start that is assembled."""
     assembly: tuple[AssemblyEntry, ...] = ()

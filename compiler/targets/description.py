@@ -61,6 +61,7 @@ def described(program: Program) -> Description:
         rotations=program.rotations,
         assertions=tuple(Assertion(a.message, origin(a.span)) for a in program.assertions),
         held_inputs=program.held_inputs,
+        found_states=program.found_states,
         found=program.found,
         dependent=program.dependent,
         constraints=tuple(Constraint(c.name, c.level, c.unit, origin(c.span)) for c in program.constraints),

@@ -37,6 +37,7 @@ CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
         (BODY + "1 kg*x'' = -3 N/m*x;", "E0121", ["'der(x, 2)'"]),
         (BODY + "let v = x';", "E0121", ["'der(x)'"]),
         (BODY + "m*der(der(x)) = -3*x;", "E0125", ["'kinetic 1/2*m*der(x)^2;'"]),
+        (BODY + "equation x = 1 m*sin(time/1 s);", "E0421", ["'drive x = ..;'", "by force on"]),
         (CIRCUIT + "L*der(i) = 5 V - R*i;", "E0125", ["'equation der(i) = ..;'"]),
         (CIRCUIT + "equation L*der(i) = 5 V - R*i;", "E0421", ["'equation der(i) = (5 V - R*i)/L;'"]),
         (CIRCUIT + "equation 5 V = R*i + L*der(i);", "E0421", ["'equation der(i) = ..;'"]),

@@ -246,6 +246,17 @@ def test_by_a_modification_and_known_again() -> None:
 def test_it_cannot_be_set() -> None:
     with pytest.raises(SimulationError, match="finds the parameter 'c'"):
         mechc.loads(SPRING).simulate(set={"c": 50.0})
+    with pytest.raises(SimulationError, match=r"finds the parameter 's\.k'"):
+        mechc.loads(SPRING).simulate(set={"s.k": 50.0})
+
+
+@pytest.mark.parametrize("by", ["set", "experiment"])
+def test_a_state_that_the_start_finds_cannot_be_set(by: str) -> None:
+    with pytest.raises(SimulationError, match="finds the state 'I'"):
+        if by == "set":
+            mechc.loads(CONTROLLED).simulate(set={"I": 1.0})
+        else:
+            mechc.loads(CONTROLLED + "experiment other(I = 1 N, stop = 1 s);").simulate(experiment="other")
 
 
 def test_ensembles_find_it_for_each_member() -> None:
@@ -293,6 +304,7 @@ BODY = "coordinate Length x ~ 1 m; kinetic 1/2*1 kg*der(x)^2;\n"
     [
         (BODY + "force 2 N on x; initial stationary;", "E0609"),
         (BODY + "initial stationary y;", "E0201"),
+        (BODY + "potential 9.81 N*x; contact floor: x; initial stationary;", "E0609"),
         (BODY + "parameter k = 1; initial stationary k;", "E0420"),
         (BODY + "initial der(x, 3) = 0;", "E0590"),
         (BODY + "damping 1 N.s/m on x; potential 1 N/m*x^2; initial der(x, 2) = 1 m/s^2;", "E0612"),

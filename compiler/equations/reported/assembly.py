@@ -67,7 +67,7 @@ def assembly(
         support = set(system.graph.support(condition.residual))
         if not support.intersection(velocities):
             if not support.intersection(coordinates):
-                _no_coordinate(condition.row, reporter)
+                _no_coordinate(condition.row, condition.late, reporter)
             return 1
         if not condition.late or not support.intersection(free):
             return 2
@@ -147,7 +147,16 @@ def _rate_is_open(system: MechanicalSystem, row: InitialRow, rate: Node, reporte
     )
 
 
-def _no_coordinate(row: InitialRow, reporter: Reporter) -> None:
+def _no_coordinate(row: InitialRow, late: bool, reporter: Reporter) -> None:
+    if late:
+        reporter.error(
+            "E0609",
+            f"the initial condition on '{row.name}' cannot hold",
+            row.origin.shown,
+            caption="nothing that may move at the start changes it",
+            help="in the equations of a start contacts are open and dry friction has no force: what they hold is not stationary by itself",
+        )
+        return
     reporter.error(
         "E0603",
         f"the initial condition on '{row.name}' contains nothing that could be adjusted",

@@ -39,6 +39,7 @@ class Found(Struct, frozen=True):
     starts: tuple[InitialValue, ...]
     conditions: tuple[Condition, ...]
     parameters: Mapping[int, Node]
+    states: tuple[int, ...] = ()
 
 
 def found_at_start(
@@ -100,6 +101,7 @@ def found_at_start(
         tuple(values),
         tuple(replace(c, residual=n) for c, n in zip(rest, residuals, strict=True)),
         _parameters(system, solution, rules),
+        tuple(k for k, s in enumerate(system.symbols.states, first) if s.node in solution),
     )
 
 

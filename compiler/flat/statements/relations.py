@@ -223,6 +223,11 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         )
     elif target is not None and target.role is Role.COORDINATE:
         help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
+        if not isinstance(left, ast.Derivative):
+            help = (
+                f"a motion that is given is 'drive {left.span.text} = ..;', or, kept by a force elsewhere, "
+                f"'constraint hold: {left.span.text} = .. by force on ..;'"
+            )
     elif not isinstance(left, ast.Derivative):
         help = _solved(statement) or help
     name = left.operand.span.text if isinstance(left, ast.Derivative) else left.span.text

@@ -100,7 +100,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
             [int(i in start.given_parameters or i in program.found) for i in range(n_p)],
         ),
         _numbers("unsigned char", "p_settable", [int(i in settable) for i in range(n_p)]),
-        _numbers("unsigned char", "y_settable", [1] * ny),
+        _numbers("unsigned char", "y_settable", [int(i not in program.found_states) for i in range(ny)]),
         _numbers("unsigned char", "y_held", case.known),
         _numbers("int", "dependent", program.dependent),
         _numbers("unsigned char", "z_type", [_TYPES.index(e.type) for e in discretes]),
