@@ -80,11 +80,24 @@ def _resolve_variable(member: VariableMember) -> None:
                 "E0327",
                 f"'{declaration.name}' needs a type or a value",
                 declaration.name_span,
-                help=f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
+                help=_how_to_give(member)
+                or f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
             )
         member.type = types.numeric(winner.source.value().type)
     if member.structural:
         member.constant = _structural_value(member)
+        _check_range(member, member.constant)
+
+
+def _how_to_give(member: VariableMember) -> str:
+    """Say how a component is given what it leaves to those who use it."""
+    instance = member.scope.instance
+    if instance is None or instance.declaration is None:
+        return ""
+    part = instance.declaration.name
+    return (
+        f"give it where '{part}' is declared: '{instance.model.name} {part}({member.declaration.name} = ..);'"
+    )
 
 
 def _given(member: VariableMember | DefinitionMember) -> Type | None:
@@ -383,6 +396,25 @@ def _structural_value(member: VariableMember) -> Expression:
         assert node is not None
         raise not_structural(scope, node, value, f"the structural parameter '{member.declaration.name}'")
     return to_expression(known, member.type, value.span)
+
+
+def _check_range(member: VariableMember, value: Expression) -> None:
+    """Refuse a structural value beyond the ``min`` or ``max`` of its declaration; other values are checked before each run."""
+    scope, number = member.scope, constant(value)
+    for node in member.declaration.attributes:
+        which = node.target.span.text
+        if which not in ("min", "max") or not isinstance(number, Fraction):
+            continue
+        bound = constant(scope.elaborate(node.value))
+        if isinstance(bound, Fraction) and (number < bound if which == "min" else number > bound):
+            raise scope.fail(
+                "E0423",
+                f"'{member.declaration.name}' is {float(number):g}, {_BEYOND[which]} {float(bound):g}",
+                value.span,
+            )
+
+
+_BEYOND = {"min": "below its minimum", "max": "above its maximum"}
 
 
 def _stated_value(member: VariableMember) -> Expression:

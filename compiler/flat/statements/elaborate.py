@@ -133,8 +133,9 @@ def _declaration(declaration: ast.Declaration, scope: Scope, record: Record) -> 
 
 
 def _variable(member: VariableMember, record: Record) -> None:
-    type_of(member)
+    type = type_of(member)
     if member.structural:
+        attributes(member.scope, member.declaration, type)  # reports wrong ones
         return
     record.variables.append(member)
     if member.role in (Role.COORDINATE, Role.STATE):
