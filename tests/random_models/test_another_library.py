@@ -28,6 +28,9 @@ PACKAGES = sorted(path.stem for path in LIBRARY.glob("*.mech"))
 OF_FILES = {"Solid"}
 """Parts whose shape stands in another file: they are what the functions of meshes say of it."""
 
+SIGNAL = "u = (0.3 m)*sin(time/0.1 s)"
+CONTROLLED = "target = 0.1 m, measured = (0.3 m)*sin(time/0.1 s), k = 20 N/m"
+LIMITS = "low = -3 N, high = 2 N"
 VALUES = {
     "planar": {
         "Particle": "m = 1.3 kg",
@@ -127,6 +130,26 @@ VALUES = {
         "ForceSource": "push = 3 N",
         "SpeedSource": "speed = 2 m/s",
     },
+    "control": {
+        "FirstOrder": f"{SIGNAL}, T = 0.3 s",
+        "SecondOrder": f"{SIGNAL}, w = 7 rad/s, D = 0.2",
+        "Integrator": SIGNAL,
+        "Derivative": f"{SIGNAL}, T = 0.1 s",
+        "TransferFunction": f"{SIGNAL}, b = {{2, 3}}, a = {{2, 1, 4, 3}}, T = 0.1 s, n = 3",
+        "StateSpace": "u = {(0.3 m)*sin(time/0.1 s)}, A = {{0, 1}, {-3, -2}}, B = {{1}, {2}}, C = {{1, 0}, {3, 1}}, D = {{0}, {2}},"
+        " T = 0.1 s, n = 2",
+        "Filter": f'{SIGNAL}, kind = "chebyshev", pass = "high", order = 4, cutoff = 3 Hz, ripple = 2',
+        "PID": f"{CONTROLLED}, Ti = 0.3 s, Td = 0.1 s, Tf = 0.2 s, weight = 0.7, derivative_weight = 0.4",
+        "LimitedPID": f"{CONTROLLED}, Ti = 0.3 s, Td = 0.1 s, Tf = 0.2 s, Tt = 0.5 s, {LIMITS}, weight = 0.7, derivative_weight = 0.4",
+        "SampledPID": f"{CONTROLLED}, period = 30 ms, Ti = 0.3 s, Td = 0.1 s, Tf = 0.2 s, Tt = 0.5 s, {LIMITS}, weight = 0.7,"
+        " derivative_weight = 0.4",
+        "Limiter": f"{SIGNAL}, low = -0.1 m, high = 0.2 m",
+        "RateLimiter": f"{SIGNAL}, rise = 1 m/s, fall = 2 m/s, T = 20 ms",
+        "Hysteresis": f"{SIGNAL}, low = -0.1 m, high = 0.2 m",
+        "Deadband": f"{SIGNAL}, width = 0.1 m",
+        "Quantizer": f"{SIGNAL}, resolution = 0.07 m",
+        "SampleHold": f"{SIGNAL}, period = 70 ms",
+    },
 }
 """Values of all parameters and inputs other than the defaults; a mass follows from a density."""
 
@@ -135,6 +158,16 @@ ASKED = {
     "across": "across(unit_vector({3, -1, 2}), unit_vector({2, 1, 1}), unit_vector({1, -1, -1}))",
     "turned_by": "turned_by({0.36, 0.48, -0.8}, {-0.8, 0.6, 0}, {0.48, 0.64, 0.6})",
     "first_normal": "{first_normal({3, -1, 2}), first_normal({3, -1, -2}), first_normal({0, 0, 2})}",
+    "step": "{step(1 s, 0.9 s), step(1 s, 1.1 s)}",
+    "ramp": "{ramp(t, 0.5 s, 1 s) for t in {0.2, 0.7, 1.6} s}",
+    "sine": "sine(0.3 s, 0.7 Hz, 20 deg)",
+    "chirp": "{chirp(t, 2 Hz, 3 Hz, 0.8 s) for t in {0.2, 0.7, 1.6} s}",
+    "pulse": "{pulse(t, 0.5 s, 0.3 s, 0.4) for t in {0.2, 0.55, 0.65, 1.45} s}",
+    "trapezoid": "{trapezoid(t, 0.5 s, 0.3 s, 0.2 s, 0.4 s) for t in {0.2, 0.6, 0.9, 1.1, 1.6} s}",
+    "point_to_point": "{point_to_point(t, l, 2 m/s, 5 m/s^2) for t in {0.3, 0.5, 0.8, 1.1} s for l in {0.3, -1.2} m}",
+    "butterworth": "butterworth(5)",
+    "chebyshev": "chebyshev(6, 0.7)",
+    "bessel": "bessel(5)",
     "second_normal": "{second_normal({3, -1, 2}), second_normal({3, -1, -2}), second_normal({0, 0, 2})}",
 }
 LYING = {"RollingDisk": " * rotx(70 deg)"}
@@ -200,10 +233,14 @@ def quantities(part: ast.Model) -> dict[str, Fraction]:
 
 
 def values(package: str, name: str, k: int) -> str:
-    """Return modifications: those of inputs alone for the first of a kind, all for the second."""
+    """Return modifications: those of inputs and of what has no default alone for the first of a kind, all for the second."""
     given = VALUES[package].get(name, "")
-    inputs = {s.name for s in first(package)[name].body if isinstance(s, ast.Input)}
-    return given if k else ", ".join(m for m in given.split(", ") if m.partition(" = ")[0] in inputs)
+    needed = {
+        s.name
+        for s in first(package)[name].body
+        if isinstance(s, ast.Input) or (isinstance(s, ast.Parameter) and s.value is None)
+    }
+    return given if k else ", ".join(m for m in given.split(", ") if m.partition(" = ")[0] in needed)
 
 
 def moving(name: str, n: int, place: str, k: int) -> str:
@@ -330,6 +367,8 @@ def of_other(package: str, name: str, n: int, k: int) -> str:
     )
     labels = [s.label.name for s in part.body if isinstance(s, ast.Constraint) and s.label is not None]
     asked += "".join(f"\n  output {label}{k} = multiplier(part{k}.{label});" for label in labels)
+    if any(s.name == "y" for s in part.body if isinstance(s, (ast.State, ast.Discrete, ast.Output))):
+        asked += f"\n  output y{k} = part{k}.y;"
     kind = f"Heir{name}" if part.partial else name
     return f"{''.join(lines)}\n  {kind} part{k}({given});{asked}"
 
@@ -362,9 +401,10 @@ def agree(model: Model) -> None:
             mechc.loads(text).simulate(tolerance=1e-10) for text in (model.text(), twin.model.text())
         )
         assert one.outcome is other.outcome
-        for state in one.problem.states:
-            if state.kind == "coordinate":
-                assert np.abs(one[state.name][-1] - other[state.name][-1]) < 1e-7, state.name
+        told = [s.name for s in one.problem.states if s.kind in ("coordinate", "state")]
+        told += [o.name for o in one.problem.outputs if o.name in ("y0", "y1")]
+        for quantity in told:
+            assert np.abs(one[quantity][-1] - other[quantity][-1]) < 1e-7, quantity
         return
     assert found == [], "\n".join(d.text for d in found)
 

@@ -16,7 +16,7 @@ from random_models.twins import Twin
 
 FOLDER = Path(__file__).with_name("library")
 _MODEL = r"^(?:partial )?model (?P<model>\w+)$.*?^end (?P=model);$"
-_FUNCTION = r"^function (?P<function>\w+)\(.*?;$"
+_FUNCTION = r"^function (?P<function>\w+)\([^)]*\)(?:\s*(?:-> \w+\s*)?=.*?;$|.*?^end (?P=function);$)"
 _DEFINITION = re.compile(f"{_MODEL}|{_FUNCTION}", re.MULTILINE | re.DOTALL)
 _IMPORT = re.compile(r"import mech\.(\w+)\.\*;")
 
