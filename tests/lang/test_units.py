@@ -211,7 +211,7 @@ def test_units_as_instruments_write_them(written: str, plain: str) -> None:
     assert (found.dimension, found.factor) == (expected.dimension, expected.factor)
 
 
-@pytest.mark.parametrize("text", ["S", "M", "k", "n", "mmm", "°C", "lbm", ""])
+@pytest.mark.parametrize("text", ["S", "M", "k", "n", "mmm", "°C", "lbs", ""])
 def test_no_unit_of_an_instrument(text: str) -> None:
     with pytest.raises(UnitError):
         parse_written_unit(text)
