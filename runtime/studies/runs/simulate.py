@@ -31,6 +31,7 @@ from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
 from ...results.force_balance import broken_laws
+from ...results.shared_loads import shared_loads
 from ...results.solution import Motion, Solution
 from ...results.verdict import Judged, Verdict
 from ...rows import FEW_NUMBERS
@@ -291,6 +292,7 @@ def _verdict(done: _Done) -> Verdict:
         *done.remarks,
         *_remarks(problem, case, main),
         *undefined_outputs(problem, table),
+        *shared_loads(case, table),
     )
     accuracy = Accuracy(error, energy, conserved, estimated.remark, drifts, estimated.failure, doubtful)
     return Verdict(outcome, message, failure, accuracy, remarks)

@@ -1,0 +1,268 @@
+"""Which results depend on how rigid contacts share a load that the laws of mechanics do not share for them?
+
+A table on four legs: three of its forces hold it, and the kernel lets those do so that stand first in the model. What rests beside
+them, and depends on them, is redundant. Each redundant row is put in the first place; results that change are a choice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ..case import Case, inputs_at
+from ..native import contract
+from ..outcome import time_text
+from ..problem import Array
+from ..rows import slices
+from ..start.facts import start_facts
+from ..start.free_state import characteristic_length
+from .evaluate import Table
+
+CONTACT, FRICTION, BILATERAL = 0, 1, 2
+GAP, RATE, FORCE, VALUES = 0, 1, 4, 8
+"""Places in what ``row_values`` says of each row (``mech_row_value``)."""
+TOUCHES = 1e-8
+"""Gap that is none, of the characteristic length of the model."""
+DEPENDENT = 1e-9
+"""Of what a force moves its own row by: what is left where forces along others keep these at rest."""
+UNLOADED = 1e-9
+"""Force that is none, of the largest one; difference that is none, of the largest value."""
+MOST_MODES, MOST_NAMES = 20, 8
+
+
+class _Row(Struct, frozen=True):
+    kind: int
+    normal: int
+    flag: int
+    sign: int
+    impulse: int
+    enabled: int
+
+
+class _At(Struct, frozen=True):
+    """An instant of a run, and the functions of the model there."""
+
+    case: Case
+    struct: contract.HybridStruct
+    rows: Sequence[_Row]
+    t: float
+    y: Array
+    u: Array
+    z: Array
+
+    def values(self) -> Array:
+        found = self._call(self.struct.row_values, VALUES * len(self.rows), self.z)
+        return found.reshape(-1, VALUES)
+
+    def responses(self) -> Array:
+        """Changes of the rate of each row (first index) by unit impulses along each (second index)."""
+        nv, n = self.case.problem.nv, len(self.rows)
+        found = np.empty((n, n))
+        for k, row in enumerate(self.rows):
+            z = self.z.copy()
+            z[row.impulse] = 1.0
+            found[:, k] = self._call(self.struct.respond, nv + n, z)[nv:]
+        return found
+
+    def told(self, z: Array) -> tuple[Array, Array]:
+        """Rates of the states, and outputs, with other modes."""
+        functions, args = self.case.functions, (self.t, self.y, self.u, z, self.case.p)
+        outputs = np.empty(0) if functions.outputs is None else functions.outputs(*args)
+        return functions.rhs(*args), outputs
+
+    def _call(self, address: int, size: int, z: Array) -> Array:
+        out = np.empty(size)
+        given = (a.ctypes.data for a in (self.y, self.u, z, self.case.p, out))
+        contract.MODEL_FUNCTION(address)(self.t, *given)
+        return out
+
+
+def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
+    """Say which contacts share a load by choice, and which results depend on that."""
+    problem, model = case.problem, case.functions.struct
+    if problem.hybrid is None or model is None or not model.hybrid or table.z is None or not len(table):
+        return ()
+    struct = contract.HybridStruct.from_address(model.hybrid)
+    if struct.crowd or not any(row.kind in ("contact", "friction") for row in problem.hybrid.rows):
+        return ()  # more contacts than have formulas share by themselves (near_rows.c)
+    rows = [_Row(*(getattr(struct.rows[k], f) for f in _Row.__struct_fields__)) for k in range(struct.n_rows)]
+    facts = start_facts(problem)
+    near = TOUCHES * (1.0 if facts is None else characteristic_length(facts, case.p))
+    names = [row.name for row in problem.hybrid.rows]
+    sharing: dict[str, None] = {}
+    results: dict[str, None] = {}
+    since, moves = None, False
+    for first, last in _stretches(table, rows):
+        ends = [
+            _At(case, struct, rows, t, table.y[k].copy(), inputs_at(case, t), table.z[k].copy())
+            for k in (first, last)
+            for t in (float(table.t[k]),)
+        ]
+        group, others = _redundant(ends, near)
+        if not others:
+            continue
+        rates, outputs = ends[0].told(ends[0].z)
+        free, _ = ends[0].told(_without(ends[0], group))
+        changed = [ends[0].told(z) for z in others]
+        turns = any(_differs(rates, other, free).any() for other, _ in changed)
+        depend = np.any([_differs(outputs, other) for _, other in changed], axis=0)
+        told = [q.name for q, d in zip(problem.outputs, depend, strict=True) if d and q.kind == "output"]
+        if not turns and not told:
+            continue
+        since = ends[0].t if since is None else since
+        moves |= turns
+        sharing |= dict.fromkeys(names[k] for k in group)
+        results |= dict.fromkeys(told)
+    if since is None:
+        return ()
+    carried = f", so that {_listed(results)} are one choice of many" if results else ""
+    also = "; the motion depends on this choice" if moves else ""
+    return (
+        f"rigid bodies do not determine how {_listed(sharing)} share their load, first at {time_text(problem, since)}: "
+        f"those that stand first in the text carry what they can{carried}{also}",
+    )
+
+
+def _stretches(table: Table, rows: Sequence[_Row]) -> list[tuple[int, int]]:
+    """First and last row of the table between two changes of modes, for each combination of modes once, at most so many."""
+    assert table.z is not None
+    places = sorted({i for row in rows for i in (row.flag, row.sign, row.enabled) if i >= 0})
+    begins = [0]
+    for part in slices(len(table), table.z):
+        modes = table.z[max(part.start - 1, 0) : part.stop, places]
+        begins += (np.flatnonzero((modes[1:] != modes[:-1]).any(axis=1)) + max(part.start, 1)).tolist()
+    found: dict[bytes, tuple[int, int]] = {}
+    for first, behind in zip(begins, (*begins[1:], len(table)), strict=True):
+        if len(found) < MOST_MODES and table.t[behind - 1] > table.t[first]:
+            found.setdefault(np.sign(table.z[first, places]).tobytes(), (first, behind - 1))
+    return list(found.values())
+
+
+def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]]:
+    """Give the rows that share a load, and modes in which others of them carry it; none where the load has one share only."""
+    at = ends[0]
+    values = [end.values() for end in ends]
+    held = [k for k, row in enumerate(at.rows) if row.kind <= BILATERAL and at.z[row.flag] > 0.5]
+    touch = [
+        k
+        for k, row in enumerate(at.rows)
+        if row.kind == CONTACT
+        and k not in held
+        and (row.enabled < 0 or at.z[row.enabled] > 0.5)
+        and all(abs(v[k, GAP]) <= near for v in values)
+    ]
+    closed = {-1, *held, *touch}
+    still = [
+        k
+        for k, row in enumerate(at.rows)
+        if row.kind == FRICTION and k not in held and at.z[row.sign] == 0 and row.normal in closed
+    ]
+    if not (touch or still):
+        return [], []
+    response = at.responses()
+    size = np.sqrt(np.abs(np.diag(response)))
+    moved = size > UNLOADED * size.max(initial=0.0)
+    response = response / np.outer(np.where(moved, size, 1.0), np.where(moved, size, 1.0))
+    while True:
+        rest = [k for k in (*touch, *still) if moved[k] and k not in _basis(response, [*held, k])]
+        if not rest:
+            return [], []
+        rows = sorted({*held, *rest})
+        shares = _shares(response, rows)
+        empty = _never_loaded(at, rows, shares, values[0][:, FORCE])
+        if not empty:
+            break
+        touch = [k for k in touch if k not in empty]
+        still = [k for k in still if k not in empty and at.rows[k].normal not in empty]
+        held = [k for k in held if k not in empty]
+    group = [k for k, share in zip(rows, np.abs(shares).max(axis=1), strict=True) if share > UNLOADED]
+    firm = [k for k in held if at.rows[k].kind == BILATERAL]
+    order = [k for kind in (CONTACT, FRICTION) for k in rows if at.rows[k].kind == kind]
+    others = []
+    for k in rest:
+        basis = _basis(response, [*firm, k, *(i for i in order if i != k)])
+        z = at.z.copy()
+        for i in order:
+            z[at.rows[i].flag] = float(i in basis)
+        _slide(at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE])
+        others.append(z)
+    return group, others
+
+
+def _slide(at: _At, z: Array, contacts: set[int], rest: set[int], rate: Array) -> None:
+    """Let the frictions of these contacts, which carried nothing, slide where they do not rest: against their slip."""
+    of: dict[int, list[int]] = {}
+    for k, row in enumerate(at.rows):
+        if row.kind == FRICTION and row.normal >= 0:
+            of.setdefault(row.normal, []).append(k)
+    pairs = [[at.z[at.rows[k].sign] for k in found] for found in of.values() if len(found) == 2]
+    none = max((float(np.hypot(*pair)) for pair in pairs), default=0.0)
+    for contact in contacts & of.keys():
+        found = of[contact]
+        speed = float(np.linalg.norm(rate[found]))
+        if rest.isdisjoint(found) and speed > 0:
+            length = 1.0 if len(found) == 1 else none or DEPENDENT * speed
+            z[[at.rows[k].sign for k in found]] = length * rate[found] / speed
+
+
+def _basis(response: Array, order: Sequence[int]) -> list[int]:
+    """Rows in this order that do not depend on those before them."""
+    found: list[int] = []
+    for k in order:
+        part = response[found, k]
+        left = response[k, k] - part @ np.linalg.solve(response[np.ix_(found, found)], part)
+        if left > DEPENDENT:
+            found.append(k)
+    return found
+
+
+def _shares(response: Array, rows: Sequence[int]) -> Array:
+    """Combinations of forces along the rows, one a column, that move none of them."""
+    sizes, forces = np.linalg.eigh(response[np.ix_(rows, rows)])
+    found: Array = forces[:, sizes < DEPENDENT]
+    return found
+
+
+def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> set[int]:
+    """Contacts that carry nothing in any share of the load: a table whose mass stands above one leg has one share."""
+    largest = max((abs(float(force[k])) for k in rows), default=0.0)
+    zero = [i for i, k in enumerate(rows) if at.rows[k].kind == CONTACT and not force[k] > UNLOADED * largest]
+    if not zero:
+        return set()
+    count, free = len(zero), shares.shape[1]
+    from scipy.optimize import linprog
+
+    # as many of them as can be loaded at once, up to 1 each; the others stay loaded for a share that is small enough
+    bound = np.hstack([-shares[zero], np.eye(count)])
+    limits: list[tuple[float | None, float | None]] = [(None, None)] * free + [(0.0, 1.0)] * count
+    found = linprog(np.r_[np.zeros(free), -np.ones(count)], A_ub=bound, b_ub=np.zeros(count), bounds=limits)
+    if found.status != 0:
+        return set()
+    return {rows[i] for i, loaded in zip(zero, found.x[free:], strict=True) if loaded < 0.5}
+
+
+def _without(at: _At, rows: Sequence[int]) -> Array:
+    """The modes without forces along these rows."""
+    z = at.z.copy()
+    z[[at.rows[k].flag for k in rows]] = 0.0
+    return z
+
+
+def _differs(*values: Array) -> NDArray[np.bool_]:
+    """Which of the first values are not the second ones, beside the largest of all."""
+    one, other = values[:2]
+    scale = max((float(np.abs(v[np.isfinite(v)]).max(initial=0.0)) for v in values), default=0.0)
+    found: NDArray[np.bool_] = np.abs(one - other) > UNLOADED * scale
+    return found
+
+
+def _listed(names: Sequence[str] | dict[str, None]) -> str:
+    """Names in quotes; of many the first ones."""
+    listed = [f"'{name}'" for name in list(names)[:MOST_NAMES]]
+    more = len(names) - len(listed)
+    if more:
+        return f"{', '.join(listed)} and {more} more"
+    return " and ".join((", ".join(listed[:-1]), listed[-1])) if len(listed) > 1 else "".join(listed)
