@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import takewhile
 from pathlib import Path
 
 from mechc.lang import ast
@@ -44,7 +45,7 @@ def page() -> str:
 
 def _package(name: str) -> str:
     file = parse(read_source(LIBRARY / f"{name}.mech"), Reporter())
-    lines = [f"\n## mech.{name}\n"]
+    lines = [f"\n## mech.{name}\n", _introduction((LIBRARY / f"{name}.mech").read_text(encoding="utf-8"))]
     functions = [item for item in file.items if isinstance(item, ast.Function)]
     if functions:
         lines += ["\n| function | value | |\n|---|---|---|\n"]
@@ -59,6 +60,13 @@ def _package(name: str) -> str:
             lines.append(_formulas(item))
             lines.append(_used_in(name, item))
     return "".join(lines)
+
+
+def _introduction(text: str) -> str:
+    """Return what the comment at the head of a package says of its parts, behind the line without words."""
+    head = list(takewhile(lambda line: line.startswith("//"), text.splitlines()))
+    said = head[head.index("//") + 1 :] if "//" in head else []
+    return "".join(f"{line[2:].strip()}\n" for line in ("//", *said)) if said else ""
 
 
 def _value(function: ast.Function) -> str:

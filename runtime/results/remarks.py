@@ -76,7 +76,8 @@ def _rises(solution: Solution, name: str, by: float) -> bool:
 def _stillness(listed: Sequence[Quantity], count: int, met: Mapping[str, Extent]) -> list[str]:
     """Tell where nothing moves: often initial values were forgotten."""
     moving = [quantity for quantity in listed if quantity.kind in ("coordinate", "rate")]
-    if not moving or count < 2 or not all(met[quantity.name].constant for quantity in moving):
+    states = [quantity for quantity in listed if quantity.kind == "state"]
+    if not moving or count < 2 or not all(met[quantity.name].constant for quantity in moving + states):
         return []
     if any(met[quantity.name].first != 0 for quantity in moving if quantity.kind == "rate"):
         return []

@@ -91,6 +91,8 @@ def test_a_model_that_stays_where_it_is_says_so() -> None:
     text = "coordinate x = {} m; kinetic 1/2*(1 kg)*der(x)^2; potential 1/2*2 N/m*x^2;"
     assert run(text.format("0"), stop=1).remarks == ("nothing moves: it starts at rest in equilibrium",)
     assert not run(text.format("1e-9"), stop=1).remarks
+    filling = "state V = 0 V; equation der(V) = (1 V - V)/1 s;"
+    assert not run(text.format("0") + filling, stop=1).remarks, "a state moves"
 
 
 def test_the_report_and_the_json_tell_it() -> None:
