@@ -107,6 +107,17 @@ def test_lags_and_rates() -> None:
     assert s["g.y"] == pytest.approx(3 - 3 * np.exp(-1.2 * t) * (np.cos(w * t) + 1.2 / w * np.sin(w * t)), abs=1e-10)  # fmt: skip
 
 
+def test_blocks_take_vectors_and_begin_where_they_stay() -> None:
+    """A lag of a ramp is behind by T, from the start where it begins there; a PID of two lengths is two of them."""
+    s = run("let v = {1 m + 2 m/s*time, 3 m}; FirstOrder f(u = v, T = 0.2 s); initial stationary f.y; Filter g(u = 3 m, order = 3); initial stationary g.chain.x; Derivative d(u = v, T = 0.2 s); initial stationary d.lagging; PID c(target = 0, measured = v, k = 3 N/m, Ti = 2 s);")  # fmt: skip
+    t = s.time
+    assert s["f.y[1]"] == pytest.approx(1 + 2 * t - 0.4 * (1 - np.exp(-5 * t)), abs=1e-10)
+    assert s["d.y[1]"] == pytest.approx(2 * (1 - np.exp(-5 * t)), abs=1e-9)
+    assert s["f.y[2]"] == pytest.approx(3) and s["g.y"] == pytest.approx(3, abs=1e-12)
+    assert s["c.y[1]"] == pytest.approx(-3 * (1 + 2 * t) - 1.5 * (t + t**2), abs=1e-10)
+    assert s["c.y[2]"] == pytest.approx(-9 - 4.5 * t, abs=1e-10)
+
+
 LOOP = """coordinate Length x = 0 m; kinetic 1/2*(2 kg)*der(x)^2; damping 1 N.s/m on x;
   {kind} c(target = 0.5 m, measured = x, k = 40 N/m, Ti = 0.4 s, Td = 0.3 s, Tf = 20 ms, weight = 0.6{more}); force c.y on x;"""
 
@@ -189,6 +200,14 @@ def test_what_is_refused() -> None:
         with pytest.raises(mechc.CompileError) as found:
             run(text)
         assert code in str(found.value) and word in str(found.value), text
+    for text, word in (
+        ("Limiter f(u = time, low = 2 s, high = 1 s);", "the lower limit is above the upper one"),
+        ("Hysteresis f(u = time, low = 2 s, high = 1 s);", "switches off below where it switches on"),
+        ('Filter f(u = time, kind = "besel");', "the kind of a filter is"),
+        ("FirstOrder f(u = time, T = 0 s);", "below its minimum"),
+    ):
+        with pytest.raises((mechc.SimulationError, AssertionError), match=word):
+            run(text)
 
 
 def example(name: str) -> mechc.Solution:
