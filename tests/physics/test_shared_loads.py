@@ -137,3 +137,38 @@ end Brakes;
     assert "'one'" in note
     assert "'both'" not in note
     assert abs(abs(solution["both"][-1]) - 3.0) < 1e-9
+
+
+TABLE = """
+import mech.spatial.*;
+model Table
+  parameter m = 2 kg;
+  parameter Length foot[4, 3] = {{0.2, 0.15, -0.1}, {-0.2, 0.15, -0.1}, {-0.2, -0.15, -0.1}, {0.2, -0.15, -0.1}} m;
+  gravity {0, 0, -9.81} m/s^2;
+  coordinate Length x = 0 m;
+  coordinate Length y = 0 m;
+  coordinate Length z = 0.1 m;
+  coordinate Rotation R = rotx(0 deg)*roty(0 deg);
+  initial der(x) = 0 m/s;
+  frame box = world * trans({x, y, z}) * R;
+  mass m at box;
+  inertia diag({0.02, 0.03, 0.04} kg.m^2) on box;
+  for i in 1:4 loop
+    contact leg[i]: pos(box * {foot[i, 1], foot[i, 2], foot[i, 3]})[3] friction 0.6
+      along {vel(box * {foot[i, 1], foot[i, 2], foot[i, 3]})[1], vel(box * {foot[i, 1], foot[i, 2], foot[i, 3]})[2]};
+  end for;
+  output load[4] = {multiplier(leg[i]) for i in 1:4};
+  experiment(stop = 4 s);
+end Table;
+"""
+
+
+def test_nothing_happens_to_a_table_that_rests_on_rough_legs() -> None:
+    """One component of a friction held alone, the other one followed from it: its rounding was taken for the end of sticking."""
+    solution = mechc.loads(TABLE).simulate(estimate_error=False)
+    assert [event.kind for event in solution.events] == []
+    assert abs(sum(solution[f"load[{i}]"][-1] for i in range(1, 5)) - 19.62) < 1e-9
+    assert max(abs(solution[name]).max() for name in ("x", "y", "der(x)", "der(y)", "der(z)")) < 1e-12
+    assert any(
+        "'leg[1]', 'leg[2]', 'leg[3]' and 'leg[4]' share their load" in note for note in solution.remarks
+    )

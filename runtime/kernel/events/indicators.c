@@ -1,5 +1,6 @@
 #include "indicators.h"
 
+#include "rows.h"
 #include "window.h"
 
 void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
@@ -43,7 +44,9 @@ mech_real *mech_indicator_size(const mech_solver *s, int k)
     mech_event_state *e = s->events;
     const int i = k - h->n_switches;
     if (i < 0 || s->events->rows[i].flag < 0) return e->scale + k;
-    if (e->z[s->events->rows[i].flag] > MECH_C(0.5)) return e->force + i;
+    if (mech_row_holds(s, i)) return e->force + i;
+    const int j = mech_row_partner(s, i); /* on a surface the first row measures both, and one of them may hold alone */
+    if (j >= 0 && mech_row_holds(s, j)) return e->force + j;
     const mech_row *row = &s->events->rows[i];
     return row->kind == MECH_CONTACT && row->sign != MECH_FREEWHEEL ? e->gap_scale + i : e->speed + i;
 }
