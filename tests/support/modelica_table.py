@@ -212,7 +212,7 @@ BLOCKS = (
         "Blocks.PID_Controller",
         {
             **turn("inertia1", "motor"),
-            "PI.I.y": "pi_.I",
+            "PI.I.y": "integral",
             "integrator.y": "set_",
             "spring.phi_rel": "twist",
         },
