@@ -249,3 +249,14 @@ def test_a_sampled_loop_has_the_same_bits_in_an_fmu(tmp_path: Path) -> None:
     native = native_motion(start, "dop853", 31)
     assert np.array_equal(driver.co_simulation(path, native.times, native.step), native.states)
     assert np.abs(native.states).max() > 0.1
+
+
+def test_arrays_of_blocks_share_what_they_are_given() -> None:
+    """As many values as blocks are dealt out, also where a declaration leaves type or size to them; others go to each."""
+    s = run("let v = {1 m, 2 m, 3 m}; FirstOrder one[2](u = {1 m, 2 m}, T = {0.5, 0.2} s); FirstOrder all[2](u = v); FirstOrder rows[2](u = {v, 2*v}); PID c[2](target = 1 m, measured = 0 m, k = {3 N/m, 4 N/m}); TransferFunction f[2](u = 1 N, a = {{2, 1}, {3, 1}}); Integrator nested[2](u = c.y);")  # fmt: skip
+    t = s.time
+    for T, scale, name in ((0.5, 1, "one[1].y"), (0.2, 2, "one[2].y"), (1, 3, "all[1].y[3]"), (1, 3, "all[2].y[3]"), (1, 6, "rows[2].y[3]"), (2, 1, "f[1].y"), (3, 1, "f[2].y")):  # fmt: skip
+        assert s[name] == pytest.approx(scale * (1 - np.exp(-t / T)), abs=1e-10), name
+    for k in (1, 2):
+        assert s[f"c[{k}].y"] == pytest.approx((2 + k) * (1 + t), abs=1e-10)
+        assert s[f"nested[{k}].y"] == pytest.approx((2 + k) * (t + t**2 / 2), abs=1e-10)

@@ -11,7 +11,7 @@ from mechc.lang.source import Span
 
 from .. import types
 from ..model import Expression, Kind, Literal, Name, Role, Type, Unknown
-from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
+from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Modifier, Progress, VariableMember
 from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
 from ..subscripts import subscripts
@@ -83,7 +83,7 @@ def _resolve_variable(member: VariableMember) -> None:
                 help=_how_to_give(member)
                 or f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
             )
-        member.type = types.numeric(winner.source.value().type)
+        member.type = types.numeric(_type_for_one(winner, None))
     if member.structural:
         member.constant = _structural_value(member)
         _check_range(member, member.constant)
@@ -106,9 +106,21 @@ def _given(member: VariableMember | DefinitionMember) -> Type | None:
         return None
     winner = strongest(member.modifiers)
     if winner is not None:
-        return winner.source.value().type
+        return _type_for_one(winner, len(member.declaration.dimensions))
     default = _default(member.declaration)
     return None if default is None else member.scope.elaborate(default).type
+
+
+def _type_for_one(winner: Modifier, rank: int | None) -> Type:
+    """Return the type that a modification gives to one element of an array of components, where the declaration leaves the shape
+    to it, or sizes of ``rank`` dimensions: one with the dimensions of the array before its own is distributed."""
+    type = winner.source.value().type
+    for chosen in (winner.picks, *((pick,) for pick in reversed(winner.picks))):
+        sizes = tuple(n for pick in chosen for n in pick.extents)
+        shape = type.shape[len(sizes) :]
+        if sizes and type.shape == sizes + shape and rank in (None, len(shape)):
+            return types.with_shape(type, shape)
+    return type
 
 
 def is_typed(declaration: ast.Declaration) -> bool:
@@ -125,7 +137,9 @@ def _type_given(member: VariableMember) -> Type | None:
         return None
     if member.role is Role.INPUT:
         winner = strongest(member.modifiers)
-        return types.numeric(winner.source.value().type) if winner is not None and _is_zero(default) else None
+        return (
+            types.numeric(_type_for_one(winner, None)) if winner is not None and _is_zero(default) else None
+        )
     if member.role is Role.STATE and _is_zero(default):
         return _type_by_equation(member)
     return None
