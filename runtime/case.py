@@ -476,8 +476,8 @@ SHARE = 0.01
 """Of the tolerance: how closely functions that are given as inputs are followed."""
 
 
-def _is_constant(table: Table) -> bool:
-    return table.ends is None and bool((table.values == table.values[0]).all())
+def _is_constant(table: Table | Signal) -> bool:
+    return isinstance(table, Table) and table.ends is None and bool((table.values == table.values[0]).all())
 
 
 def _tables(
