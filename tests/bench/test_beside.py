@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import importlib.util
+import math
+import sys
 from collections.abc import Mapping
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import mechc
+from mechc.compiler.pipeline import program_with
+from mechc.compiler.program import Program
 from mechc.measurement import peers as libraries
+from mechc.measurement.peers import diffsol, heyoka
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.solver_options import SolverOptions
@@ -78,6 +84,54 @@ def test_a_peer_is_given_no_events(name: str) -> None:
     case = prepare(problem, load_functions(problem), SimulationOptions(points=11))
     with pytest.raises(SimulationError, match="events"):
         peers[name](case, SolverOptions(name, 1e-6, np.ones(problem.ny)))
+
+
+PENDULUM = """model Pendulum
+  parameter g = 9.81 m/s^2;
+  parameter l = 2 m;
+  coordinate Angle theta = 1 rad;
+  kinetic 1/2*1 kg*l^2*der(theta)^2;
+  potential -1 kg*g*l*cos(theta);
+  experiment(stop = 1 s);
+end Pendulum;
+"""
+Y, SIZES = (0.7, -0.3), (0.5, 4.0)
+RATES = (-0.3, -9.81 / 2 * math.sin(0.7))
+
+
+def given() -> tuple[Program, list[float]]:
+    """Return a program, and its parameters with the constants of a run."""
+    model = mechc.loads(PENDULUM)
+    program = program_with(model.compilation, frozenset())
+    problem = model.problem("python")
+    case = prepare(problem, load_functions(problem), SimulationOptions(points=2))
+    return program, case.p.tolist()
+
+
+def test_the_text_for_diffsol_means_the_equations() -> None:
+    """Read by Python: each line is ``name { formula }``; beside rates by hand."""
+    program, p = given()
+    lines = [line.removesuffix(" }").split(" { ") for line in diffsol.text(program).splitlines()]
+    known = {f"p{i}": value for i, value in enumerate(p)} | {"sin": math.sin, "cos": math.cos, "pow": pow}
+    known |= {f"s{i}": size for i, size in enumerate(SIZES)}
+    known |= {f"x{i}": y / size for i, (y, size) in enumerate(zip(Y, SIZES, strict=True))}
+    for name, formula in lines[2:-1]:  # without in_i and u_i
+        known[name] = eval(formula, {}, known)
+    assert lines[-1][0] == "F_i"
+    found = eval(f"[{lines[-1][1]}]", {}, known)
+    assert found == pytest.approx([rate / size for rate, size in zip(RATES, SIZES, strict=True)], rel=1e-14)
+
+
+def test_the_expressions_for_heyoka_mean_the_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers in the place of its expressions; beside rates by hand."""
+    program, p = given()
+    numbers = SimpleNamespace(
+        make_vars=lambda name: Y[int(name[1:])], expression=float, par=p, time=0.0, sin=math.sin, cos=math.cos
+    )
+    monkeypatch.setitem(sys.modules, "heyoka", numbers)
+    rows, _ = heyoka.equations(program)
+    assert [state for state, _ in rows] == list(Y)
+    assert [rate for _, rate in rows] == pytest.approx(RATES, rel=1e-14)
 
 
 def test_what_is_absent_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
