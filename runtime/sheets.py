@@ -251,12 +251,12 @@ def _read(
     heads = _heads(path, upper, data, comments, is_unit, reading)
     width = len(heads.names)
     _check_names(path, way, heads)
-    for (line, cells), row in zip(data, numbers, strict=True):
+    for (line, cells), values in zip(data, numbers, strict=True):
         if len(cells) < width or any(cells[width:]):
             if all(len(others) > width and others[width] for _, others in data):
                 raise _Fault(f"line {heads.line} of {path} has no name for column {width + 1}", len(data))
             raise _Fault(f"line {line} of {path} has {len(cells)} cells, not {width}", len(data) - 1)
-        del row[width:]
+        del values[width:]
     if way.decimal == "," and not reading.decimal and not any("," in c for _, cells in data for c in cells):
         raise _Fault("no number has a decimal comma", 0)  # points alone are decimal points
     said = heads.said
@@ -418,7 +418,7 @@ def _heads(
                 len(data),
                 f"--skip {upper[at][0] - 1} reads what stands below",
             )
-    said = (f"heads in line {upper[at][0]}, what stands above left out",) if at else ()
+    said: tuple[str, ...] = (f"heads in line {upper[at][0]}, what stands above left out",) if at else ()
     if at < len(upper) - 1:
         said += (f"units in line {line}",)
     return _Heads(upper[at][0], names, units, said)

@@ -7,7 +7,9 @@ from collections import Counter
 from pathlib import Path
 from tempfile import gettempdir
 
-from ..machine import described, table
+from mechc.measurement.machine import described
+
+from ..machine import table
 from .case import Row
 from .faults import FAULTS
 

@@ -89,4 +89,5 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     index, order = source.table_of(n)
     if target is not source:
         index = target.add_table(source.tables[index])
-    return target.lookup(index, *arguments, order)
+    (x,) = arguments
+    return target.lookup(index, x, order)

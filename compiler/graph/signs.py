@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from . import operations as ops
 from .node import Graph, Node
+from .operation import Sign
 
 _Factors = tuple[int, frozenset[Node]]
 """Sign of a product, and the factors of unknown sign that stand in it an odd number of times."""
@@ -54,8 +55,8 @@ def _of(graph: Graph, n: Node, known: Mapping[Node, float], factors: Mapping[Nod
             return arguments[0]
         case ops.POW if arguments[0] == (1, frozenset()):
             return arguments[0]
-        case _ if ops.OPERATIONS[code].sign is ops.Sign.OF_ARGUMENT:
+        case _ if ops.OPERATIONS[code].sign is Sign.OF_ARGUMENT:
             return arguments[0]
-        case _ if ops.OPERATIONS[code].sign is ops.Sign.NEVER_NEGATIVE:
+        case _ if ops.OPERATIONS[code].sign is Sign.NEVER_NEGATIVE:
             return 1, frozenset()
     return 1, frozenset({n})

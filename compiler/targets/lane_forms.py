@@ -17,7 +17,7 @@ _LANE_BY_LANE: Final = {1: "LANE_BY_LANE", 2: "LANE_BY_LANE_OF_TWO"}
 
 FORMS: Final[Mapping[int, Form]] = {
     row.code: form_of(
-        row, row.lanes if isinstance(row.lanes, Form) or row.form else f"lane_{row.lanes or row.name}"
+        row, (row.lanes or "") if isinstance(row.lanes, Form) or row.form else f"lane_{row.lanes or row.name}"
     )
     for row in OPERATIONS
     if row.arity and row.code != LOOKUP

@@ -18,7 +18,8 @@ START_ROWS: list[str] = []
 assembly = assembly_jacobian = initial_of_others = found = nothing
 FOUND: tuple[int, ...] = ()
 PARAMETERS: list[tuple[str, str]] = []
-parameters = before_parameters = nothing
+parameters = nothing
+before_parameters: Callable[..., Any] = nothing
 
 
 def checked(function: Callable[..., Any]) -> Callable[..., Any]:

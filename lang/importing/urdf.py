@@ -364,8 +364,8 @@ class _Robot:
         leader = self.joints[mimic.need("joint")]
         name, moves = self.writer.name("joint", leader.get("name")), MOVES[leader.need("type")]
         followed = leader.one("mimic")
-        free = followed is None or followed.need("joint") not in self.joints
-        free = free or self.joints[followed.need("joint")].need("type") not in MOVES
+        above = None if followed is None else self.joints.get(followed.need("joint"))
+        free = above is None or above.need("type") not in MOVES
         return (f"{name}.{moves}" if free else name), moves
 
     def _ignore_limits(self, joint: Element) -> None:

@@ -59,22 +59,22 @@ def command(
         return
     measured = target is not None or find_compiler() is not None
     ran = as_run(loaded)
-    loaded = ran.model
-    saved = savings(loaded, target or "c", measured=measured)
+    taken = ran.model
+    saved = savings(taken, target or "c", measured=measured)
     style = style_for(sys.stdout)
     if as_json:
-        found = summary(loaded, saved, ran)
+        found = summary(taken, saved, ran)
         if target == "fmu":
             from ..fmu.account import fmu_summary
 
-            found |= {"fmu": fmu_summary(loaded)}
+            found |= {"fmu": fmu_summary(taken)}
         click.echo(json.dumps(found, indent=1, ensure_ascii=False))
         return
-    click.echo(explanation(loaded, style, saved, ran))
+    click.echo(explanation(taken, style, saved, ran))
     if target == "fmu":
         from ..fmu.account import fmu_rows
 
-        click.echo("\n" + "\n".join(fmu_rows(loaded, style)))
+        click.echo("\n" + "\n".join(fmu_rows(taken, style)))
 
 
 def page(code: str) -> str:

@@ -253,15 +253,15 @@ def _curves(made: Benchmark, axes: Axes, *, labels: bool) -> dict[str, str]:
             continue
         low, high = zip(*(p.quartiles or (p.seconds, p.seconds) for p in good), strict=True)
         axes.fill_betweenx(errors, low, high, color=color, alpha=0.15, lw=0)
-        for i, p in enumerate(good):
+        for i, (p, error) in enumerate(zip(good, errors, strict=True)):
             name = f"point-{k}-{i}"
-            axes.plot(p.seconds, p.error, color=color, marker=marker, ms=4, ls="", gid=name)
+            axes.plot(p.seconds, error, color=color, marker=marker, ms=4, ls="", gid=name)
             told[name] = _told(p)
             words = f"{p.setting:.1g}" if p.fixed else f"{p.setting:.0e}".replace("e-0", "e-")
             if i % 2 == 0:
                 axes.annotate(
                     words,
-                    (p.seconds, p.error or 0),
+                    (p.seconds, error),
                     (2, 2),
                     textcoords="offset points",
                     fontsize=5,

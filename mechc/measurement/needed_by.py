@@ -36,17 +36,21 @@ def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
     variables = {role: [v.origin for v in flat.variables if v.role is role] for role in Role}
     loads = [load.origin for load in flat.loads]
     drives = [drive.origin for drive in flat.drives]
-    resisting = [s.origin for s in (*flat.dampings, *flat.frictions)]
+    rubbing = [friction.origin for friction in flat.frictions]
+    resisting = [*(damping.origin for damping in flat.dampings), *rubbing]
     resisting += [e.origin for e in flat.energies if e.kind == "dissipation"]
-    hitting = [s.origin for s in (*flat.contacts, *flat.frictions)]
+    hitting = [*(contact.origin for contact in flat.contacts), *rubbing]
     joints = [joint.origin for joint in flat.joints]
     closing = [o for o in joints if o.shown.text.startswith("cut")] or joints[::-1]
     happening = [event.origin for event in flat.events]
     every = [
-        *(s.origin for s in (*flat.definitions, *flat.energies, *flat.masses)),
+        *(d.origin for d in flat.definitions),
+        *(e.origin for e in flat.energies),
+        *(m.origin for m in flat.masses),
         *loads,
         *drives,
-        *(s.origin for s in (*flat.constraints, *flat.equations)),
+        *(c.origin for c in flat.constraints),
+        *(e.origin for e in flat.equations),
         *hitting,
         *happening,
         *variables[Role.INPUT],

@@ -105,8 +105,8 @@ def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost], targe
             step = (case.stop - case.begin) * SHARE
             times.append(min(_CALLS[target](case, step) for _ in range(SHORTEST)))
     return {
-        name: replace(cost, nanoseconds=statistics.median(times), rounds=tuple(times))
-        if (times := rounds.get(name))
+        name: replace(cost, nanoseconds=statistics.median(taken), rounds=tuple(taken))
+        if (taken := rounds.get(name))
         else cost
         for name, cost in costs.items()
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
@@ -14,8 +14,12 @@ from ..runtime.studies.runs.simulate import Plan
 from .references import EXPLICIT, SERIES, ReferenceCode, solve
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from ..runtime.problem import Array
     from ..runtime.results.solution import Solution
+
+    Rows = NDArray[np.integer[Any]]
 
 CLEAR = 1.0
 """Share of the error of a run up to which the reference may be in doubt: that is the error of the looser one of its
@@ -81,7 +85,7 @@ def true_errors(code: ReferenceCode, plan: Plan, solution: Solution, seconds: fl
     )
 
 
-def _rows(plan: Plan, solution: Solution) -> Array:
+def _rows(plan: Plan, solution: Solution) -> Rows:
     """Choose rows at which a run is compared: evenly spread, and not beside events, whose times have errors of their own."""
     time = solution.time
     last = (
@@ -97,8 +101,8 @@ def _rows(plan: Plan, solution: Solution) -> Array:
     return free[np.unique(wanted)] if plan.case.problem.hybrid is not None else _even(time)
 
 
-def _even(time: Array) -> Array:
-    rows: Array = np.unique(np.linspace(0, time.size - 1, POINTS).round().astype(int))[1:]
+def _even(time: Array) -> Rows:
+    rows: Rows = np.unique(np.linspace(0, time.size - 1, POINTS).round().astype(int))[1:]
     return rows
 
 

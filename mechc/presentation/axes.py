@@ -111,8 +111,8 @@ def drawn(diagrams: Sequence[Diagram], ax: Any = None, style: str = "") -> Any:
         heights = [size * diagram.height for diagram in diagrams]
         made = Picture(figsize=(size * WIDTH, sum(heights)), layout="constrained")
         places = made.add_gridspec(len(heights), 1, height_ratios=heights)
-        for place, diagram in zip(places, diagrams, strict=True):
-            diagram.draw(made.add_subplot(place))
+        for k, diagram in enumerate(diagrams):
+            diagram.draw(made.add_subplot(places[k]))
     return made
 
 

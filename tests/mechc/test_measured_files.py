@@ -243,7 +243,7 @@ def test_files_that_need_a_word(tmp_path: Path) -> None:
         ({"skip": -1}, "number of lines"),
     ):
         with pytest.raises(mechc.UsageMistake, match=message):
-            mechc.table_file("x.csv", **wrong)  # type: ignore[arg-type]
+            mechc.table_file("x.csv", **wrong)
 
 
 def test_options_of_reading_without_a_table(tmp_path: Path) -> None:

@@ -51,7 +51,8 @@ def inside(x: Floats, points: Floats, outside: str) -> Floats:
     if outside == "hold":
         return np.clip(x, points[0], points[-1])
     if outside == "periodic":
-        return points[0] + np.mod(x - points[0], points[-1] - points[0])
+        folded: Floats = points[0] + np.mod(x - points[0], points[-1] - points[0])
+        return folded
     return x
 
 
@@ -67,7 +68,8 @@ def expected(kind: str, outside: str, x: Floats, points: Floats = POINTS, values
     curve = smooth_curve(kind, outside, points, values)
     found = curve(np.clip(at, points[0], points[-1]))
     beyond = at - np.clip(at, points[0], points[-1])
-    return found + beyond * np.where(beyond < 0, curve(points[0], 1), curve(points[-1], 1))
+    continued: Floats = found + beyond * np.where(beyond < 0, curve(points[0], 1), curve(points[-1], 1))
+    return continued
 
 
 def smooth_curve(kind: str, outside: str, points: Floats, values: Floats) -> CubicSpline | PchipInterpolator:
@@ -228,7 +230,7 @@ def test_kinks_of_surfaces_are_located() -> None:
         rtol=1e-10, atol=1e-10, max_step=0.01,
     )  # fmt: skip
     assert abs(found["x"][-1] - run.y[0, -1]) < 1e-8 and found["x"][-1] > XS[-1]
-    assert found.accuracy.error.largest < 1e-10
+    assert found.accuracy.error is not None and found.accuracy.error.largest < 1e-10
 
 
 def test_a_smooth_surface_is_its_curve_on_lines_of_the_grid() -> None:

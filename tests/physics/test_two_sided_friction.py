@@ -76,7 +76,7 @@ experiment(stop = 30 s, tolerance = 1e-11);
 
 def test_a_mass_that_sticks_otherwise_to_the_right_than_to_the_left() -> None:
     def push(t: float, y: np.ndarray) -> float:
-        return 2.2 * math.sin(0.9 * t) - 4 * y[0]
+        return 2.2 * math.sin(0.9 * t) - 4 * float(y[0])
 
     state, changes = machine(
         lambda m, t, y: np.array([y[1], 0.0 if m == STUCK else push(t, y) + (-0.5 if m > 0 else 0.2)]),

@@ -503,8 +503,8 @@ def test_an_input_acts_without_its_rate() -> None:
 
 def test_algebraic_coordinates_are_no_states() -> None:
     linear = mechc.loads(SERIES).linearize()
-    assert np.sort(np.asarray(linear.poles).imag) == pytest.approx([-np.sqrt(2), np.sqrt(2)], abs=1e-13)  # type: ignore[union-attr]
-    assert np.asarray(linear.A).shape == (2, 2)  # type: ignore[union-attr]
+    assert np.sort(np.asarray(linear.poles).imag) == pytest.approx([-np.sqrt(2), np.sqrt(2)], abs=1e-13)
+    assert np.asarray(linear.A).shape == (2, 2)
 
 
 @pytest.mark.slow

@@ -352,11 +352,9 @@ def of_other(package: str, name: str, n: int, k: int) -> str:
             f"\n  kinetic 1/2*1.{i} kg{'.m^2' if unit == 'rad' else ''}*der({s.name}{k})^2;\n  force {i + 1} N{'.m' if unit == 'rad' else ''} on {s.name}{k};"
         )
         binds.append(f"{s.name} = {s.name}{k}")
-    for s in (s for s in part.body if isinstance(s, ast.Coordinate)):
-        kind, stiff, damping = (
-            ("Length", "3 N/m", "1 N.s/m") if s.type == "Length" else ("Angle", "3 N.m/rad", "1 N.m.s")
-        )
-        own = f"part{k}.{s.name}"
+    for coordinate in (s for s in part.body if isinstance(s, ast.Coordinate)):
+        stiff, damping = ("3 N/m", "1 N.s/m") if coordinate.type == "Length" else ("3 N.m/rad", "1 N.m.s")
+        own = f"part{k}.{coordinate.name}"
         lines.append(
             f"\n  potential 1/2*({stiff})*{own}^2;\n  damping {damping} on {own};\n  force 2 {stiff[2:].split('/')[0]} on {own};"
         )

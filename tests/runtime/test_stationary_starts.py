@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ experiment(stop = 1 s);
 REST = brentq(lambda a: 10 * a - 5 * math.sin(a) - 1, 0, 1, xtol=1e-15)
 
 
-def start(text: str, **options: object) -> dict[str, float]:
+def start(text: str, **options: Any) -> dict[str, float]:
     solution = mechc.loads(text).simulate(estimate_error=False, **options)
     return {name: float(solution[name][0]) for name in solution.quantities if name != "time"}
 

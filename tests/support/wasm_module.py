@@ -31,28 +31,33 @@ class Instance:
 
         engine = wasmtime.Engine()
         self.store = wasmtime.Store(engine)
-        self.exports = wasmtime.Instance(self.store, wasmtime.Module(engine, module), []).exports(self.store)
+        exports = wasmtime.Instance(self.store, wasmtime.Module(engine, module), []).exports(self.store)
+        memory, table = exports["memory"], exports["__indirect_function_table"]
+        assert isinstance(memory, wasmtime.Memory) and isinstance(table, wasmtime.Table)
+        self._exports, self._memory, self._table = exports, memory, table
         self.call("_initialize")
 
     def call(self, name: str, *arguments: float) -> Any:
-        return self.exports[name](self.store, *arguments)
+        return self._called(self._exports[name], *arguments)
 
     def room(self, n_bytes: int) -> int:
         """Return the address of new memory, which nobody else uses and which begins as zero."""
         pages = -(-n_bytes // PAGE)
-        return int(self.exports["memory"].grow(self.store, pages)) * PAGE
+        return int(self._memory.grow(self.store, pages)) * PAGE
 
     def view(self, address: int, count: int, kind: Any = np.float64) -> Any:
         """Return numbers in the memory; a view lasts until it grows."""
-        memory = self.exports["memory"]
-        begin = ctypes.addressof(memory.data_ptr(self.store).contents)
+        begin = ctypes.addressof(self._memory.data_ptr(self.store).contents)
         n_bytes = count * np.dtype(kind).itemsize
         return np.frombuffer((ctypes.c_char * n_bytes).from_address(begin + address), kind)
 
     def at(self, entry: int) -> Any:
         """Return the function at an entry of the table."""
-        function = self.exports["__indirect_function_table"].get(self.store, entry)
-        return lambda *arguments: function(self.store, *arguments)
+        function = self._table.get(self.store, entry)
+        return lambda *arguments: self._called(function, *arguments)
+
+    def _called(self, function: Any, *arguments: float) -> Any:
+        return function(self.store, *arguments)
 
 
 class WasmModel:

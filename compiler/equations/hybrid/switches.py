@@ -114,7 +114,7 @@ def find_switches(
             continue
         if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
             continue
-        (a, b, negated), (left, right, _) = pairs, compared(graph, relation) or pairs
+        (a, b, negated), (below, above, _) = pairs, compared(graph, relation) or pairs
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
@@ -123,7 +123,7 @@ def find_switches(
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
             else:
-                locate(symbol, g, graph.sub(left, right), text)
+                locate(symbol, g, graph.sub(below, above), text)
         if graph.op(image) == ops.SIGN:
             replace[image] = graph.select(symbol, graph.minus_one, graph.one)
         else:

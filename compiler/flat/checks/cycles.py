@@ -25,12 +25,12 @@ def check_cycles(
         )
 
 
-def _cure(chain: list[str], definitions: tuple[Definition, ...]) -> str | None:
-    """Say how a circle of signals is solved, where an output of a component is in it."""
+def _cure(chain: list[str], definitions: tuple[Definition, ...]) -> str:
+    """Say how a circle of signals is solved; "" where no output of a component is in it."""
     outputs = {d.name for d in definitions if d.role is DefinitionRole.OUTPUT}
     name = next((n.rpartition(".")[2] for n in chain if n in outputs and "." in n), None)
     if name is None:
-        return None
+        return ""
     return (
         f"where both hold at once, let an equation determine one of them: 'output {name} ~ 0;' and "
         f"'equation {name} = ..;' in the place of 'output {name} = ..;'"

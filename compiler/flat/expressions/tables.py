@@ -80,7 +80,7 @@ def _check_period(call: Call, kind: str, outside: str, values: Type, count: int)
     given = constant(call.arguments[count - 1])
     if not isinstance(given, tuple):
         return
-    lines = [given] if count == 3 else [given, *(zip(*given, strict=True))]  # type: ignore[arg-type]
+    lines = [given] if count == 3 else [given, *(zip(*given, strict=True))]
     if all(line[0] == line[-1] for line in lines if isinstance(line, tuple)) and all(
         row[0] == row[-1] for row in given if isinstance(row, tuple)
     ):

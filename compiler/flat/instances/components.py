@@ -202,7 +202,7 @@ def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
 _ENDS = ast.Input | ast.Frame
 
 
-def _declared(cls: Class, name: str) -> ast.Declaration | None:
+def _declared(cls: Class, name: str) -> ast.Statement | None:
     found = cls.declarations.get(name)
     return None if found is None else found.statement
 

@@ -88,11 +88,11 @@ def _check_target(scope: Scope, by: ast.Effort, on: Expression, shape: tuple[int
             caption=f"this is {types.describe(on.type)}",
         )
     size = scope.flattening.space.known(scope, by.span) if placed else 0
-    wanted = (
+    wanted: tuple[int, ...] = (
         () if not placed or (by.kind == "torque" and size == 2) else (3,) if by.kind == "torque" else (size,)
     )
     if wanted != shape:
-        numbers = {(): "one number"}.get(wanted, f"{wanted[0] if wanted else 1} numbers")
+        numbers = f"{wanted[0]} numbers" if wanted else "one number"
         raise scope.fail(
             "E0726",
             f"this {by.kind} has {numbers}, and the constraint has {shape[0] if shape else 1}",

@@ -111,9 +111,9 @@ def constant(expression: Expression, known: Mapping[str, Value] = NOTHING) -> Va
             return _apply(function, [constant(a, known) for a in arguments])
         case Where(names=names, values=values, body=body):
             inside = dict(known)
-            for name, value in zip(names, values, strict=True):
-                if (found := constant(value, inside)) is not None:
-                    inside[name] = found
+            for local, meaning in zip(names, values, strict=True):
+                if (found := constant(meaning, inside)) is not None:
+                    inside[local] = found
             return constant(body, inside)
         case _:
             return None

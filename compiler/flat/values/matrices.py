@@ -29,10 +29,10 @@ def solve(a: Rows, b: Rows) -> Rows:
     import numpy as np
 
     try:
-        found = np.linalg.solve(_floats(a), _floats(b))
+        rounded = np.linalg.solve(_floats(a), _floats(b))
     except np.linalg.LinAlgError:
         raise ZeroDivisionError from None
-    return [[Fraction(float(x)) for x in row] for row in found]
+    return [[Fraction(float(x)) for x in row] for row in rounded]
 
 
 def eigenvalues(a: Rows) -> list[Fraction] | None:

@@ -7,7 +7,7 @@ parameter m = k^2, below 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 from ...graph import Graph, Node
@@ -68,5 +68,11 @@ def dn(graph: Graph, u: Node, m: Node) -> Node:
     return graph.sqrt(graph.add(graph.mul(c, c), graph.mul(graph.sub(graph.one, m), graph.mul(s, s))))
 
 
-FORMULAS = {"ellipk": complete, "ellipf": incomplete, "sn": sn, "cn": cn, "dn": dn}
+FORMULAS: Mapping[str, Callable[..., Node]] = {
+    "ellipk": complete,
+    "ellipf": incomplete,
+    "sn": sn,
+    "cn": cn,
+    "dn": dn,
+}
 """By their names in the language."""

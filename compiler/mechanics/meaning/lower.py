@@ -147,13 +147,13 @@ class Lowering:
             case FieldDerivative():
                 return self._field_derivative(expression)
             case Where(names=names, values=values, body=body):
-                for name, value in zip(names, values, strict=True):
-                    self._values[name] = self.value(value)
+                for local, meaning in zip(names, values, strict=True):
+                    self._values[local] = self.value(meaning)
                 try:
                     return self.value(body)
                 finally:
-                    for name in names:
-                        del self._values[name]
+                    for local in names:
+                        del self._values[local]
             case _:
                 assert_never(expression)
 

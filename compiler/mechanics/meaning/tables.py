@@ -62,8 +62,8 @@ class Tables:
         """Return the value of ``table``: x, points, values; then kind and what is outside. Of two variables: x, y, their points,
         values, kind, what is outside."""
         if len(arguments) == 7:
-            x, y, *grid, kind, outside = arguments
-            return self._surface((x, y), grid, _word(kind), _word(outside))
+            x, y, *grid = arguments[:5]
+            return self._surface((x, y), grid, *map(_word, arguments[5:]))
         x, places, heights = arguments[:3]
         kind, outside = map(_word, arguments[3:]) if len(arguments) > 3 else ("smooth", "extend")
         if isinstance(places, Literal) and isinstance(places.value, str):

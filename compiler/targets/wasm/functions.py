@@ -113,6 +113,7 @@ class _Functions:
 
 def arguments(parameters: bool, *, piece: bool) -> dict[str, int]:
     """Return the parameters of a function, by the names of arrays."""
+    names: tuple[str, ...]
     if parameters:
         names = ("p", "set", "w") if piece else ("p", "set")
     else:

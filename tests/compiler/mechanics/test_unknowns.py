@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -303,16 +305,16 @@ def _root(x: float) -> float:
 
 
 def _against_scipy(
-    text: str, rates: object, start: list[float], by: str = "DOP853", **options: object
+    text: str, rates: Callable[..., object], start: list[float], by: str = "DOP853", **options: Any
 ) -> float:
-    solution = mechc.loads(text).simulate(estimate_error=False, **options)  # type: ignore[arg-type]
+    solution = mechc.loads(text).simulate(estimate_error=False, **options)
     assert isinstance(solution, mechc.Solution) and solution.failure is None, solution.message
     end = float(solution.time[-1])
-    reference = solve_ivp(rates, (0, end), start, rtol=1e-12, atol=1e-13, method=by)  # type: ignore[arg-type]
+    reference = solve_ivp(rates, (0, end), start, rtol=1e-12, atol=1e-13, method=by)
     return abs(float(solution["x"][-1]) - float(reference.y[0, -1]))
 
 
-IN_THE_MOTION = {
+IN_THE_MOTION: dict[str, tuple[str, Callable[[float, float, float], float]]] = {
     "force": ("kinetic 1/2*1 kg*der(x)^2; force -1 N*z on x;", lambda z, d, v: -z),
     "potential": ("kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 J*z^2;", lambda z, d, v: -z * d),
     "kinetic": (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def by_scipy(times: Any) -> Any:
 
 
 @pytest.mark.parametrize("target", ["c", "python"])
-def test_motions(target: str) -> None:
+def test_motions(target: Literal["c", "python"]) -> None:
     solution: Any = mechc.loads(MODEL).simulate(target=target)
     wanted = by_scipy(solution.time)
     for k in range(2):

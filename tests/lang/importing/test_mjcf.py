@@ -110,11 +110,13 @@ class Twin:
             joint = self.m.joint(there)
             q, v, kind = int(joint.qposadr[0]), int(joint.dofadr[0]), int(joint.type[0])
             if kind >= 2:
-                give(here, *random.uniform(-1, 1, size=2), q, v, float(self.m.qpos0[q]))
+                value, speed = random.uniform(-1, 1, size=2)
+                give(here, value, speed, q, v, float(self.m.qpos0[q]))
                 continue
             if kind == 0:
                 for k in range(3):
-                    give(f"{here}.position[{k + 1}]", *random.normal(size=2), q + k, v + k)
+                    value, speed = random.normal(size=2)
+                    give(f"{here}.position[{k + 1}]", value, speed, q + k, v + k)
                 q, v = q + 3, v + 3
             turn, spin = random.normal(size=4), random.normal(size=3)
             self.d.qpos[q : q + 4] = turn = turn / np.linalg.norm(turn)

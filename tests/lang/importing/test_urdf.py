@@ -87,7 +87,8 @@ def about(axis: np.ndarray, angle: complex) -> np.ndarray:
     """Rodrigues' formula."""
     x, y, z = axis / np.linalg.norm(axis)
     K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    turned: np.ndarray = np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+    return turned
 
 
 def origin(element: ET.Element) -> tuple[np.ndarray, np.ndarray]:

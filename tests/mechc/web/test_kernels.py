@@ -11,6 +11,7 @@ from mechc.compiler.targets import c_tables
 from mechc.compiler.targets.c_forms import CALLED, OWN
 from mechc.compiler.targets.wasm.operations import LIBRARY, OF_KERNEL
 from mechc.runtime.methods import KERNEL_METHODS
+from mechc.runtime.native.kernel import kernel_sources
 from mechc.web import build_kernels
 from mechc.web.kernels import KERNELS, WebKernel, kernel_for, loaded
 
@@ -23,7 +24,7 @@ def test_they_are_up_to_date() -> None:
 
 def test_a_change_of_a_source_shows(monkeypatch: pytest.MonkeyPatch) -> None:
     plain, events, everything = map(build_kernels.digest, KERNELS)
-    sources = build_kernels.kernel_sources()
+    sources = kernel_sources()
     changed = sources | {"radau5.c": sources["radau5.c"] + "\n"}
     monkeypatch.setattr(build_kernels, "kernel_sources", lambda: changed)
     assert [*map(build_kernels.digest, KERNELS)] == [plain, events, build_kernels.digest(KERNELS[2])]
