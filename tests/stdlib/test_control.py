@@ -59,10 +59,12 @@ def of_scipy(kind: str, high: str, order: int, cutoff: float, ripple: float) -> 
     """Return numerator and denominator of an analogue filter."""
     w, way = 2 * math.pi * cutoff, high + "pass"
     if kind == "bessel":
-        return signal.bessel(order, w, way, analog=True, norm="mag")
-    if kind == "chebyshev":
-        return signal.cheby1(order, ripple, w, way, analog=True)
-    return signal.butter(order, w, way, analog=True)
+        b, a = signal.bessel(order, w, way, analog=True, norm="mag")
+    elif kind == "chebyshev":
+        b, a = signal.cheby1(order, ripple, w, way, analog=True)
+    else:
+        b, a = signal.butter(order, w, way, analog=True)
+    return b, a
 
 
 def step_answer(b: Any, a: Any, t: Any) -> Any:
