@@ -55,7 +55,7 @@ def test_the_fastest_way_between_two_points(way: float) -> None:
     assert s["F"][far] == pytest.approx(2 * sign * pull[far], abs=1e-10)
 
 
-def of_scipy(kind: str, high: str, order: int, cutoff: float, ripple: float) -> tuple[Any, Any]:
+def of_scipy(kind: str, high: str, order: int, cutoff: float, ripple: float) -> Any:
     """Return numerator and denominator of an analogue filter."""
     w, way = 2 * math.pi * cutoff, high + "pass"
     if kind == "bessel":
