@@ -85,6 +85,21 @@ def test_filters(kind: str, high: str, order: int) -> None:
     assert s["f.y"] == pytest.approx(step_answer(b, a, s.time), abs=1e-10)
 
 
+def test_filters_of_the_highest_order() -> None:
+    """A step by partial fractions over the poles that SciPy finds."""
+    s = run("".join(f'Filter {kind}(u = 1 m, kind = "{kind}", order = 12, cutoff = 3 Hz, ripple = 0.1);' for kind in ("butterworth", "bessel", "chebyshev")), 2, 1e-12)  # fmt: skip
+    w = 6 * math.pi
+    for name, (_, poles, gain) in {
+        "butterworth": signal.butter(12, w, analog=True, output="zpk"),
+        "bessel": signal.bessel(12, w, analog=True, norm="mag", output="zpk"),
+        "chebyshev": signal.cheby1(12, 0.1, w, analog=True, output="zpk"),
+    }.items():
+        answer = sum(
+            gain / np.prod(p - np.delete(poles, i)) / p * np.expm1(p * s.time) for i, p in enumerate(poles)
+        )
+        assert s[f"{name}.y"] == pytest.approx(np.real(answer), abs=1e-11), name
+
+
 def test_transfer_function_and_state_space() -> None:
     """Steps through both, proper and of two signals, by the exponential of the matrix."""
     b, a = [2.0, 0.5, 3.0], [1.5, 2.0, 7.0, 4.0]
