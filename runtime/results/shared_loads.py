@@ -30,6 +30,8 @@ DEPENDENT = 1e-9
 """Of what a force moves its own row by: what is left where forces along others keep these at rest."""
 UNLOADED = 1e-9
 """Force that is none, of the largest one; difference that is none, of the largest value."""
+EXCHANGED = 1e-3
+"""Part of its force by which a row may stand for another, beside the largest."""
 MOST_MODES, MOST_NAMES = 20, 8
 
 
@@ -118,27 +120,32 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
         results |= dict.fromkeys(told)
     if since is None:
         return ()
-    carried = f", so that {_listed(results)} are one choice of many" if results else ""
+    are = "is" if len(results) == 1 else "are"
+    carried = f", so that {_listed(results)} {are} one choice of many" if results else ""
     also = "; the motion depends on this choice" if moves else ""
     return (
-        f"rigid bodies do not determine how {_listed(sharing)} share their load, first at {time_text(problem, since)}: "
+        f"rigid bodies do not determine how {_listed(sharing)} share their load, as at {time_text(problem, since)}: "
         f"those that stand first in the text carry what they can{carried}{also}",
     )
 
 
 def _stretches(table: Table, rows: Sequence[_Row]) -> list[tuple[int, int]]:
-    """First and last row of the table between two changes of modes, for each combination of modes once, at most so many."""
+    """First and last row of the table between two changes of modes: of each combination where it lasts longest, and of many the
+    longest."""
     assert table.z is not None
     places = sorted({i for row in rows for i in (row.flag, row.sign, row.enabled) if i >= 0})
     begins = [0]
     for part in slices(len(table), table.z):
         modes = table.z[max(part.start - 1, 0) : part.stop, places]
         begins += (np.flatnonzero((modes[1:] != modes[:-1]).any(axis=1)) + max(part.start, 1)).tolist()
-    found: dict[bytes, tuple[int, int]] = {}
+    found: dict[bytes, tuple[float, int, int]] = {}
     for first, behind in zip(begins, (*begins[1:], len(table)), strict=True):
-        if len(found) < MOST_MODES and table.t[behind - 1] > table.t[first]:
-            found.setdefault(np.sign(table.z[first, places]).tobytes(), (first, behind - 1))
-    return list(found.values())
+        lasts = float(table.t[behind - 1] - table.t[first])
+        key = np.sign(table.z[first, places]).tobytes()
+        if lasts > 0 and lasts > found.get(key, (0.0,))[0]:
+            found[key] = lasts, first, behind - 1
+    longest = sorted(found.values(), reverse=True)[:MOST_MODES]
+    return sorted((first, last) for _, first, last in longest)
 
 
 def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]]:
@@ -166,27 +173,34 @@ def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]
     size = np.sqrt(np.abs(np.diag(response)))
     moved = size > UNLOADED * size.max(initial=0.0)
     response = response / np.outer(np.where(moved, size, 1.0), np.where(moved, size, 1.0))
+    free = [k for k in (*touch, *still) if moved[k]]
     while True:
-        rest = [k for k in (*touch, *still) if moved[k] and k not in _basis(response, [*held, k])]
+        # what each of them takes from those that hold, and what of it these cannot do
+        along = response[np.ix_(held, free)]
+        parts = np.linalg.lstsq(response[np.ix_(held, held)], along, rcond=DEPENDENT)[0]
+        left = 1.0 - np.einsum("ik,ik->k", along, parts)
+        rest = [k for k, own in zip(free, left, strict=True) if own < DEPENDENT]
         if not rest:
             return [], []
-        rows = sorted({*held, *rest})
-        shares = _shares(response, rows)
+        rows = [*held, *rest]
+        shares = np.vstack([-parts[:, left < DEPENDENT], np.eye(len(rest))])
         empty = _never_loaded(at, rows, shares, values[0][:, FORCE])
         if not empty:
             break
-        touch = [k for k in touch if k not in empty]
-        still = [k for k in still if k not in empty and at.rows[k].normal not in empty]
         held = [k for k in held if k not in empty]
-    group = [k for k, share in zip(rows, np.abs(shares).max(axis=1), strict=True) if share > UNLOADED]
-    firm = [k for k in held if at.rows[k].kind == BILATERAL]
-    order = [k for kind in (CONTACT, FRICTION) for k in rows if at.rows[k].kind == kind]
+        free = [k for k in free if k not in empty and at.rows[k].normal not in empty]
+    group = sorted(k for k, share in zip(rows, np.abs(shares).max(axis=1), strict=True) if share > UNLOADED)
+    loads = np.array([at.rows[k].kind != BILATERAL for k in held]) * np.abs(
+        values[0][held, FORCE] * size[held]
+    )
     others = []
-    for k in rest:
-        basis = _basis(response, [*firm, k, *(i for i in order if i != k)])
+    for k, share in zip(rest, np.abs(shares[: len(held)]).T, strict=True):
+        given = np.where(share > EXCHANGED * share.max(initial=0.0), loads, 0.0)
+        if not given.any():
+            continue  # what it would take over carries nothing, or is a constraint
         z = at.z.copy()
-        for i in order:
-            z[at.rows[i].flag] = float(i in basis)
+        z[at.rows[held[int(np.argmax(given))]].flag] = 0.0
+        z[at.rows[k].flag] = 1.0
         _slide(at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE])
         others.append(z)
     return group, others
@@ -208,24 +222,6 @@ def _slide(at: _At, z: Array, contacts: set[int], rest: set[int], rate: Array) -
             z[[at.rows[k].sign for k in found]] = length * rate[found] / speed
 
 
-def _basis(response: Array, order: Sequence[int]) -> list[int]:
-    """Rows in this order that do not depend on those before them."""
-    found: list[int] = []
-    for k in order:
-        part = response[found, k]
-        left = response[k, k] - part @ np.linalg.solve(response[np.ix_(found, found)], part)
-        if left > DEPENDENT:
-            found.append(k)
-    return found
-
-
-def _shares(response: Array, rows: Sequence[int]) -> Array:
-    """Combinations of forces along the rows, one a column, that move none of them."""
-    sizes, forces = np.linalg.eigh(response[np.ix_(rows, rows)])
-    found: Array = forces[:, sizes < DEPENDENT]
-    return found
-
-
 def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> set[int]:
     """Contacts that carry nothing in any share of the load: a table whose mass stands above one leg has one share."""
     largest = max((abs(float(force[k])) for k in rows), default=0.0)
@@ -233,6 +229,8 @@ def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> 
     if not zero:
         return set()
     count, free = len(zero), shares.shape[1]
+    if (shares[zero] @ np.linalg.pinv(shares[zero]).sum(axis=1) > UNLOADED).all():
+        return set()  # one share loads all of them, which is what is usual
     from scipy.optimize import linprog
 
     # as many of them as can be loaded at once, up to 1 each; the others stay loaded for a share that is small enough

@@ -139,6 +139,58 @@ end Brakes;
     assert abs(abs(solution["both"][-1]) - 3.0) < 1e-9
 
 
+def test_two_stops_of_one_door_share_by_choice_and_their_moment_is_none() -> None:
+    solution = mechc.loads("""
+model Door
+  coordinate Angle q = 0 rad;
+  kinetic 1/2*(2 kg.m^2)*der(q)^2;
+  potential 3 N.m*q;
+  contact inner: q*1 m;
+  contact outer: q*2 m;
+  output force = multiplier(inner);
+  output touches = if closed(outer) then 1 else 0;
+  output moment = multiplier(inner)*1 m + multiplier(outer)*2 m;
+  experiment(stop = 0.1 s);
+end Door;
+""").simulate()
+    (note,) = [remark for remark in solution.remarks if SAID in remark]
+    assert "'inner' and 'outer' share" in note
+    assert "'force' and 'touches' are" in note
+    assert "'moment'" not in note
+    assert abs(solution["moment"][-1] - 3.0) < 1e-9
+
+
+LADDER = """
+model Ladder
+  parameter grip = 0.8;
+  coordinate Length x = 1 m;
+  coordinate Length y = 1.5 m;
+  coordinate Angle a = 0 rad;
+  kinetic 1/2*(10 kg)*(der(x)^2 + der(y)^2) + 1/2*(3 kg.m^2)*der(a)^2;
+  potential 10 kg*9.81 m/s^2*y;
+  contact floor: y - 1.5 m*cos(a) + 1 m*sin(a) friction 0.8 along der(x) - (1 m*sin(a) - 1.5 m*cos(a))*der(a);
+  contact wall: x - 1 m*cos(a) - 1.5 m*sin(a) %s;
+  output press = multiplier(wall);
+  experiment(stop = 0.05 s);
+end Ladder;
+"""
+
+
+@pytest.mark.parametrize(
+    ("wall", "open_"),
+    [("friction grip along der(y) - (1 m*cos(a) + 1.5 m*sin(a))*der(a)", True), ("", False)],
+)
+def test_a_ladder_is_a_choice_where_the_wall_is_rough_too(wall: str, open_: bool) -> None:
+    solution = mechc.loads(LADDER % wall).simulate()
+    press, weight = solution["press"][-1], 98.1
+    # moments about the foot: the weight at 1 m, the wall's force at 3 m, its friction (within its cone) at 2 m
+    least = weight / (3.0 + 2.0 * 0.8)
+    assert (least - 1e-9 <= press <= weight / 3.0 + 1e-9) if open_ else abs(press - weight / 3.0) < 1e-9
+    notes = [remark for remark in solution.remarks if SAID in remark]
+    assert len(notes) == open_
+    assert all("'floor' and 'wall' share" in note and "'press' is one choice" in note for note in notes)
+
+
 TABLE = """
 import mech.spatial.*;
 model Table
