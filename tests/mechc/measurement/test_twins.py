@@ -14,8 +14,8 @@ from mechc.cli.main import run
 from mechc.compiler.flat.names.instance import STATED, rank_of
 from mechc.compiler.flat.statements import elaborate, initial_values
 from mechc.compiler.flat.statements.energies import gravities
-from mechc.compiler.graph import Graph
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.mechanics.kinematics.frames import Kinematics
 from mechc.compiler.mechanics.meaning import functions
 from mechc.compiler.metamorphic.rewriting import apply
 from mechc.compiler.metamorphic.table import TWINS
@@ -224,7 +224,7 @@ FAULTS: dict[str, tuple[str, Callable[[pytest.MonkeyPatch], None], str]] = {
     ),
     "the root of a square has the sign of what is squared": (
         "functions otherwise",
-        lambda patch: patch.setattr(Graph, "sqrt", _bare_root),
+        lambda patch: patch.setitem(functions.FUNCTIONS, "sqrt", _bare_root),
         "coordinate x = -1 m; kinetic 1/2*1 kg*der(x)^2; potential 3 N*sqrt(x*x); experiment(stop = 1 s);",
     ),
     "what 'initial' says loses to the declaration": (
@@ -247,7 +247,8 @@ def _inner_first(scope: Any, stage: int) -> tuple[int, int, int]:
     return (-depth if stage == STATED else depth), level, stage
 
 
-def _bare_root(graph: Graph, a: Any) -> Any:
+def _bare_root(kinematics: Kinematics, rate: Any, arguments: tuple[Any, ...]) -> Any:
+    graph, (a,) = kinematics.graph, arguments
     same = graph._code[a] == ops.MUL and graph._left[a] == graph._right[a]
     return graph._left[a] if same else graph._function(ops.SQRT, a)
 
