@@ -10,12 +10,12 @@ HERE = Path(__file__).resolve().parent
 
 HEAD = """# Units and types
 
-Made from the tables of the language by `python docs/units.py`. How quantities are written is in
-[the language](language.md#3-quantities-and-units).
+Made from the tables of the language by `python docs/units.py`. [The language](language.md#3-quantities-and-units)
+explains how to write quantities.
 
 ## Units
 
-A unit is made of these by `.`, `/` and `^`: `N.m/rad`, `kg.m^2`, `m/s^2`. What stands behind `/` ends at the next `.` or `/`.
+Combine these units by `.`, `/` and `^`: `N.m/rad`, `kg.m^2`, `m/s^2`. A `/` divides by the next unit only: `J/kg.K` is (J/kg)·K.
 
 | unit | is | prefixes |
 |---|---|---|
@@ -24,15 +24,15 @@ A unit is made of these by `.`, `/` and `^`: `N.m/rad`, `kg.m^2`, `m/s^2`. What 
 TYPES = """
 ## Types
 
-A type stands before a name, `parameter Length l;`, and must where there is no value to tell the dimension. Values are stored in the SI
-unit of the type and shown in it, unless the declaration or `--display` names another.
+A type stands before the name, as in `parameter Length l;`. It is required where no value determines the dimension. Values are stored and shown in the SI
+unit of the type, unless the declaration or `--display` names another unit for display.
 
 | type | unit |
 |---|---|
 """
 
 END = """
-`Rotation` is the type of a coordinate that turns freely in space. `type Stiffness = N/m;` gives a name to another unit.
+`Rotation` is the type of a coordinate that turns freely in space. `type Curvature = unit "1/m";` names a type of your own.
 """
 
 
