@@ -33,7 +33,7 @@ class Part(Struct, frozen=True):
 
 class Parts(Struct, frozen=True):
     """What a file without a whole model holds. ``completed``: partial models, functions, and models that leave the value
-    of a structural parameter to what uses them; they are told there."""
+    of a structural parameter or the type of an input to what uses them; they are checked there."""
 
     parts: tuple[Part, ...]
     completed: tuple[str, ...]
@@ -64,7 +64,9 @@ def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
 
 
 def _left_open(model: ast.Model, part: Part) -> bool:
-    """Whether a model lacks nothing but values of structural parameters of its own."""
+    """Whether a model lacks nothing but values of structural parameters of its own, or the types of its inputs."""
+    if any(isinstance(s, ast.Input) and not s.type and s.value is None for s in model.body):
+        return True
     own = [
         s.name_span for s in model.body if isinstance(s, ast.Parameter) and s.structural and s.value is None
     ]
@@ -77,7 +79,10 @@ def is_part(model: ast.Model, part: Part, flat: FlatModel | None, tree: ast.File
     if any(isinstance(s, ast.Experiment) for s in model.body):
         return False
     if flat is None:
-        return any(isinstance(s, ast.Frame) and s.value is None for s in model.body)
+        free = [s for s in model.body if isinstance(s, (ast.Frame, ast.Input)) and s.value is None]
+        return any(isinstance(s, ast.Frame) or not s.type for s in free)
+    if any(isinstance(s, ast.Input) and s.name == "from" for s in model.body):  # what ``A -> B`` binds
+        return True
     moving = {Role.COORDINATE, Role.STATE}
     still = not any(v.role in moving for v in flat.variables)
     if part.free or (still and any(v.role is Role.INPUT for v in flat.variables)):

@@ -110,7 +110,7 @@ _ALL = (
     Builtin("det", 1, 1, _V, "determinant of a square matrix"),
     Builtin("inverse", 1, 1, _V, "inverse of a square matrix"),
     Builtin("solve", 2, 2, _V, "x with A*x = b, a vector or a matrix: solve(A, b)"),
-    Builtin("trace", 1, 1, _V, "sum of the diagonal of a square matrix"),
+    Builtin("trace", 1, 1, _R, "sum of the diagonal of a square matrix"),
     Builtin("trans", 1, 1, _P, "displacement by a vector"),
     Builtin("rot", 1, 1, _P, "rotation in the plane"),
     Builtin("rotx", 1, 1, _P, "rotation about x"),

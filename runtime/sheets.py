@@ -7,7 +7,6 @@ numbers is refused with both; what fits none is refused with the first line that
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -217,6 +216,8 @@ def _possible(way: _Way, text: str, decimal: str | None) -> bool:
 
 def _ends_in_numbers(way: _Way, text: str) -> bool:
     """Whether the last line that is no comment is one of numbers."""
+    import csv  # which a run without tables does without
+
     end = len(text)
     while end > 0:
         begin = text.rfind("\n", 0, end) + 1
@@ -324,6 +325,8 @@ def _words(line: str) -> list[str]:
 
 
 def _cells(path: Path, text: str, above: int, way: _Way) -> Iterator[Row]:
+    import csv
+
     if not way.separator:
         for line, words in enumerate(text.split("\n"), start=above + 1):
             yield line, _words(words)

@@ -140,7 +140,7 @@ FAULTS = (
     ),
     Fault(
         "errors of small lengths are measured by those of large ones",
-        edit(f"{RUNS}/own_size.py", "    if main.failure is not None or main.interrupted or not main.y.size or sizeless is None:\n",
+        edit(f"{RUNS}/own_size.py", "    if main.failure is not None or main.interrupted or sizeless is None or not main.y.size:\n",
              "    if main is not None:\n"),
         models.FAR,
         point="8",

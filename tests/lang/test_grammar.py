@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -55,7 +56,13 @@ def test_no_unit_is_a_word_that_can_follow_a_number() -> None:
     assert all(unit_end(word) == 0 for word in KEYWORDS)
 
 
-@pytest.mark.parametrize("path", sample_files(), ids=lambda p: p.stem)
+def without_keywords_as_names() -> list[Path]:
+    """Return the samples, without those that name inputs `from` and `to`: Lark's own lexer takes these for nothing but keywords."""
+    flange = re.compile(r"^\s*input \w+ (from|to)\b", re.MULTILINE)
+    return [path for path in sample_files() if not flange.search(path.read_text(encoding="utf-8"))]
+
+
+@pytest.mark.parametrize("path", without_keywords_as_names(), ids=lambda p: p.stem)
 def test_samples_have_the_same_tokens_with_larks_own_lexer(path: Path, reference_parser: Lark) -> None:
     """The lexer and the loop that drives the tables are ours: Lark alone must read the same."""
     source = SourceFile(path.name, path.read_text(encoding="utf-8"))

@@ -29,6 +29,7 @@ from mechc.runtime.native.cache import (
     prune_cache,
 )
 from mechc.runtime.native.compiler import Compiler
+from mechc.runtime.native.libtcc import find_libtcc
 
 SOURCE = {"a.c": '#include "a.h"\n__attribute__((visibility("default"))) int f(void) { return VALUE; }\n'}
 
@@ -275,12 +276,14 @@ def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     build._find_compiler.cache_clear()
+    find_libtcc.cache_clear()
     try:
         assert find_compiler() is None
         with pytest.raises(CompilerMissing, match="no C compiler was found"):
             build_shared(sources(1), model_flags())
     finally:
         build._find_compiler.cache_clear()
+        find_libtcc.cache_clear()
 
 
 def test_a_users_cache_that_cannot_be_written_is_told_and_done_without(

@@ -19,11 +19,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import DIMENSIONLESS, parse_unit
@@ -43,6 +42,12 @@ from ...mechanics.meaning.unknowns import System
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
 from .defaults import default_values
 from .residual import residual
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 PLACES = 4
 """Disturbed states at which ranks are decided."""
@@ -71,8 +76,6 @@ _RESISTED = (
 _ACCELERATED = (
     "with the values of the model some motion with '{}' moves no mass, and with those of this run it does"
 )
-
-Array = NDArray[np.float64]
 
 
 class Massless(Struct, frozen=True):
@@ -263,6 +266,8 @@ def _blocks(
 
 def _places(system: MechanicalSystem, symbols: Iterable[Node]) -> list[dict[Node, float]]:
     """Return values of everything at the start and at disturbed states, where ranks are decided."""
+    import numpy as np
+
     start = default_values(system)
     start |= {n: 1.0 for n in symbols if n not in start}
     random = np.random.default_rng(22)
@@ -419,6 +424,8 @@ class _Work:
     ) -> list[Massless]:
         """Return the coordinates that the balances decide, of those whose rows are in them: by their rates where dampings hold these,
         else by their places, those with a guessed start first."""
+        import numpy as np
+
         system = self.system
         allowed = np.zeros((len(balances), len(whole)))
         for i, among in enumerate(taking):
@@ -439,6 +446,8 @@ class _Work:
 
         What is left of a combination without its rates is made first: equal formulas are one node, which keeps its first form.
         """
+        import numpy as np
+
         graph = self.graph
         entries = jacobian(graph, rows, rates)
         if not any(entries):
@@ -536,6 +545,8 @@ class _Work:
 
     def _matrices(self, entries: Sequence[Mapping[int, Node]], width: int) -> list[Array]:
         """Return a Jacobian as numbers at the places where it has a value."""
+        import numpy as np
+
         flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
         tape = Tape(self.graph, [n for *_, n in flat], self.places[0])
         found = []
@@ -571,6 +582,8 @@ class _Work:
 
     def _matched(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> Sequence[int]:
         """Return the rows in an order in which each holds the unknown of its place, as balances do of their own coordinates."""
+        import numpy as np
+
         if len(rows) == 1:
             return [0]
         entries = jacobian(self.graph, rows, unknowns)
@@ -650,6 +663,8 @@ def _listed(names: Sequence[str]) -> str:
 
 def _independent(matrix: Array) -> list[int]:
     """Return rows that are no combination of earlier ones."""
+    import numpy as np
+
     basis: list[Array] = []
     kept = []
     for i, row in enumerate(matrix):
@@ -667,6 +682,8 @@ def _independent(matrix: Array) -> list[int]:
 def _pivots(matrix: Array, preferred: Sequence[bool]) -> list[int]:
     """Return columns that make the rows regular, of those with a large pivot the preferred ones; columns and rows count by their
     largest entry."""
+    import numpy as np
+
     left = matrix
     for axis in (0, 1):  # whatever the units are
         sizes = np.abs(left).max(axis=axis, keepdims=True)
