@@ -32,6 +32,8 @@ UNLOADED = 1e-9
 """Force that is none, of the largest one; difference that is none, of the largest value."""
 EXCHANGED = 1e-3
 """Part of its force by which a row may stand for another, beside the largest."""
+BRIEF = 1e-5
+"""Part of the run in which modes pass that are not looked at, such as a slip that begins."""
 MOST_MODES, MOST_NAMES = 20, 8
 
 
@@ -107,7 +109,7 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
         if not others:
             continue
         rates, outputs = ends[0].told(ends[0].z)
-        free, _ = ends[0].told(_without(ends[0], group))
+        free, _ = ends[0].told(_free(ends[0]))
         changed = [ends[0].told(z) for z in others]
         turns = any(_differs(rates, other, free).any() for other, _ in changed)
         depend = np.any([_differs(outputs, other) for _, other in changed], axis=0)
@@ -138,11 +140,12 @@ def _stretches(table: Table, rows: Sequence[_Row]) -> list[tuple[int, int]]:
     for part in slices(len(table), table.z):
         modes = table.z[max(part.start - 1, 0) : part.stop, places]
         begins += (np.flatnonzero((modes[1:] != modes[:-1]).any(axis=1)) + max(part.start, 1)).tolist()
+    short = BRIEF * float(table.t[-1] - table.t[0])
     found: dict[bytes, tuple[float, int, int]] = {}
     for first, behind in zip(begins, (*begins[1:], len(table)), strict=True):
         lasts = float(table.t[behind - 1] - table.t[first])
         key = np.sign(table.z[first, places]).tobytes()
-        if lasts > 0 and lasts > found.get(key, (0.0,))[0]:
+        if lasts > short and lasts > found.get(key, (0.0,))[0]:
             found[key] = lasts, first, behind - 1
     longest = sorted(found.values(), reverse=True)[:MOST_MODES]
     return sorted((first, last) for _, first, last in longest)
@@ -179,35 +182,42 @@ def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]
         along = response[np.ix_(held, free)]
         parts = np.linalg.lstsq(response[np.ix_(held, held)], along, rcond=DEPENDENT)[0]
         left = 1.0 - np.einsum("ik,ik->k", along, parts)
-        rest = [k for k, own in zip(free, left, strict=True) if own < DEPENDENT]
+        bound = {k for k, own in zip(free, left, strict=True) if own < DEPENDENT}
+        rests = {-1, *held, *bound}  # a contact that rises yet may have a slip that depends on others
+        chosen = [i for i, k in enumerate(free) if k in bound and at.rows[k].normal in rests]
+        rest = [free[i] for i in chosen]
         if not rest:
             return [], []
         rows = [*held, *rest]
-        shares = np.vstack([-parts[:, left < DEPENDENT], np.eye(len(rest))])
+        shares = np.vstack([-parts[:, chosen], np.eye(len(rest))])
         empty = _never_loaded(at, rows, shares, values[0][:, FORCE])
         if not empty:
             break
         held = [k for k in held if k not in empty]
         free = [k for k in free if k not in empty and at.rows[k].normal not in empty]
     group = sorted(k for k, share in zip(rows, np.abs(shares).max(axis=1), strict=True) if share > UNLOADED)
+    largest = np.abs(values[0][:, FORCE] * size).max()
     loads = np.array([at.rows[k].kind != BILATERAL for k in held]) * np.abs(
         values[0][held, FORCE] * size[held]
     )
     others = []
     for k, share in zip(rest, np.abs(shares[: len(held)]).T, strict=True):
         given = np.where(share > EXCHANGED * share.max(initial=0.0), loads, 0.0)
-        if not given.any():
+        if not given.max(initial=0.0) > UNLOADED * largest:
             continue  # what it would take over carries nothing, or is a constraint
         z = at.z.copy()
         z[at.rows[held[int(np.argmax(given))]].flag] = 0.0
         z[at.rows[k].flag] = 1.0
-        _slide(at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE])
+        _set_frictions(
+            at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE], near
+        )
         others.append(z)
     return group, others
 
 
-def _slide(at: _At, z: Array, contacts: set[int], rest: set[int], rate: Array) -> None:
-    """Let the frictions of these contacts, which carried nothing, slide where they do not rest: against their slip."""
+def _set_frictions(at: _At, z: Array, contacts: set[int], rest: set[int], rate: Array, slow: float) -> None:
+    """Let the frictions of these contacts, which carried nothing, stick, or slide against their slip, but for those that rest
+    since others hold them."""
     of: dict[int, list[int]] = {}
     for k, row in enumerate(at.rows):
         if row.kind == FRICTION and row.normal >= 0:
@@ -215,11 +225,12 @@ def _slide(at: _At, z: Array, contacts: set[int], rest: set[int], rate: Array) -
     pairs = [[at.z[at.rows[k].sign] for k in found] for found in of.values() if len(found) == 2]
     none = max((float(np.hypot(*pair)) for pair in pairs), default=0.0)
     for contact in contacts & of.keys():
-        found = of[contact]
-        speed = float(np.linalg.norm(rate[found]))
-        if rest.isdisjoint(found) and speed > 0:
+        found, speed = of[contact], float(np.linalg.norm(rate[of[contact]]))
+        if speed > max(none, slow):
             length = 1.0 if len(found) == 1 else none or DEPENDENT * speed
             z[[at.rows[k].sign for k in found]] = length * rate[found] / speed
+        elif z[at.rows[contact].flag] > 0.5:
+            z[[at.rows[k].flag for k in found if k not in rest]] = 1.0
 
 
 def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> set[int]:
@@ -242,10 +253,10 @@ def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> 
     return {rows[i] for i, loaded in zip(zero, found.x[free:], strict=True) if loaded < 0.5}
 
 
-def _without(at: _At, rows: Sequence[int]) -> Array:
-    """The modes without forces along these rows."""
+def _free(at: _At) -> Array:
+    """The modes without contacts and frictions, of which accelerations tell the size."""
     z = at.z.copy()
-    z[[at.rows[k].flag for k in rows]] = 0.0
+    z[[row.flag for row in at.rows if row.kind in (CONTACT, FRICTION)]] = 0.0
     return z
 
 

@@ -191,6 +191,25 @@ def test_a_ladder_is_a_choice_where_the_wall_is_rough_too(wall: str, open_: bool
     assert all("'floor' and 'wall' share" in note and "'press' is one choice" in note for note in notes)
 
 
+def test_frictions_that_carry_nothing_share_nothing() -> None:
+    solution = mechc.loads("""
+model Block
+  coordinate Length x = 0 m;
+  coordinate Length y = 1.02 m;
+  coordinate Angle a = 0.01 rad;
+  kinetic 1/2*(2 kg)*(der(x)^2 + der(y)^2) + 1/2*(3 kg.m^2)*der(a)^2;
+  potential 2 kg*9.81 m/s^2*y;
+  initial der(y) = -0.2 m/s;
+  contact left: y - 1 m*cos(a) - 1 m*sin(a) friction 10 along der(x) + (1 m*cos(a) + 1 m*sin(a))*der(a);
+  contact right: y - 1 m*cos(a) + 1 m*sin(a) friction 10 along der(x) + (1 m*cos(a) - 1 m*sin(a))*der(a);
+  output press = multiplier(left);
+  experiment(stop = 4 s);
+end Block;
+""").simulate(estimate_error=False)
+    assert abs(solution["press"][-1] - 9.81) < 1e-6
+    assert not any(SAID in remark for remark in solution.remarks)
+
+
 TABLE = """
 import mech.spatial.*;
 model Table
