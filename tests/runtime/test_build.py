@@ -275,6 +275,7 @@ def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setattr(build, "_assumed", None)
     build._find_compiler.cache_clear()
     find_libtcc.cache_clear()
     try:
