@@ -35,9 +35,11 @@ ON_STACK = 16_384
 
 THREADS = """\
 #if defined(_MSC_VER)
-#define THREAD_LOCAL __declspec(thread)
+#define THREAD_LOCAL static __declspec(thread)
+#elif defined(__TINYC__) /* which knows no such storage: on the stack */
+#define THREAD_LOCAL
 #else
-#define THREAD_LOCAL _Thread_local
+#define THREAD_LOCAL static _Thread_local
 #endif
 """
 """Where ``needs_threads``."""
@@ -92,7 +94,7 @@ def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
 def loop_lines(name: str, rolled: Rolled, sizes: Mapping[str, int], turns: bool) -> Iterator[str]:
     """Yield the lines of the body of a function, without its braces; ``sizes`` of the arrays that it reads. ``sincos_batch``: sines
     and cosines are formed ahead by ``sincos_batch.h``."""
-    storage = "" if rolled.workspace <= ON_STACK else "static THREAD_LOCAL "
+    storage = "" if rolled.workspace <= ON_STACK else "THREAD_LOCAL "
     if rolled.workspace:
         yield f"{storage}mech_real w[{rolled.workspace}];"
     copies = copies_of(rolled, sizes, ON_STACK - rolled.workspace)

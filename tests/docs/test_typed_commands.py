@@ -28,6 +28,9 @@ NOT_TYPED = {
     "mechc run ball.mech --vary members.csv --keep 'reach = final(x)' --cluster tcp://10.0.0.1:8786 -o reach.zarr": (
         "needs a cluster; test_pages_to_follow.py types the lines before it with workers of this machine"
     ),
+    "mechc fmu run cart.fmu --input push=push.csv --every 0.001": (
+        "needs an FMU with an input, which no command of the page writes; tests/mechc/fmu run such"
+    ),
 }
 """Lines that cannot be typed here, with the reason: they install, wait for editors, or need other machines."""
 
