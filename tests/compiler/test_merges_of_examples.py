@@ -45,9 +45,12 @@ def same_at_a_second_point(merged: Equations, plain: Equations) -> None:
 
 
 def outputs(equations: Equations) -> dict[tuple[str, str], Node]:
-    """Return every result by the function and its name there."""
+    """Return every result by the function and its name there. Laws of bodies that cancel as formulas are left out, which merging decides:
+    a number does not name the same law in both graphs."""
     found: dict[tuple[str, str], Node] = {}
     for function in equations.functions:
+        if function.name == "balance":
+            continue
         names = [str(k) for k in range(len(function.outputs))]
         if function.name == "outputs":
             names = [entry.name for entry in equations.outputs]
