@@ -81,7 +81,6 @@ def compile_in_process(files: Iterable[Path], flags: Iterable[str], library: Pat
     return ""
 
 
-@functools.cache
 def _place() -> Path | None:
     import importlib.util
 
