@@ -28,7 +28,7 @@ DOUBTFUL = 3
 
 
 class Run(Struct, frozen=True):
-    """``off``: what the energy balance is off by, ``estimate``: the largest estimated error, both relative to sizes;
+    """``off``: what the energy balance is off by, ``estimate``: the largest estimated error of the motion, both relative to sizes;
     ``accounts``: energies at the end. None where the run told none."""
 
     outcome: str
@@ -107,12 +107,13 @@ def run(call: Call, model: Path, options: tuple[str, ...]) -> Run:
         words = (done.stderr or done.stdout).strip().splitlines()
         return Run("refused", done.returncode, message=words[0] if words else "")
     accuracy, energy = told["accuracy"], told["energy"] or {"start": 0.0}
+    errors = [error for name, error in accuracy["by_state"].items() if not name.startswith("energy.")]
     final = [float(value) for name, value in told["final"].items() if name.startswith("energy.")]
     return Run(
         told["outcome"],
         done.returncode,
         accuracy["energy_drift"],
-        accuracy["estimated_error"],
+        max(errors, default=accuracy["estimated_error"]),
         max(map(abs, (energy["start"], *final)), default=0.0),
         tuple(final),
         told["message"],

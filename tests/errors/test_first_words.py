@@ -23,6 +23,11 @@ CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
             ["'kinetic 1/2*m*der(x)^2;'", "'force -k*x on x;'"],
         ),
         ("coordinate x = 1 m;\nequation der(x, 2) = -4 s^-2*x;", "E0421", ["'force -4 s^-2*x on x;'"]),
+        (
+            "parameter m = 0 kg; coordinate x = 1 m;\nkinetic 1/2*m*der(x)^2; potential 1/2*1 N/m*x^2;",
+            "E0603",
+            ["has no inertia", "'x ~ ...' is a guess"],
+        ),
         (BODY + "parameter k = 0.8 1/m;", "E0110", ["'0.8 m^-1'"]),
         (BODY + "parameter k = 2 1;", "E0110", ["'2*1'"]),
         (BODY + "force -4 N/m*delay(x, 0.1 s) on x;", "E0209", ["no delayed values"]),

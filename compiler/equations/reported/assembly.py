@@ -67,7 +67,7 @@ def assembly(
         support = set(system.graph.support(condition.residual))
         if not support.intersection(velocities):
             if not support.intersection(coordinates):
-                _no_coordinate(condition.row, condition.late, reporter)
+                _no_coordinate(system, condition, reporter)
             return 1
         if not condition.late or not support.intersection(free):
             return 2
@@ -147,8 +147,9 @@ def _rate_is_open(system: MechanicalSystem, row: InitialRow, rate: Node, reporte
     )
 
 
-def _no_coordinate(row: InitialRow, late: bool, reporter: Reporter) -> None:
-    if late:
+def _no_coordinate(system: MechanicalSystem, condition: Condition, reporter: Reporter) -> None:
+    row = condition.row
+    if condition.late:
         reporter.error(
             "E0609",
             f"the initial condition on '{row.name}' cannot hold",
@@ -157,9 +158,15 @@ def _no_coordinate(row: InitialRow, late: bool, reporter: Reporter) -> None:
             help="in the equations of a start contacts are open and dry friction has no force: what they hold is not stationary by itself",
         )
         return
+    balanced = {k for drive in system.drives if drive.balanced for k in drive.q}
+    support = set(system.graph.support(row.residual))
+    massless = [system.q[k].name for k in sorted(balanced) if system.q[k].node in support]
     reporter.error(
         "E0603",
         f"the initial condition on '{row.name}' contains nothing that could be adjusted",
         row.origin.shown,
-        caption="no coordinate or velocity in it",
+        caption=f"'{massless[0]}' has no inertia: the balance of forces alone determines it"
+        if massless
+        else "no coordinate or velocity in it",
+        help=f"'{massless[0]} ~ ...' is a guess, from which the balance is solved" if massless else None,
     )
