@@ -26,7 +26,7 @@ CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
         (
             "parameter m = 0 kg; coordinate x = 1 m;\nkinetic 1/2*m*der(x)^2; potential 1/2*1 N/m*x^2;",
             "E0603",
-            ["has no inertia", "'x ~ ...' is a guess"],
+            ["'x ~ ...' is a guess"],
         ),
         (BODY + "parameter k = 0.8 1/m;", "E0110", ["'0.8 m^-1'"]),
         (BODY + "parameter k = 2 1;", "E0110", ["'2*1'"]),

@@ -161,12 +161,18 @@ def _no_coordinate(system: MechanicalSystem, condition: Condition, reporter: Rep
     balanced = {k for drive in system.drives if drive.balanced for k in drive.q}
     support = set(system.graph.support(row.residual))
     massless = [system.q[k].name for k in sorted(balanced) if system.q[k].node in support]
+    if massless:
+        reporter.error(
+            "E0603",
+            f"the initial condition on '{row.name}' is not free: '{massless[0]}' has no inertia",
+            row.origin.shown,
+            caption="the balance of forces alone determines it",
+            help=f"'{massless[0]} ~ ...' is a guess, from which the balance is solved",
+        )
+        return
     reporter.error(
         "E0603",
         f"the initial condition on '{row.name}' contains nothing that could be adjusted",
         row.origin.shown,
-        caption=f"'{massless[0]}' has no inertia: the balance of forces alone determines it"
-        if massless
-        else "no coordinate or velocity in it",
-        help=f"'{massless[0]} ~ ...' is a guess, from which the balance is solved" if massless else None,
+        caption="no coordinate or velocity in it",
     )
