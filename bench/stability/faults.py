@@ -40,19 +40,26 @@ class Fault(Struct, frozen=True):
     plant: Callable[[], None]
 
 
-def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
-    """Replace a piece of one source of the kernel, which must be there once."""
+class KernelEdit(Struct, frozen=True):
+    """Replaces a piece of one source of the kernel, which must be there once."""
 
-    def plant() -> None:
-        best_precision()
+    file: str
+    there: str
+    instead: str
+
+    def edited(self) -> dict[str, str]:
+        """Return the sources of the kernel with the mutation."""
         sources = native.kernel_sources()
-        assert sources[file].count(there) == 1, f"{there!r} is {sources[file].count(there)} times in {file}"
-        changed = {**sources, file: sources[file].replace(there, instead)}
-        _put(native, "kernel_sources", lambda: dict(changed))
-        state = f"{native._kernel_state()}, {file}: {instead}"  # by which built kernels are found
-        _put(native, "_kernel_state", lambda: state)
+        count = sources[self.file].count(self.there)
+        assert count == 1, f"{self.there!r} is {count} times in {self.file}"
+        return {**sources, self.file: sources[self.file].replace(self.there, self.instead)}
 
-    return plant
+    def __call__(self) -> None:
+        best_precision()
+        changed = self.edited()
+        _put(native, "kernel_sources", lambda: dict(changed))
+        state = f"{native._kernel_state()}, {self.file}: {self.instead}"  # by which built kernels are found
+        _put(native, "_kernel_state", lambda: state)
 
 
 def _loosened() -> None:
@@ -129,6 +136,10 @@ def _masses_unchecked() -> None:
     _put(accelerations, "massless", lambda *_: ZeroDivisionError("a pivot is zero"))
 
 
+def _massless_starts_unchecked() -> None:
+    _put(_module("compiler.equations.reported.assembly"), "_no_coordinate", lambda *_: None)
+
+
 def _tables_unchecked() -> None:
     make = inputs.make_table
 
@@ -158,7 +169,7 @@ def _one_gap() -> None:
 FAULTS = {
     "sign": Fault(
         "the first acceleration has the wrong sign",
-        _in_kernel(
+        KernelEdit(
             "run.h",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
@@ -167,7 +178,7 @@ FAULTS = {
     ),
     "pushed": Fault(
         "every acceleration is larger by 1",
-        _in_kernel(
+        KernelEdit(
             "run.h",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
@@ -177,7 +188,7 @@ FAULTS = {
     "loose": Fault("tolerances are 1e5 times looser, fixed steps 10 times longer", _loosened),
     "no projection": Fault(
         "states are not projected onto their constraints",
-        _in_kernel(
+        KernelEdit(
             "projection.c",
             "int mech_project(mech_solver *s, mech_real t, mech_real *y)\n{\n",
             "int mech_project(mech_solver *s, mech_real t, mech_real *y)\n{\n    if (s) return MECH_RUNNING;\n",
@@ -185,20 +196,20 @@ FAULTS = {
     ),
     "missed events": Fault(
         "events within a step are not seen",
-        _in_kernel(
+        KernelEdit(
             "locate.c",
-            "void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n",
-            "void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n"
-            "    *hit = -1;\n    *part = 1;\n    if (s) return;\n",
+            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n",
+            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n"
+            "    *hit = -1;\n    *part = 1;\n    if (s) return MECH_RUNNING;\n",
         ),
     ),
     "not normalised": Fault(
         "rotations are not normalised",
-        _in_kernel("rotations.c", "k < model->n_rotations; k++) {", "k < 0 * model->n_rotations; k++) {"),
+        KernelEdit("rotations.c", "k < model->n_rotations; k++) {", "k < 0 * model->n_rotations; k++) {"),
     ),
     "not switched": Fault(
         "stiffness is not detected",
-        _in_kernel("step.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
+        KernelEdit("stability.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
     ),
     "no refusal": Fault("failures of a run are swallowed", _failures_swallowed),
     "moved start": Fault("initial states are off by 0.001", _start_moved),
@@ -208,6 +219,7 @@ FAULTS = {
     "kinks ignored": Fault("steps go across the kinks of inputs", _kinks_ignored),
     "checks ignored": Fault("values out of range begin a run", _checks_ignored),
     "masses unchecked": Fault("a zero pivot is not explained", _masses_unchecked),
+    "massless starts unchecked": Fault("starts may contradict balances", _massless_starts_unchecked),
     "tables unchecked": Fault("times of tables are made to increase", _tables_unchecked),
     "checks silent": Fault("no check is compared with the estimated errors", _checks_silent),
     "own size ignored": Fault(
@@ -217,11 +229,11 @@ FAULTS = {
     "one gap": Fault("a gap that is the least of several is one", _one_gap),
     "first come": Fault(
         "of contacts that depend on each other the first ones carry all",
-        _in_kernel("rows.c", "if (shared && rank && rank < n)", "if (shared < 0)"),
+        KernelEdit("rows.c", "if (shared && rank && rank < n)", "if (shared < 0)"),
     ),
     "missed times": Fault(
         "events at known times are not seen",
-        _in_kernel(
+        KernelEdit(
             "schedule.c",
             "int mech_schedule_set(mech_solver *s, int ticks)\n{\n",
             "int mech_schedule_set(mech_solver *s, int ticks)\n{\n    if (s->run->report.t > s->o.t0) return 0;\n",

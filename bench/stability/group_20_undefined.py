@@ -98,8 +98,8 @@ experiment(stop = 3 s);
         "mass zero from the start",
         "a parameter that is zero",
         "parameter m = 0 kg;\ncoordinate Length x = 1 m;\nkinetic 1/2*m*der(x)^2;\npotential 1/2*1 N/m*x^2;\nexperiment(stop = 1 s);",
-        Refusal("is refused at the start with the cause", ("x", "inertia"), (0, 0)),
-        fault="no refusal",
+        Refusal("does not begin and says the cause", ("x", "inertia")),
+        fault="massless starts unchecked",
     ),
     Case(
         "initial value that is not a number",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from bench.stability.case import Known, Row
-from bench.stability.faults import FAULTS
+from bench.stability.faults import FAULTS, KernelEdit
 from bench.stability.page import line
 from bench.stability.perform import Question, case_of, maker, questions, titles, watched
 from mechc.watchdog import Watchdog
@@ -36,6 +36,13 @@ def test_all_groups_are_there_and_every_fault_is_used() -> None:
     assert all(not case.full for case in cases if case.name in FEW)
 
 
+def test_every_mutant_of_the_kernel_fits_its_text() -> None:
+    edits = [fault.plant for fault in FAULTS.values() if isinstance(fault.plant, KernelEdit)]
+    assert len(edits) >= 5
+    for edit in edits:
+        assert edit.instead in edit.edited()[edit.file]
+
+
 def test_an_answer_outside_its_claim_is_called_silent() -> None:
     import mechc
 
@@ -54,7 +61,7 @@ def test_a_few_cases_are_met_and_fail_under_their_faults() -> None:
     with Watchdog[Question, Row](maker, "") as dog:
         rows = [watched(dog, q) for q in few]
     assert [line(row) for row in rows if row.kind != "met"] == []
-    for fault in ("sign", "loose", "missed events", "no projection", "no refusal"):
+    for fault in ("sign", "loose", "missed events", "no projection", "massless starts unchecked"):
         with Watchdog[Question, Row](maker, fault) as dog:
             for q in few:
                 if case_of(q).fault == fault:
