@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Final
@@ -35,6 +36,9 @@ LIBRARY: Final[Mapping[int, str]] = {code: name for code, name in CALLED.items()
 NEEDED_BY_OWN: Final[Mapping[int, tuple[str, ...]]] = {code: OPERATIONS[code].calls for code in OWN}
 
 
+_VARIABLE: Final = re.compile(r"\b(?!PI\b)[A-Za-z_]\w*\b(?!\()")
+
+
 def literal(number: Fraction) -> tuple[str, int]:
     """Return a constant as C text, and how strongly it binds."""
     c = constant(number)
@@ -51,7 +55,13 @@ def literal(number: Fraction) -> tuple[str, int]:
 
 
 def _declare(name: str, expression: str, condition: bool) -> str:
-    return f"const {'int' if condition else 'mech_real'} {name} = {expression};"
+    """Return a declaration: a variable where the value is one of constants alone.
+
+    gcc puts the initial value of a constant in its place and, with -frounding-math, leaves it unevaluated: a chain of such values grew
+    without bound.
+    """
+    constant = "const " if _VARIABLE.search(expression) else ""
+    return f"{constant}{'int' if condition else 'mech_real'} {name} = {expression};"
 
 
 def _store(statement: Store, expression: str) -> str:

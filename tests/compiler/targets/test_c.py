@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from native_code import KERNEL, REPRODUCIBLE, Both, NativeModel, bits, compile_c, compiler, random_states
 from sample_equations import chain, equations, every_operation, pendulum
 
+import mechc
 from mechc.compiler.equations.model import Entry, Equations, Function
 from mechc.compiler.graph import Graph, Samples, Table
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
@@ -216,3 +217,14 @@ def test_the_jacobian_pattern_and_rotations_are_in_the_struct(tmp_path: Path) ->
 
 def test_names_of_the_model_do_not_depend_on_the_run() -> None:
     assert emit_c(lower(chain(5))) == emit_c(lower(chain(5)))
+
+
+def test_values_of_constants_are_variables() -> None:
+    """gcc puts the value of a constant in its place and, with -frounding-math, leaves it unevaluated: chains grew to 24 GB."""
+    model = mechc.load(Path(__file__).parents[3] / "examples" / "filters.mech")
+    text = emit_c(model.compilation.program)
+    chained = re.findall(r"^    (const )?mech_real v\d+ = ([^;]*);", text, re.M)
+    for const, expression in chained:
+        words = set(re.findall(r"[A-Za-z_]\w*(?![\w(])", expression)) - {"PI"}
+        assert bool(const) == bool(words), expression
+    assert not all(const for const, _ in chained)
