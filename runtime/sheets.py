@@ -29,12 +29,14 @@ class Named(Struct, frozen=True):
 
 
 class Reading(Struct, frozen=True):
-    """How a file is to be read, where that is said; what is not said is recognised. ``skip``: lines to leave out at the top."""
+    """How a file is to be read, where that is said; what is not said is recognised. ``skip``: lines to leave out at the top;
+    ``headless``: the first row may hold numbers already, the columns are then numbered."""
 
     columns: tuple[Named, ...] = ()
     skip: int = 0
     separator: str | None = None
     decimal: str | None = None
+    headless: bool = False
 
 
 PLAIN = Reading()
@@ -396,6 +398,8 @@ def _heads(
         for line, cells in reversed(comments):  # as NumPy writes names
             if line < data[0][0] and len(cells) == width:
                 return _Heads(line, cells, [""] * width, (f"heads in the comment of line {line}",))
+        if reading.headless:
+            return _Heads(data[0][0], [str(k + 1) for k in range(width)], [""] * width)
         numbered = [int(named.head) for named in reading.columns if named.head.isdecimal()]
         if numbered:
             if max(numbered) > width:

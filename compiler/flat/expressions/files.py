@@ -53,13 +53,11 @@ def text_of(call: Call, index: int, purpose: str) -> str:
     return found
 
 
-def noted(scope: Scope, name: str, path: Path) -> bytes:
-    """Return the bytes of a file, and tell the model that it depends on it. Raises OSError."""
+def noted(scope: Scope, name: str, path: Path) -> None:
+    """Tell the model that it depends on a file. Raises OSError."""
     from hashlib import sha256
 
-    data = path.read_bytes()
-    scope.flattening.files[name] = ReadFile(name, sha256(data).hexdigest())
-    return data
+    scope.flattening.files[name] = ReadFile(name, sha256(path.read_bytes()).hexdigest())
 
 
 def file(call: Call) -> Expression:
@@ -71,7 +69,8 @@ def file(call: Call) -> Expression:
     known, key = scope.flattening.numbers, (str(path), wanted)
     if key not in known:
         try:
-            found = numbers(noted(scope, name, path), path.suffix.casefold(), wanted)
+            noted(scope, name, path)
+            found = numbers(path, wanted)
         except OSError as error:
             raise scope.fail("E0823", f"'{name}' cannot be read: {error.strerror}", span) from None
         except NoNumbers as error:

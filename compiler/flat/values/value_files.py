@@ -1,23 +1,21 @@
 """Numbers in files: tables of text (CSV), NumPy's NPZ and NPY, Matrix Market.
 
-What a file leaves in doubt is refused: empty cells, rows of different lengths, several arrays without a name. In a table
-of text the first row may name the columns, with units in brackets: ``force [N]``.
+What a file leaves in doubt is refused: empty cells, rows of different lengths, several arrays without a name. Tables of text are
+read as measured ones are (runtime/sheets.py); their first row may hold numbers.
 """
 
 from __future__ import annotations
 
-import io
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
 
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.sheets import Reading, read_sheet
 from mechc.suggest import closest
-
-_HEAD = re.compile(r"(?P<name>.*?)\s*(?:\[(?P<unit>[^\]]*)\])?")
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?")
 
 
 class Numbers(Struct, frozen=True):
@@ -36,82 +34,49 @@ class NoNumbers(ValueError):
         self.help = help
 
 
-def numbers(data: bytes, kind: str, name: str) -> Numbers:
+def numbers(path: Path, name: str) -> Numbers:
     """Return the array or the column ``name`` of a file of a kind in ``READERS``; all of it without a name. Raises NoNumbers."""
-    return READERS[kind](data, name)
+    return READERS[path.suffix.casefold()](path, name)
 
 
 # ---------------------------------------------------------------- tables of text
 
 
-def _table(data: bytes, name: str) -> Numbers:
+def _table(path: Path, name: str) -> Numbers:
+    """Return one column by its name, or all; a single one is a vector. Numbers are those of the shortest decimals of doubles."""
     try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise NoNumbers("it is no text in UTF-8", "save it as UTF-8") from None
-    rows = [
-        (k, line)
-        for k, line in enumerate(text.splitlines(), 1)
-        if line.strip() and line.strip()[0] not in "#%"
-    ]
-    if not rows:
-        raise NoNumbers("it is empty")
-    sign = next((s for s in ";\t," if s in rows[0][1]), None)
-    cells = [(k, [c.strip().strip('"') for c in line.split(sign)]) for k, line in rows]
-    head: list[str] = []
-    if any(not _NUMBER.fullmatch(c) for c in cells[0][1]):
-        head = cells.pop(0)[1]
-        if not cells:
-            raise NoNumbers("it has a head and no numbers")
-    width = len(head or cells[0][1])
-    found = [_row(k, row, width) for k, row in cells]
-    return _columns(head, found, name)
-
-
-def _row(line: int, cells: Sequence[str], width: int) -> list[Fraction]:
-    if len(cells) != width:
-        raise NoNumbers(f"line {line} has {len(cells)} cells, the first one has {width}")
-    found = []
-    for k, cell in enumerate(cells):
-        if not cell:
-            raise NoNumbers(f"line {line} has an empty cell, its number {k + 1}")
-        if not _NUMBER.fullmatch(cell):
-            comma = "a decimal point is '.'" if "," in cell else ""
-            raise NoNumbers(f"line {line}: '{cell}' is no number", comma)
-        found.append(Fraction(re.sub("[dD]", "e", cell)))
-    return found
-
-
-def _columns(head: Sequence[str], rows: Sequence[Sequence[Fraction]], name: str) -> Numbers:
-    """Return one column by its name, or all; a single one is a vector."""
-    matches = [_HEAD.fullmatch(cell) for cell in head]
-    names = [m["name"] if m else "" for m in matches]
-    units = [(m["unit"] or "") if m else "" for m in matches]
-    if name and name not in names:
-        if not head:
-            raise NoNumbers("its columns have no names", "its first row may name them")
-        near = closest(name, names)
-        told = f"did you mean '{near}'?" if near else f"it has {', '.join(names)}"
-        raise NoNumbers(f"it has no column '{name}'", told)
-    if name and names.count(name) > 1:
-        raise NoNumbers(f"it has {names.count(name)} columns '{name}'")
-    chosen = [names.index(name)] if name else list(range(len(rows[0])))
-    own = {units[k] for k in chosen} if units else {""}
-    if len(own) > 1:
-        raise NoNumbers("its columns have different units", 'name one: \'file("..", "column")\'')
-    values = tuple(row[k] for row in rows for k in chosen)
-    shape = (len(rows),) if len(chosen) == 1 else (len(rows), len(chosen))
-    return Numbers(values, shape, own.pop())
+        sheet = read_sheet(path, Reading(headless=True, decimal="."))
+        names = [head for head, _ in sheet.heads]
+        if name and name not in names:
+            near = closest(name, names)
+            told = (
+                f"did you mean '{near}'?"
+                if near
+                else f"it has {', '.join(names)}; its first row may name columns"
+            )
+            raise NoNumbers(f"it has no column '{name}'", told)
+        if name and names.count(name) > 1:
+            raise NoNumbers(f"it has {names.count(name)} columns '{name}'")
+        chosen = [names.index(name)] if name else list(range(len(names)))
+        units = {sheet.heads[k][1] for k in chosen}
+        if len(units) > 1:
+            raise NoNumbers("its columns have different units", 'name one: \'file("..", "column")\'')
+        columns = [[Fraction(repr(x)) for x in sheet.complete(k, names[k])] for k in chosen]
+    except SimulationError as error:
+        raise NoNumbers(str(error), error.help or "") from None
+    rows = len(sheet.lines)
+    values = tuple(column[row] for row in range(rows) for column in columns)
+    return Numbers(values, (rows,) if len(chosen) == 1 else (rows, len(chosen)), units.pop())
 
 
 # ---------------------------------------------------------------- arrays
 
 
-def _npz(data: bytes, name: str) -> Numbers:
+def _npz(path: Path, name: str) -> Numbers:
     import numpy as np
 
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        with np.load(path, allow_pickle=False) as arrays:
             names = list(arrays)
             if not name and len(names) != 1:
                 told = f'name one: \'file("..", "{names[0]}")\'' if names else ""
@@ -127,23 +92,23 @@ def _npz(data: bytes, name: str) -> Numbers:
         raise NoNumbers("it is no NPZ file of numbers") from None
 
 
-def _npy(data: bytes, name: str) -> Numbers:
+def _npy(path: Path, name: str) -> Numbers:
     import numpy as np
 
     _unnamed(name)
     try:
-        found = np.load(io.BytesIO(data), allow_pickle=False)
+        found = np.load(path, allow_pickle=False)
     except Exception:  # whatever is wrong with the bytes
         raise NoNumbers("it is no NPY file of numbers") from None
     return _array(found)
 
 
-def _matrix_market(data: bytes, name: str) -> Numbers:
+def _matrix_market(path: Path, name: str) -> Numbers:
     from scipy.io import mmread
 
     _unnamed(name)
     try:
-        found = mmread(io.BytesIO(data))
+        found = mmread(path)
     except Exception:  # whatever is wrong with the text
         raise NoNumbers("it is no Matrix Market file") from None
     return _array(found.toarray() if hasattr(found, "toarray") else found)
@@ -165,7 +130,7 @@ def _array(found: Any) -> Numbers:
     return Numbers(tuple(map(Fraction, found.ravel().tolist())), found.shape)
 
 
-READERS: Mapping[str, Callable[[bytes, str], Numbers]] = {
+READERS: Mapping[str, Callable[[Path, str], Numbers]] = {
     ".csv": _table,
     ".txt": _table,
     ".dat": _table,

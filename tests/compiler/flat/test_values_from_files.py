@@ -102,7 +102,7 @@ WRONG = {
     "an empty cell": ('file("x.csv")', "1,2\n3,\n", ""),
     "rows of two lengths": ('file("x.csv")', "1,2\n3\n", ""),
     "a text": ('file("x.csv")', "1,2\n3,a\n", ""),
-    "a decimal comma": ('file("x.csv")', "1;2\n3;4,5\n", "'.'"),
+    "a decimal comma": ('file("x.csv")', "1;2\n3;4,5\n", ""),
     "no number at all": ('file("x.csv")', "", ""),
     "a head alone": ('file("x.csv")', "a,b\n", ""),
     "no name in a head": ('file("x.csv", "a")', "1,2\n", "first row"),
