@@ -68,7 +68,7 @@ def straight_lines(program: Program) -> Program:
     """Return the program without what finds loops."""
     return replace(
         program,
-        parameters=replace(program.parameters, made=()),
+        parameters_function=replace(program.parameters_function, made=()),
         functions=tuple(replace(f, made=()) for f in program.functions),
     )
 

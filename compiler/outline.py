@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from msgspec import Struct
 
-from mechc.runtime.problem import Description
+from mechc.runtime.interface import ModelInterface, interface_of
 
 if TYPE_CHECKING:
     from .flat.model import FlatModel
@@ -58,7 +58,7 @@ class Summary(Struct, frozen=True):
     """What is told of a program without its statements. ``operations``: how many; ``loops``: its code may hold loops; ``offers``:
     it holds functions for others, which may be evaluated over balls of numbers."""
 
-    description: Description
+    description: ModelInterface
     operations: int
     loops: bool
     offers: bool
@@ -89,11 +89,9 @@ def outline_of(flat: FlatModel) -> Outline:
 
 def summary_of(program: Program) -> Summary:
     """Return the summary of a program."""
-    from .targets.description import described
-
     return Summary(
-        described(program),
-        sum(function.operations for function in (program.parameters, *program.functions)),
+        ModelInterface(**interface_of(program)),
+        sum(function.operations for function in (program.parameters_function, *program.functions)),
         program.long or program.few_slots,
         program.function("bias") is not None,
     )

@@ -102,13 +102,12 @@ def _made(
 def _in_python(program: Program) -> Problem:
     from .program.series import without_series
     from .targets.alone import check_stands_alone
-    from .targets.description import described
     from .targets.python import load_python
 
-    check_stands_alone(program.hybrid)
+    check_stands_alone(program.switching)
     program = without_series(program)
     functions, parameters = load_python(program)
-    return with_code(described(program), functions=functions, parameters_function=parameters)
+    return with_code(program, functions=functions, parameters_function=parameters)
 
 
 def _written(program: Program, reproducible: bool, in_process: bool = False) -> dict[str, str]:

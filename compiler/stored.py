@@ -26,6 +26,8 @@ from msgspec.structs import replace
 
 from mechc.lang.source import SourceFile, Span
 from mechc.lang.units import Dimension
+from mechc.runtime import interface
+from mechc.runtime.interface import ModelInterface
 
 from .equations import crowd_plan
 from .equations import model as equations_model
@@ -94,7 +96,7 @@ def read(data: bytes, stage: type[Stage]) -> Stage:
 def _classes() -> tuple[type[Struct] | type[Enum], ...]:
     """Return every class of the stages' models, in the order of their definition."""
     found: list[type[Struct] | type[Enum]] = [SourceFile, Span, Dimension, Table, Samples]
-    modules: tuple[ModuleType, ...] = (flat_model, equations_model, crowd_plan, program_model)
+    modules: tuple[ModuleType, ...] = (flat_model, interface, equations_model, crowd_plan, program_model)
     for module in modules:
         for item in vars(module).values():
             own = isinstance(item, type) and item.__module__ == module.__name__
@@ -272,7 +274,7 @@ class _Reader:
             return lambda x: known(x[1])
         if known is Type:  # equal types are one object
             return lambda x: make(*[value(part) for part in x[1:]])  # type: ignore[arg-type]
-        if issubclass(known, (Typed, equations_model.ModelInterface)):  # by keywords alone
+        if issubclass(known, (Typed, ModelInterface)):  # by keywords alone
             names = known.__struct_fields__
             made: Callable[..., object] = known
             return lambda x: made(**{n: value(part) for n, part in zip(names, x[1:], strict=True)})

@@ -77,9 +77,9 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
                 defaults = replace(defaults, method=method_of(model, run))
             parts = model.compilation.parts
             program = program_with(model.compilation, {*parts, *parts_for(defaults.method)})
-            if program.series is not None and program.series.refusal:
+            if program.no_series:
                 raise UsageMistake(
-                    f"'{defaults.method}' cannot run this model: {program.series.refusal}",
+                    f"'{defaults.method}' cannot run this model: {program.no_series}",
                     "'dop853' and 'radau5' have no such limits",
                 )
             files = c_files(with_own_sizes(program, run), defaults, parts)
@@ -114,10 +114,10 @@ _MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
 
 def without_bends(model: CompiledModel) -> CompiledModel:
     """Return a model whose only events are kinks of tables without them, for targets that know no events."""
-    if model.compilation.program.hybrid is None or not model.compilation.program.tables:
+    if model.compilation.program.switching is None or not model.compilation.program.tables:
         return model
     plain = model.keeping({*model.compilation.parts, "bends"})
-    return plain if plain.compilation.program.hybrid is None else model
+    return plain if plain.compilation.program.switching is None else model
 
 
 def exported_run(
@@ -170,7 +170,7 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
     program = model.compilation.program
-    if program.hybrid is not None:
+    if program.switching is not None:
         raise UsageMistake(
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which "
             + ("a Python module cannot run" if target == "python" else "has no derivative where it does"),
@@ -293,11 +293,10 @@ def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -
 
 def _main(name: str, program: Program, defaults: Defaults) -> str:
     """Return the main program."""
-    from .compiler.targets.description import make_problem
     from .runtime.limits_of_time import MOST_BYTES
     from .runtime.nominal import sizes_of
 
-    sizes = sizes_of(make_problem(program))
+    sizes = sizes_of(program)
     states, outputs = program.arrays["y"], program.arrays["out"]
     known = {e.name for e in states}  # accounts of energy are states and outputs
     twice = [k for k, e in enumerate(outputs) if e.name in known]

@@ -30,7 +30,8 @@ from .requests.parse_values import (
 )
 
 if TYPE_CHECKING:
-    from .compiler.equations.model import Entry
+    from mechc.runtime.interface import Quantity
+
     from .compiler.flat.model import FlatModel
     from .compiler.outline import Plan, StatedStudy
     from .compiler.program.model import Program
@@ -101,7 +102,7 @@ class CompiledModel:
         return self.compilation.summary.description.curve is not None
 
     @property
-    def parameters(self) -> tuple[Entry, ...]:
+    def parameters(self) -> tuple[Quantity, ...]:
         return self.compilation.equations.parameters
 
     @property
@@ -109,20 +110,20 @@ class CompiledModel:
         return self.compilation.outline.structural
 
     @property
-    def coordinates(self) -> tuple[Entry, ...]:
+    def coordinates(self) -> tuple[Quantity, ...]:
         return tuple(entry for entry in self.compilation.equations.states if entry.kind == "coordinate")
 
     @property
-    def states(self) -> tuple[Entry, ...]:
+    def states(self) -> tuple[Quantity, ...]:
         """The first-order states; ``coordinates`` has the others."""
         return tuple(entry for entry in self.compilation.equations.states if entry.kind == "state")
 
     @property
-    def inputs(self) -> tuple[Entry, ...]:
+    def inputs(self) -> tuple[Quantity, ...]:
         return self.compilation.equations.inputs
 
     @property
-    def outputs(self) -> tuple[Entry, ...]:
+    def outputs(self) -> tuple[Quantity, ...]:
         return self.compilation.equations.outputs
 
     @property

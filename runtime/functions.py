@@ -11,10 +11,11 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from .interface import ModelInterface, interface_of
 from .memo import once
 from .native import contract
 from .native import kernel as native
-from .problem import Array, Description, ModelFunction, Problem
+from .problem import Array, ModelFunction, Problem
 
 
 class Functions(Struct, frozen=True):
@@ -52,9 +53,9 @@ class Functions(Struct, frozen=True):
     library: ctypes.CDLL | None = None
 
 
-def with_code(description: Description, **code: Any) -> Problem:
-    """Return a description with its code: the fields of ``Problem``."""
-    return Problem(**{name: getattr(description, name) for name in Description.__struct_fields__}, **code)
+def with_code(interface: ModelInterface, **code: Any) -> Problem:
+    """Return an interface with its code: the fields of ``Problem``."""
+    return Problem(**interface_of(interface), **code)
 
 
 @once

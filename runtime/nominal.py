@@ -33,8 +33,9 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
+from .interface import PURE, ModelInterface, Quantity
 from .memo import once
-from .problem import PURE, Array, Problem, Quantity
+from .problem import Array, Problem
 
 # ---- copied from here
 
@@ -227,7 +228,7 @@ def _reach(sizes: Sizes, index: int, rates: Sequence[float], duration: float) ->
 
 
 @once
-def sizes_of(problem: Problem) -> Sizes:
+def sizes_of(problem: ModelInterface) -> Sizes:
     """Return what the rules know of a model."""
     numbers: dict[str, int] = {}
     units = [numbers.setdefault(q.measure, len(numbers)) for q in problem.states]

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
+from mechc.runtime.interface import Offer
 
 from ..graph import Node
 from ..graph.differentiate import vjp
 from ..graph.rewrite import substitute
-from .model import Entry, Equations, Function, Offer, Slot
+from .model import Equations, Function, Slot
+from .quantities import quantity
 from .sensitivities import SEED, total
 from .tangents import quotient
 
@@ -72,7 +74,7 @@ class _Adjoints:
         return replace(
             base,
             layout={**base.layout, **{n: Slot("z", i) for i, n in enumerate(self.seeds)}},
-            discretes=tuple(Entry(f"seed[{i + 1}]", SEED, "") for i in range(len(self.seeds))),
+            discretes=tuple(quantity(f"seed[{i + 1}]", SEED, "") for i in range(len(self.seeds))),
             functions=(
                 *base.functions,
                 Function("discretes", "seeds", zeros),

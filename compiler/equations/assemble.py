@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.source import Span
+from mechc.runtime.interface import Assertion, Constraint, Origin
 
 from ..graph import DivisionByZero, Node
 from ..graph.elimination.path_elimination import ZeroPivot
@@ -17,9 +17,10 @@ from ..mechanics.system import AssertionRow, InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
-from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
+from .model import Equations, Function, ParameterRule
 from .momenta import dense
 from .needs import choices, needs
+from .quantities import origin
 from .reported.entries import Layout, layout_of
 from .reported.found import found_at_start
 from .reported.outputs import OutputList, list_outputs
@@ -105,7 +106,7 @@ def _equations(draft: Draft) -> Equations:
         "conserved": listed.conserved,
         **draft.described,
     }
-    facts = needs(system, layout, everything, described.get("hybrid"))
+    facts = needs(system, layout, everything, described.get("switching"))
     return Equations(
         name=system.model.name,
         doc=system.model.doc,
@@ -122,12 +123,12 @@ def _equations(draft: Draft) -> Equations:
         held_inputs=solved.held_inputs,
         outputs=listed.entries,
         known=tuple(b.known for b in draft.found.starts),
-        start_spans=tuple(_span(b) for b in draft.found.starts),
+        starts=tuple(_origin(b) for b in draft.found.starts),
         functions=everything,
         needs=facts,
         choices=choices(system, solved, facts, draft.parts),
         rotations=_rotations(system),
-        assertions=tuple(AssertionText(a.message, a.origin.shown) for a in _asserted(system, solved)),
+        assertions=tuple(Assertion(a.message, origin(a.origin.shown)) for a in _asserted(system, solved)),
         energy_balance=listed.energy_balance,
         dependent=_dependent(draft.found.starts),
         found_states=draft.found.states,
@@ -194,21 +195,21 @@ def _asserted(system: MechanicalSystem, solved: Solved) -> tuple[AssertionRow, .
     return (*system.assertions, *solved.asserted)
 
 
-def _span(initial: InitialValue) -> Span | None:
-    return initial.start.origin.shown if initial.start else None
+def _origin(initial: InitialValue) -> Origin | None:
+    return origin(initial.start.origin.shown) if initial.start else None
 
 
 def _dependent(starts: Sequence[InitialValue]) -> tuple[int, ...]:
     return tuple(k for k, b in enumerate(starts) if b.by_others is not None)
 
 
-def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:
+def _constraint_entries(solved: Solved) -> tuple[Constraint, ...]:
     return tuple(
-        ConstraintEntry(
+        Constraint(
             row.title,
             "velocity" if row.position is None else "position",
             row.constraint.units[row.component],
-            row.constraint.origin.shown,
+            origin(row.constraint.origin.shown),
         )
         for row in solved.rows
     )

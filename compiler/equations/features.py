@@ -16,6 +16,7 @@ from mechc.lang.diagnostics import Reporter
 from ..graph import Node
 from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
+from .hybrid.plans import names_of
 from .hybrid.switching import add_events
 from .jacobian import jacobian_of_rates
 from .local_derivatives import bias, local_derivatives, second_order
@@ -104,7 +105,8 @@ def _events(draft: Draft) -> None:
     if found is None:
         return
     draft.layout, draft.functions = found.layout, list(found.functions)
-    draft.described["hybrid"] = found.plan
+    draft.described["switching"] = found.plan
+    draft.described["hybrid"] = names_of(found.plan)
     if found.jumps:
         draft.described["conserved"] = ()
 
@@ -152,6 +154,7 @@ def _matter(draft: Draft) -> None:
     found = matter_of(draft.system, draft.solved, draft.layout)
     draft.functions += found.functions
     draft.described["matter"] = found.entries
+    draft.described["matter_size"] = sum(len(f.outputs) for f in found.functions)
 
 
 def _sought(draft: Draft) -> None:
@@ -177,8 +180,8 @@ def _functions(draft: Draft) -> None:
     given = offered(draft.system, draft.solved, layout, draft.functions, draft.listed.entries)
     count = len(layout.discretes)
     draft.slots |= {n: Slot("z", count + k) for k, n in enumerate(given.seeds)}
-    hybrid = draft.described.get("hybrid")
-    branches = () if hybrid is None else hybrid.branches
+    switching = draft.described.get("switching")
+    branches = () if switching is None else switching.branches
     every = (*draft.functions, *draft.behind, *given.functions)
     every = tuple(passing_on(every, branches, len(layout.states) + count, given.seeds))
     draft.functions, draft.behind = list(_with_zeros("discretes", every, draft.system, len(given.seeds))), []

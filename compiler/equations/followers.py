@@ -53,7 +53,7 @@ def _places(equations: Equations, nodes: Iterable[Node]) -> set[Slot]:
 
 def _decided(equations: Equations) -> set[Slot]:
     """Return what constraints, contacts and friction read."""
-    functions, hybrid = _named(equations), equations.hybrid
+    functions, hybrid = _named(equations), equations.switching
     nodes = [n for name in MOVING for n in functions.get(name, ())]
     if hybrid is not None:
         nodes += functions.get("indicators", ())[len(hybrid.switches) :]
@@ -63,7 +63,7 @@ def _decided(equations: Equations) -> set[Slot]:
 
 
 def _reads(equations: Equations) -> Reads:
-    functions, hybrid = _named(equations), equations.hybrid
+    functions, hybrid = _named(equations), equations.switching
     reads: Reads = {}
 
     def read(target: Slot, nodes: Iterable[Node]) -> None:

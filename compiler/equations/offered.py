@@ -8,16 +8,21 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from mechc.lang.units import parse_unit
+from mechc.runtime.interface import Offer, Quantity
 
 from ..graph import Node
 from ..graph.differentiate import jacobian, jvp
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .local_derivatives import bias
-from .model import Entry, Function, Labels, Offer
+from .model import Function
+from .quantities import quantity
 from .reported.entries import Layout, momentum_unit, unit_of
 from .sensitivities import SEED
 from .solve.solved import Solved
+
+Labels = tuple[tuple[str, str], ...]
+"""Names and SI units."""
 
 
 class Offered(Struct, frozen=True):
@@ -27,7 +32,7 @@ class Offered(Struct, frozen=True):
     functions: tuple[Function, ...]
     offers: tuple[Offer, ...]
     seeds: tuple[Node, ...]
-    entries: tuple[Entry, ...]
+    entries: tuple[Quantity, ...]
 
 
 def offered(
@@ -35,7 +40,7 @@ def offered(
     solved: Solved,
     layout: Layout,
     functions: Sequence[Function],
-    outputs: Sequence[Entry],
+    outputs: Sequence[Quantity],
 ) -> Offered:
     """Return what a model offers. ``functions``: those that it has already; ``outputs``: the entries of ``outputs``."""
     graph = system.graph
@@ -55,7 +60,7 @@ def offered(
         tuple(offer for _, offer in made),
         seeds,
         tuple(
-            Entry(f"given der({r.name})", SEED, unit)
+            quantity(f"given der({r.name})", SEED, unit)
             for (r, unit) in zip(rates, _accelerations(layout), strict=True)
         ),
     )
@@ -194,7 +199,9 @@ def _state(layout: Layout, functions: Sequence[Function], solved: Solved) -> Mad
     )
 
 
-def _outputs(solved: Solved, layout: Layout, functions: Sequence[Function], entries: Sequence[Entry]) -> Made:
+def _outputs(
+    solved: Solved, layout: Layout, functions: Sequence[Function], entries: Sequence[Quantity]
+) -> Made:
     """Yield each declared output with its shape, and its Jacobian: by velocities, of its rate where it depends on places."""
     graph = solved.graph
     named = {f.name: f for f in functions}

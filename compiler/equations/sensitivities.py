@@ -9,7 +9,8 @@ from msgspec.structs import replace
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
-from .model import BranchPlan, Entry, Equations, Function, Slot
+from .model import BranchPlan, Equations, Function, Slot
+from .quantities import quantity
 
 SEED = "seed"
 """Kind of the entries that hold seeds, behind the discrete variables."""
@@ -59,11 +60,11 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     return replace(
         equations,
         layout={**equations.layout, **{n: Slot("z", first + i) for i, n in enumerate(seeds)}},
-        discretes=(*equations.discretes, *(Entry(f"seed[{i + 1}]", SEED, "") for i in range(count))),
+        discretes=(*equations.discretes, *(quantity(f"seed[{i + 1}]", SEED, "") for i in range(count))),
         functions=(
             *passing_on(
                 equations.functions,
-                equations.hybrid.branches if equations.hybrid else (),
+                equations.switching.branches if equations.switching else (),
                 len(equations.states) + len(equations.discretes),
                 seeds,
             ),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from mechc.runtime.interface import Quantity
+
 from ..graph.show import show_formulas
-from .model import Entry, Equations, Function
+from .model import Equations, Function
 
 
 def show(equations: Equations) -> str:
@@ -39,13 +41,13 @@ def _lines(equations: Equations) -> Iterator[str]:
         yield from (f"  {line}" for line in show_formulas(equations.graph, named))
 
 
-def _described(entry: Entry) -> str:
+def _described(entry: Quantity) -> str:
     return entry.name + (f" [{entry.unit}]" if entry.unit else "") + f" {entry.kind}"
 
 
 def _result_names(equations: Equations, function: Function) -> list[str]:
     """Name the results of a function by what they are, where that is known."""
-    entries: Sequence[Entry] = ()
+    entries: Sequence[Quantity] = ()
     match function.name:
         case "rhs":
             return [f"d/dt {entry.name}" for entry in equations.states]

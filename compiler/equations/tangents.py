@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
+from mechc.runtime.interface import Quantity
 
 from ..graph import Node
 from ..graph.differentiate import jvp
-from .model import Entry, Equations, Function, Slot
+from .model import Equations, Function, Slot
+from .quantities import quantity
 from .sensitivities import total
 
 if TYPE_CHECKING:
@@ -134,7 +136,7 @@ class _Tangents:
             ),
             outputs=(*base.outputs, *self.entries(base.outputs)),
             known=(True,) * (len(base.states) * (len(self.names) + 1)),
-            start_spans=(None,) * (len(base.states) * (len(self.names) + 1)),
+            starts=(None,) * (len(base.states) * (len(self.names) + 1)),
             functions=tuple(functions),
             experiments=(),
             sought=(),
@@ -147,6 +149,7 @@ class _Tangents:
             assembly=(),
             separable=False,
             hybrid=None,
+            switching=None,
             scene=None,
             # what describes functions that are not among those of the tangent
             patterns={},
@@ -190,10 +193,10 @@ class _Tangents:
             if name in self.functions:
                 doc = f"derivatives of '{name}' in all directions"
                 yield Function(f"tangent_{name}", doc, self.along(self.own(name)[:count]))
-        if self.base.hybrid is None:
+        if self.base.switching is None:
             return
         new = len(self.base.states) + len(self.base.discretes)
-        for name in (*AT_EVENTS, *(branch.function for branch in self.base.hybrid.branches)):
+        for name in (*AT_EVENTS, *(branch.function for branch in self.base.switching.branches)):
             if name in self.functions:
                 doc = f"derivatives of '{name}' in all directions, where the time changes too"
                 own = self.own(name) if name in AT_EVENTS else self.own(name)[:new]
@@ -224,16 +227,17 @@ class _Tangents:
         known = self.directions.units
         return (*("",) * (self.directions.states - len(known)), *known)
 
-    def entries(self, entries: Sequence[Entry]) -> list[Entry]:
+    def entries(self, entries: Sequence[Quantity]) -> list[Quantity]:
         return [
-            Entry(f"d({e.name})/d({name})", TANGENT, quotient(e.unit, unit), span=e.span)
+            replace(quantity(f"d({e.name})/d({name})", TANGENT, quotient(e.unit, unit)), origin=e.origin)
             for name, unit in self.names
             for e in entries
         ]
 
-    def times(self) -> list[Entry]:
+    def times(self) -> list[Quantity]:
         return [
-            Entry(f"d(time)/d({n})", TANGENT, quotient(self.base.time.unit, unit)) for n, unit in self.names
+            quantity(f"d(time)/d({n})", TANGENT, quotient(self.base.time.unit, unit))
+            for n, unit in self.names
         ]
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
+from mechc.runtime.interface import Curve, Quantity
+
 from ..graph import Node
 from ..graph import verify as graphs
 from ..graph.operations import LOOKUP, SYMBOL
 from ..malformed import Malformed, excerpt
-from .model import SOUGHT, CurvePlan, Entry, Equations, Function, HybridPlan, Slot
+from .model import SOUGHT, Equations, Function, HybridPlan, Slot, results_of
 
 KINDS = {
     "t": ("time",),
@@ -40,7 +42,7 @@ class _Check:
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
         self.functions = {f.name: f for f in equations.functions}
-        self.arrays: dict[str, tuple[Entry, ...]] = {
+        self.arrays: dict[str, tuple[Quantity, ...]] = {
             "t": (equations.time,),
             "y": equations.states,
             "u": equations.inputs,
@@ -65,8 +67,8 @@ class _Check:
             self.function(function)
         self.rules()
         self.plans()
-        if self.equations.hybrid is not None:
-            self.hybrid(self.equations.hybrid)
+        if self.equations.switching is not None:
+            self.hybrid(self.equations.switching)
         self.facts()
 
     # ------------------------------------------------------------ what there is
@@ -92,7 +94,7 @@ class _Check:
         )
         if counted != (e.nq, e.nv, e.nx):
             raise Malformed("equations", f"nq, nv, nx are {(e.nq, e.nv, e.nx)}, the states say {counted}")
-        for what, sizes in (("known", len(e.known)), ("start_spans", len(e.start_spans))):
+        for what, sizes in (("known", len(e.known)), ("starts", len(e.starts))):
             if sizes != len(e.states):
                 raise Malformed("equations", f"{what} has {sizes} places for {len(e.states)} states")
 
@@ -156,11 +158,11 @@ class _Check:
             "start_tangent": ny,
             "start_adjoint": nu + 1 + np_,
             **{o.function: prod(o.shape) for o in e.offers},
-            **({SOUGHT: sum(s.results for s in e.sought)} if e.sought else {}),
+            **({SOUGHT: sum(map(results_of, e.sought))} if e.sought else {}),
         }
         if e.scene is not None:
             promised |= {"scene_still": e.scene.n_still, "scene": e.scene.n_moving}
-        if (h := e.hybrid) is not None:
+        if (h := e.switching) is not None:
             promised |= {
                 **dict.fromkeys(("indicators", "indicator_rates"), len(h.switches) + len(h.rows)),
                 "crossing_times": len(h.times) + len(h.clocks),
@@ -169,7 +171,7 @@ class _Check:
                 "respond": e.nv + len(h.rows),
             }
             promised |= {} if h.crowd is None else h.crowd.results(e.nv)
-            promised |= {b.function: ny + nz + len(b.checks) for b in h.branches}
+            promised |= {b.function: ny + nz + len(b.shown.checks) for b in h.branches}
         return promised | {x.function: len(x.options) + len(x.settings) for x in e.experiments}
 
     def sizes(self) -> None:
@@ -256,7 +258,7 @@ class _Check:
 
     # ------------------------------------------------------------ curves
 
-    def curve(self, c: CurvePlan) -> None:
+    def curve(self, c: Curve) -> None:
         """Functions have the results that the plan promises, and patterns stay inside of their matrices."""
         columns = c.coordinates * (c.order + 1) + len(c.shared)
         numbers = c.unknown + len(c.numbers)
@@ -387,7 +389,7 @@ class _Check:
                 )
         if e.rotations and "rotations" not in e.needs:  # those that are prescribed have no place in y
             raise Malformed("equations", "have rotations, but do not need them", sorted(e.needs))
-        if "events" in e.needs and e.hybrid is None:
+        if "events" in e.needs and e.switching is None:
             raise Malformed("equations", "need events, but have no plan for them", sorted(e.needs))
 
     # ------------------------------------------------------------ what surrounds a mistake

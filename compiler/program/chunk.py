@@ -30,9 +30,9 @@ def chunk(program: Program, size: int = CHUNK, whole: Collection[str] = ()) -> P
     """Return the program with all functions of more than 1.5 ``size`` operations split, but those that stay ``whole``."""
     return replace(
         program,
-        parameters=program.parameters
-        if program.parameters.name in whole
-        else split(program.parameters, size),
+        parameters_function=program.parameters_function
+        if program.parameters_function.name in whole
+        else split(program.parameters_function, size),
         functions=tuple(f if f.name in whole else split(f, size) for f in program.functions),
     )
 

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence, Set
 
 from msgspec.structs import replace
 
+from mechc.runtime.interface import interface_of
+
 from ..equations.followers import followers
-from ..equations.model import Equations, Function, Slot, interface_of
+from ..equations.model import CompilerInterface, Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import CONST, EQUAL, LOOKUP, OPERATIONS, SYMBOL
 from .connected import groups
@@ -63,25 +65,17 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         ]
     )
     return Program(
-        **interface_of(equations),
-        arrays={
-            "t": (equations.time,),
-            "y": equations.states,
-            "u": equations.inputs,
-            "z": equations.discretes,
-            "p": equations.parameters,
-            "out": equations.outputs,
-            **({"g": equations.given} if equations.given else {}),
+        **interface_of(equations, CompilerInterface)
+        | {
+            "nh": len(hoisted),
+            "groups": _groups(equations, functions),
+            "followers": followers(equations),
+            "narrow": _derived_by(functions, NARROW),
+            "bent": _derived_by(functions, BENT),
         },
-        n_hoisted=len(hoisted),
         tables=tuple(graph.tables),
-        parameters=parameters,
+        parameters_function=parameters,
         functions=tuple(functions),
-        matter_size=equations.matter_size,
-        groups=_groups(equations, functions),
-        followers=followers(equations),
-        narrow=_derived_by(functions, NARROW),
-        bent=_derived_by(functions, BENT),
     )
 
 

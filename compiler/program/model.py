@@ -14,10 +14,9 @@ from typing import Final, overload
 
 from msgspec import Struct
 
-from ..equations.model import (
-    Entry,
-    ModelInterface,
-)
+from mechc.runtime.interface import Quantity
+
+from ..equations.model import CompilerInterface
 from ..graph import Samples, Table
 from ..graph.operations import LOOKUP, OPERATIONS
 
@@ -219,52 +218,50 @@ FEW_SLOTS: Final = 64
 
 
 class SeriesPlan(Struct, frozen=True):
-    """Of ``series_start`` and ``series_next`` (series.py): how many slots, and how many numbers are kept for the orders.
-    ``refusal``: why there are no such functions."""
+    """Of ``series_start`` and ``series_next`` (series.py): how many slots, and how many numbers are kept for the orders."""
 
-    n_slots: int = 0
-    n_kept: int = 0
-    refusal: str = ""
+    n_slots: int
+    n_kept: int
 
 
-class Program(ModelInterface, frozen=True, kw_only=True):
-    """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
-
-    ``parameters`` writes p in place: dependent parameters, then ``n_hoisted`` constants of the run behind them.
+class Program(CompilerInterface, frozen=True, kw_only=True):
+    """``parameters_function`` writes p in place: dependent parameters, then ``nh`` constants of the run behind them.
     ``functions`` keep the order of the equations.
     """
 
-    arrays: Mapping[str, tuple[Entry, ...]]
-    n_hoisted: int
     tables: tuple[Table | Samples, ...]
-    parameters: ProgramFunction
+    parameters_function: ProgramFunction
     functions: tuple[ProgramFunction, ...]
-    matter_size: int = 0
-    groups: tuple[int, ...] = ()
-    """Of each state (connected.py); empty where all of them feel each other."""
-    followers: tuple[int, ...] = ()
-    """Indices of states on which the motion does not depend (equations/followers.py)."""
-    narrow: bool = False
-    """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
-    bent: bool = False
-    """The derivatives hold kinks or jumps that no event locates (lower.py)."""
     series: SeriesPlan | None = None
-    """None where no method asks for series."""
+    """None where no method asks for series, and where there are none (``no_series``)."""
+
+    @property
+    def arrays(self) -> Mapping[str, tuple[Quantity, ...]]:
+        """The numbers of t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs."""
+        arrays = {
+            "t": (self.time,),
+            "y": self.states,
+            "u": self.inputs,
+            "z": self.discretes,
+            "p": self.parameters,
+            "out": self.outputs,
+        }
+        return {**arrays, "g": self.given} if self.given else arrays
 
     @property
     def long(self) -> bool:
         """Whether some function is so long that it is looked through for loops."""
-        return any(f.made for f in (self.parameters, *self.functions))
+        return any(f.made for f in (self.parameters_function, *self.functions))
 
     @property
     def few_slots(self) -> bool:
         """Whether it has Taylor series of so few slots that their code is one loop over the orders (targets/c_series.py)."""
         plan = self.series
-        return plan is not None and not plan.refusal and plan.n_slots <= FEW_SLOTS
+        return plan is not None and plan.n_slots <= FEW_SLOTS
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""
-        return len(self.arrays.get(array, ())) + (self.n_hoisted if array == "p" else 0)
+        return len(self.arrays.get(array, ())) + (self.nh if array == "p" else 0)
 
     def function(self, name: str) -> ProgramFunction | None:
         return next((f for f in self.functions if f.name == name), None)

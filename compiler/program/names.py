@@ -37,6 +37,6 @@ def identifiers(program: Program, reserved: Collection[str]) -> Mapping[tuple[st
                 name += "_"
             taken.add(name)
             names[array, index] = name
-    for i in range(program.n_hoisted):
+    for i in range(program.nh):
         names["p", len(program.arrays["p"]) + i] = f"k{i}"
     return names

@@ -46,20 +46,18 @@ def with_series(program: Program) -> Program:
     if rhs is None:
         return program
     if program.arrays["u"]:
-        return replace(
-            program, series=SeriesPlan(refusal="it has inputs, of which nothing gives Taylor series")
-        )
+        return replace(program, no_series="it has inputs, of which nothing gives Taylor series")
     try:
-        series = _Series(*rates_of(rhs, program.tables, located=program.hybrid is not None))
+        series = _Series(*rates_of(rhs, program.tables, located=program.switching is not None))
     except NoSeries as reason:
-        return replace(program, series=SeriesPlan(refusal=str(reason)))
+        return replace(program, no_series=str(reason))
     return replace(program, functions=(*program.functions, *series.functions()), series=series.plan())
 
 
 def without_series(program: Program) -> Program:
     """Return the program without the two functions, which only the kernel calls."""
     functions = tuple(f for f in program.functions if f.name not in (START, NEXT))
-    return replace(program, functions=functions, series=None)
+    return replace(program, functions=functions, series=None, no_series="")
 
 
 def padded(count: int) -> int:

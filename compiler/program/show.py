@@ -16,13 +16,13 @@ def show(program: Program) -> str:
 
 def _lines(program: Program) -> Iterator[str]:
     sizes = f"{program.nq} coordinates, {program.nv} velocities, {program.nx} further states"
-    yield f"program {program.name}: {sizes}, {program.n_hoisted} hoisted constants"
+    yield f"program {program.name}: {sizes}, {program.nh} hoisted constants"
     for array in ("y", "u", "z", "p"):
         for i, entry in enumerate(program.arrays[array]):
             yield f"  {array}[{i}] {entry.name}" + (f" [{entry.unit}]" if entry.unit else "")
     for i, table in enumerate(program.tables):
         yield f"  table {i}: {len(table.values)} points"
-    for function in (program.parameters, *program.functions):
+    for function in (program.parameters_function, *program.functions):
         yield ""
         yield from _function(program, function)
 

@@ -29,7 +29,7 @@ def verify(program: Program) -> None:
     Values are computed before they are used, every output is stored once, every place that is read exists
     and has been written, operations have their number of operands.
     """
-    for function in (program.parameters, *program.functions):
+    for function in (program.parameters_function, *program.functions):
         _Check(program, function).run()
 
 
@@ -37,7 +37,7 @@ class _Check:
     def __init__(self, program: Program, function: ProgramFunction) -> None:
         self.program = program
         self.function = function
-        self.writes_p = function is program.parameters
+        self.writes_p = function is program.parameters_function
         self.stored: set[tuple[str, int]] = set()
         self.body: Body = ()
 

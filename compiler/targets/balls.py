@@ -23,8 +23,8 @@ def enclosure(program: Program) -> Callable[[str, Mapping[str, Sequence[Any]]], 
     functions = {f.name: f for f in program.functions}
 
     def evaluate(name: str, arrays: Mapping[str, Sequence[Any]]) -> list[Any]:
-        p = [*arrays["p"], *([None] * program.n_hoisted)]
-        _run(program.parameters, {**arrays, "p": p}, p)
+        p = [*arrays["p"], *([None] * program.nh)]
+        _run(program.parameters_function, {**arrays, "p": p}, p)
         out: list[Any] = [None] * functions[name].n_out
         _run(functions[name], {**arrays, "p": p}, out)
         return out

@@ -128,7 +128,7 @@ class _File:
         self.expanded = self.double_double or program.few_slots
         self.dialect = TURNING if turns else DIALECT
         self.loops = loops
-        self.crowd = program.hybrid is not None and program.hybrid.crowd is not None
+        self.crowd = program.switching is not None and program.switching.crowd is not None
         self.used = _operations(program)
         library = {name for code, name in LIBRARY.items() if code in self.used}
         for code in self.used & NEEDED_BY_OWN.keys():
@@ -164,7 +164,7 @@ class _File:
             yield CROWD_INCLUDED
         if program.few_slots and not self.double_double:
             yield SERIES_INCLUDED
-        yield from self.function(program.parameters)
+        yield from self.function(program.parameters_function)
         for function in program.functions:
             if self.expanded and function.name == NEXT:
                 yield from (
@@ -187,7 +187,7 @@ class _File:
 
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function, and before it its bodies where it has several."""
-        parameters = function is self.program.parameters
+        parameters = function is self.program.parameters_function
         static = parameters or function.name in MODEL_FUNCTIONS or function.name in (START, NEXT)
         several = len(function.bodies) > 1
         rolled = self.loops.get(function.name)
@@ -282,7 +282,7 @@ def sentence(doc: str) -> str:
 
 def _operations(program: Program) -> set[int]:
     """Return the codes of all operations that the program uses."""
-    functions = (program.parameters, *program.functions)
+    functions = (program.parameters_function, *program.functions)
     return {code for f in functions for body in f.bodies for code in codes_of(body)}
 
 

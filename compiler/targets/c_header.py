@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..equations.model import Entry
+from mechc.runtime.interface import Quantity
+
 from ..program import Program
 
 
@@ -27,9 +28,9 @@ def header(program: Program) -> Iterator[str]:
             yield f" * {title}, {array}[]:"
             for i, entry in enumerate(entries):
                 yield f" *   {i:3}  {comment(_describe(entry))}"
-    if program.n_hoisted:
+    if program.nh:
         first = len(program.arrays["p"])
-        last = first + program.n_hoisted - 1
+        last = first + program.nh - 1
         which = (
             f"p[{first}] to p[{last}] are constants of the run"
             if last > first
@@ -39,7 +40,7 @@ def header(program: Program) -> Iterator[str]:
     yield " */"
 
 
-def _describe(entry: Entry) -> str:
+def _describe(entry: Quantity) -> str:
     unit = f" [{entry.unit}]" if entry.unit else ""
     doc = f"  {entry.doc.strip().splitlines()[0]}" if entry.doc.strip() else ""
     return f"{entry.name}{unit}{doc}"

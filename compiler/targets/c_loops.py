@@ -61,7 +61,7 @@ PLACES_IN_LINE, NUMBERS_IN_LINE = 24, 8
 
 def loops_of(program: Program) -> dict[str, Rolled]:
     """Return what becomes loops of the long functions of a program, by name."""
-    long = [f for f in (program.parameters, *program.functions) if f.made]
+    long = [f for f in (program.parameters_function, *program.functions) if f.made]
     if not long:
         return {}
     from ..program.loops.replay import verify

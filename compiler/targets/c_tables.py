@@ -102,7 +102,7 @@ def used_tables(program: Program) -> list[tuple[int, Table | Samples]]:
 
 def asked_of(program: Program) -> set[tuple[int, int]]:
     """Return which tables functions read, and what they ask of them."""
-    functions = (program.parameters, *program.functions)
+    functions = (program.parameters_function, *program.functions)
     bodies = [body for f in functions for body in f.bodies if LOOKUP in codes_of(body)]
     return {(s.table, s.order) for body in bodies for s in body if type(s) is Lookup}
 

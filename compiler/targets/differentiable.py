@@ -128,7 +128,7 @@ def emit_differentiable(
 def _lines(
     program: Program, library: Library, begin: Begin, functions: Sequence[ProgramFunction]
 ) -> Iterator[str]:
-    statements = [s for f in (program.parameters, *functions) for body in f.bodies for s in body]
+    statements = [s for f in (program.parameters_function, *functions) for body in f.bodies for s in body]
     codes = {s.code for s in statements if type(s) is Operate}
     parts = dict(_parts(library))
     copied = [library.copied[code] for code in sorted(codes & library.copied.keys())]
@@ -171,7 +171,7 @@ def _lines(
     for i, rows in used_tables(program):
         yield f"TABLE_{i} = {table_text(rows)}"
     yield ""
-    yield from function_lines(program.parameters, "p, given", library.dialect, names)
+    yield from function_lines(program.parameters_function, "p, given", library.dialect, names)
     for function in functions:
         if library.before:
             yield library.before
@@ -229,7 +229,7 @@ def _tables(program: Program, begin: Begin) -> Iterator[str]:
     yield from strings("ASSERTIONS", [a.message for a in program.assertions])
     yield "# parameters that do not follow from others"
     yield from strings("INDEPENDENT", _independent(program, begin.settings))
-    yield f"N_CONSTANTS = {program.n_hoisted}  # computed by parameters(), behind the parameters in p"
+    yield f"N_CONSTANTS = {program.nh}  # computed by parameters(), behind the parameters in p"
     yield f"NQ, NV = {program.nq}, {program.nv}  # coordinates and velocities, with which the states begin"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
     yield f"ENERGIES = {_energies(program)}  # indices of outputs"
@@ -244,7 +244,7 @@ def _energies(program: Program) -> list[int]:
 
 def _independent(program: Program, settings: Mapping[str, float]) -> list[str]:
     """Return the parameters whose values are numbers: no other parameter stands in their formulas."""
-    (body,) = program.parameters.bodies
+    (body,) = program.parameters_function.bodies
     reads: list[bool] = []
     follows = set()
     for statement in body:

@@ -27,6 +27,6 @@ def needed_kernel(
         listed = [name for method in wanted for name in with_components(method)]
         methods = tuple(dict.fromkeys([*listed, *methods_for(parts)]))
     states = program.nq + program.nv + program.nx
-    switches = program.hybrid is not None
+    switches = program.switching is not None
     kernel = fitted(kernel_sources(), methods=methods, states=states, switches=switches)
     return needed(kernel, users.values())

@@ -52,15 +52,14 @@ def single_series(program: Program) -> tuple[str, ProgramFunction | None, tuple[
 
 
 def _refusal(program: Program) -> NoLanes:
-    plan = program.series
-    return NoLanes(plan.refusal if plan and plan.refusal else "it has no Taylor series")
+    return NoLanes(program.no_series or "it has no Taylor series")
 
 
 def _following(program: Program) -> tuple[ProgramFunction, list[tuple[str, str]], int]:
     """Return ``series_next``, which writes each row once, both sides of each slot as the sums read them, and the place behind
     the sums. Raises NoLanes."""
     plan, following = program.series, program.function(NEXT)
-    if plan is None or plan.refusal or following is None:
+    if plan is None or following is None:
         raise _refusal(program)
     ny, slots = len(program.arrays["y"]), plan.n_slots
     (body,) = following.bodies

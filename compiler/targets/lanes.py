@@ -46,7 +46,7 @@ _ARGUMENTS = ("{v} t, const {v} *y, const {v} *u, const {v} *z,", "const {v} *p,
 
 def check_lanes(program: Program) -> None:
     """Raise NoLanes for a model that lanes cannot follow."""
-    if program.hybrid is not None:
+    if program.switching is not None:
         raise NoLanes("events, contacts and switches change members at different times")
     if program.constraints:
         raise NoLanes("its motion is projected onto constraints after each step")

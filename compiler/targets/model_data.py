@@ -30,7 +30,6 @@ from ..equations.crowd_plan import CrowdPlan, crowd_values
 from ..equations.model import HybridPlan
 from ..program import Program, ProgramFunction
 from ..program.series import NEXT, START
-from .description import make_problem
 
 MODEL_FUNCTIONS: Final = (
     "rhs",
@@ -140,7 +139,7 @@ def model_data(program: Program, expanded: bool) -> Record:
         "nu": program.size("u"),
         "nz": program.size("z"),
         "np": len(program.arrays["p"]),
-        "nh": program.n_hoisted,
+        "nh": program.nh,
         "n_outputs": program.size("out"),
         "n_assertions": len(program.assertions),
         "n_rotations": len(program.rotations),
@@ -157,16 +156,16 @@ def model_data(program: Program, expanded: bool) -> Record:
     for name in MODEL_FUNCTIONS:
         function = program.function(name)
         fields[name] = Function(name) if function and is_emitted(function) else None
-    if program.hybrid is not None:
-        if program.hybrid.crowd is not None:
+    if program.switching is not None:
+        if program.switching.crowd is not None:
             fields |= {"rhs": Function(RATES_OF_ALL), "outputs": Function(OUTPUTS_OF_ALL)}
-        fields["hybrid"] = _hybrid(program, program.hybrid)
+        fields["hybrid"] = _hybrid(program, program.switching)
     series = program.series
-    if series is not None and not series.refusal:
+    if series is not None:
         given = {"next": None, "expand": Function(EXPAND)} if expanded else {"next": Function(NEXT)}
         sizes = {"n_slots": series.n_slots, "n_kept": series.n_kept}
         fields["series"] = Record("series", SeriesStruct, {**sizes, "start": Function(START), **given})
-    facts = start_facts(make_problem(program))
+    facts = start_facts(program)
     if facts is not None:
         fields["start"] = _start(program, facts)
     return Record("model", ModelStruct, fields)
@@ -208,7 +207,12 @@ def _found(program: Program) -> dict[str, Value]:
 def _hybrid(program: Program, plan: HybridPlan) -> Record:
     """Return what the kernel needs to know of switches, branches and rows."""
     branches = [
-        (branch.event, len(branch.checks), int(branch.message is not None), Function(branch.function))
+        (
+            branch.event,
+            len(branch.shown.checks),
+            int(branch.shown.message is not None),
+            Function(branch.function),
+        )
         for branch in plan.branches
     ]
     rows = [

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechc.runtime import nominal
+from mechc.runtime.interface import Experiment, Setting
 from mechc.runtime.problem import Array, ModelFunction
 from mechc.runtime.start import facts as start_data
 from mechc.runtime.start import free_state, gauss_newton, second_order, stages
 from mechc.runtime.start.facts import start_facts
 
-from ..equations.model import ExperimentPlan, SettingTarget
 from ..graph.table import Samples
 from ..program import Program, ProgramFunction
 from ..program.model import Literal, Operate
@@ -28,7 +28,6 @@ from ..program.names import identifiers
 from . import standalone, standalone_start
 from .alone import standing_alone
 from .c_tables import asked_of, questions, used_tables
-from .description import make_problem
 from .literal import Form as LiteralForm
 from .literal import constant
 from .python_forms import DIALECT, FUNCTIONS, TABLES
@@ -94,7 +93,7 @@ def load_arrays(
         for i, t in used_tables(program)
     }
     namespace: dict[str, Any] = names | over_arrays | tables
-    text = [line for f in (program.parameters, *program.functions) for line in written.function(f)]
+    text = [line for f in (program.parameters_function, *program.functions) for line in written.function(f)]
     exec(compile("\n".join(text), f"<generated: {program.name}>", "exec"), namespace)
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
@@ -131,7 +130,7 @@ class _File:
         self.program = program
         self.settings = settings
         self.names = identifiers(program, _RESERVED)
-        functions = (program.parameters, *program.functions)
+        functions = (program.parameters_function, *program.functions)
         statements = [s for f in functions for body in f.bodies for s in body]
         used = {s.code for s in statements if type(s) is Operate}
         self.used = [FUNCTIONS[code] for code in sorted(used & FUNCTIONS.keys())]
@@ -184,7 +183,7 @@ class _File:
             "{}", "set()"
         )
         yield "\n"
-        yield from self.function(program.parameters)
+        yield from self.function(program.parameters_function)
         given = {f.name for f in program.functions}
         for function in program.functions:
             yield from self.function(function)
@@ -196,7 +195,7 @@ class _File:
 
     def start(self) -> Iterator[str]:
         """Yield what an initial state must fulfil, and the functions that find one."""
-        facts = start_facts(make_problem(self.program))
+        facts = start_facts(self.program)
         if facts is None:
             yield _named(standalone_start.stated, "start_state")
             return
@@ -236,7 +235,7 @@ class _File:
 
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function; it reads sequences of numbers and returns a list."""
-        arguments = "p, given" if function is self.program.parameters else "t, y, u, z, p"
+        arguments = "p, given" if function is self.program.parameters_function else "t, y, u, z, p"
         yield from function_lines(function, arguments, DIALECT, self.names, self.program.size("u"))
 
 
@@ -279,7 +278,7 @@ def _tables(program: Program, settings: Mapping[str, float]) -> Iterator[str]:
     yield from quantities("INPUTS", program.arrays["u"])
     yield from quantities("DISCRETES", program.arrays["z"])
     yield from quantities("OUTPUTS", program.arrays["out"])
-    yield f"N_CONSTANTS = {program.n_hoisted}  # computed by parameters(), behind the parameters in p"
+    yield f"N_CONSTANTS = {program.nh}  # computed by parameters(), behind the parameters in p"
     yield f"NQ, NV, N_CONSTRAINTS = {program.nq}, {program.nv}, {len(program.constraints)}"
     yield f"EVENTS = {any(f.name in _EVENT_FUNCTIONS for f in program.functions)}"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
@@ -294,11 +293,11 @@ def _tables(program: Program, settings: Mapping[str, float]) -> Iterator[str]:
     yield from strings("ASSERTIONS", [a.message for a in program.assertions])
     yield f"SETTINGS = {dict(settings)!r}  # values that are set unless a call says otherwise"
     yield "# what nominal values are made from: the sizes that tolerances refer to"
-    yield from _named_tuple("SIZES", nominal.sizes_of(make_problem(program)))
+    yield from _named_tuple("SIZES", nominal.sizes_of(program))
     yield "\n"
 
 
-def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
+def _experiments(experiments: Sequence[Experiment]) -> Iterator[str]:
     yield "# what an experiment's function returns: first its options, then the values of its settings"
     yield "EXPERIMENTS = {"
     unnamed = "" if any(e.name == "default" for e in experiments) else "default"
@@ -315,5 +314,5 @@ def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
     yield "}\n\n"
 
 
-def _place(target: SettingTarget) -> str:
+def _place(target: Setting) -> str:
     return f'("{target.array}", {target.index})'

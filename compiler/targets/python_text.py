@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec.structs import replace
 
-from ..equations.model import Entry
+from mechc.runtime.interface import Quantity
+
 from ..program import ProgramFunction
 from ..program.model import Body, Load, Store
 from .c import sentence
@@ -75,7 +76,7 @@ def _loads(body: Body) -> set[tuple[str, int]]:
     return {(s.array, s.index) for s in body if type(s) is Load}
 
 
-def quantities(name: str, entries: Sequence[Entry]) -> Iterator[str]:
+def quantities(name: str, entries: Sequence[Quantity]) -> Iterator[str]:
     if not entries:
         yield f"{name} = []"
         return

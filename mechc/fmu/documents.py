@@ -16,7 +16,8 @@ from ..presentation.axes import COLOURS
 from ..runtime.outcome import Outcome
 
 if TYPE_CHECKING:
-    from ..compiler.equations.model import Entry
+    from mechc.runtime.interface import Quantity
+
     from ..model import CompiledModel
     from ..runtime.problem import Array
     from ..solution import Solution
@@ -148,7 +149,7 @@ def _files(model: CompiledModel) -> list[str]:
     return ["<h2>Files</h2>", words, head, *rows, "</table>"]
 
 
-def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) -> list[str]:
+def _table(title: str, entries: Sequence[Quantity], values: Mapping[str, float]) -> list[str]:
     """Return a table of quantities, with values where there are some; nothing if there are no entries."""
     if not entries:
         return []

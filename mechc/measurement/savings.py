@@ -181,7 +181,7 @@ def _page_size(model: CompiledModel) -> int:
     from ..web.kernels import kernel_for, loaded
 
     program = model.compilation.program
-    kernel = kernel_for(model.method(None) or "dop853", events=program.hybrid is not None)
+    kernel = kernel_for(model.method(None) or "dop853", events=program.switching is not None)
     return len(linked(program, loaded(kernel)).module)
 
 

@@ -34,7 +34,7 @@ def slow_reference(model: CompiledModel, case: Case, nominal: Array, seconds: fl
             "the C compiler has no numbers of more than 53 bits, and mpmath is not installed"
         ) from None
     equations = model.compilation.equations
-    if equations.constraints or equations.hybrid is not None or case.tables:
+    if equations.constraints or equations.switching is not None or case.tables:
         raise ReferenceFailed(
             "constraints, events and tables need a C compiler with numbers of more than 53 bits"
         )

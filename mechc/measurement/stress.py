@@ -316,7 +316,7 @@ def _is_the_same(model: Model, subject: Subject, extreme: Extreme) -> bool:
     """Whether the rates of all states, at the start and beside it, are those of the model as stated in other sizes. What switches, or
     holds assertions, may compare with numbers that do not grow: nothing is known of that."""
     equations = model.compilation.equations
-    if equations.hybrid is not None or equations.assertions:
+    if equations.switching is not None or equations.assertions:
         return False
     around = {"experiment": subject.experiment}
     try:

@@ -15,7 +15,8 @@ from . import answers, plots
 from .numbers import number
 
 if TYPE_CHECKING:
-    from ..compiler.equations.model import Entry
+    from mechc.runtime.interface import Quantity
+
     from ..model import CompiledModel
     from ..runtime.studies.findings import Findings
     from ..shown import ShownSolution
@@ -91,7 +92,7 @@ def _picture(figure: Any) -> str:
     return f'<img src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
 
 
-def _table(title: str, entries: Iterable[Entry], values: Mapping[str, float] | None = None) -> str:
+def _table(title: str, entries: Iterable[Quantity], values: Mapping[str, float] | None = None) -> str:
     """Return an HTML table of quantities: name, value where there is one, unit, description; empty if there are none."""
     rows = [_row(entry, values) for entry in entries]
     if not rows:
@@ -101,7 +102,7 @@ def _table(title: str, entries: Iterable[Entry], values: Mapping[str, float] | N
     return f"<table>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
 
 
-def _row(entry: Entry, values: Mapping[str, float] | None) -> list[str]:
+def _row(entry: Quantity, values: Mapping[str, float] | None) -> list[str]:
     unit = Display().unit(entry.unit, entry.display)
     row = [entry.name]
     if values is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..problem import PURE, AssemblyRow, Problem
+from ..interface import PURE, AssemblyRow, ModelInterface
 
 # ---- copied from here
 
@@ -29,7 +29,7 @@ class StartFacts(NamedTuple):
 # ---- to here
 
 
-def start_facts(problem: Problem) -> StartFacts | None:
+def start_facts(problem: ModelInterface) -> StartFacts | None:
     """Return the facts of a model; None where its initial state is as it is stated."""
     if not (problem.assembly or problem.dependent or problem.found):
         return None
@@ -53,7 +53,7 @@ def _measure(row: AssemblyRow) -> int:
     return 1 if unit in PURE else 2 if row.known and unit == "m" else 0
 
 
-def _size(problem: Problem, i: int) -> float:
+def _size(problem: ModelInterface, i: int) -> float:
     quantity = problem.states[i]
     if i in problem.rotations:
         return 1.0

@@ -150,7 +150,7 @@ def test_modules(name: str) -> None:
 def test_modules_of_all_examples() -> None:
     for path in sorted(EXAMPLES.glob("*.mech")):
         model = mechc.load(path)
-        if model.compilation.program.hybrid is None:
+        if model.compilation.program.switching is None:
             check_module(model)
 
 

@@ -18,7 +18,6 @@ from scipy.linalg import expm
 
 import mechc
 from mechc.compiler.pipeline import program_with
-from mechc.compiler.targets.description import make_problem
 from mechc.compiler.targets.fmu.export import start_of
 from mechc.exporting import exported_run, with_own_sizes
 from mechc.fmu.export import FmuOptions, fmu_packages
@@ -101,7 +100,7 @@ def test_an_fmu_and_a_page_declare_the_size(model: mechc.Model) -> None:
     assert start_of(model.problem("c")).nominal[2] > 1e10
     _, run = exported_run(model, None, None)
     program = program_with(model.compilation, {"scene"})
-    sizes = sizes_of(make_problem(with_own_sizes(program, run)))  # what pages are written with
+    sizes = sizes_of(with_own_sizes(program, run))  # what pages are written with
     assert sizes.nominal[2] == run.motion.own_sizes["u"]
 
 

@@ -113,6 +113,6 @@ def test_friction_turns_where_what_it_acts_on_turns() -> None:
 def test_kinks_of_parameters_alone_are_no_switches() -> None:
     text = "parameter w = 0.4 m;\nparameter r = -0.1 m;\n"
     model = mechc.loads(SLIDES + text + "contact c: y + max(0 m, r)*min(x, 1 m)/abs(w);")
-    plan = model.compilation.equations.hybrid
+    plan = model.compilation.equations.switching
     assert plan is not None and len(plan.switches) == 1  # min(x, 1 m)
     assert np.all(model.simulate(stop=0.5)["y"] == 0)

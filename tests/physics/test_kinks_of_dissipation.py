@@ -46,11 +46,11 @@ def test_a_motion_that_slides_along_the_jump_says_so() -> None:
 def test_what_only_bends_costs_no_event() -> None:
     """The force of abs(v)^3 does not jump, nor does that of max(0, v)^2."""
     for law in ("0.3 kg/m*abs(der(x))^3", "0.3 N.s/m*max(0 m/s, der(x))^2"):
-        assert mechc.loads(PULLED.format(law)).compilation.equations.hybrid is None
+        assert mechc.loads(PULLED.format(law)).compilation.equations.switching is None
 
 
 def test_what_solves_the_law_of_a_damping_is_no_event() -> None:
     """Its force is found by comparisons that have no sides."""
     law = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; constraint h: x = 0.1 m*sin(time/(1 s));"
     law += "damping 0.3 N.s/m*(1.3 + sin(multiplier(h)/(1 N))) on x; output held = multiplier(h);"
-    assert mechc.loads(law).compilation.equations.hybrid is None
+    assert mechc.loads(law).compilation.equations.switching is None

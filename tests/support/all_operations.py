@@ -21,7 +21,7 @@ import sympy
 from native_code import REPRODUCIBLE, Both, Floats, compile_c
 from sample_equations import equations
 
-from mechc.compiler.equations.model import Entry, Equations, Function
+from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
@@ -29,6 +29,7 @@ from mechc.compiler.graph.operation import Operation
 from mechc.compiler.targets import casadi_forms, jax_forms, python_forms
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.wasm import operations as wasm_operations
+from mechc.runtime.interface import Quantity
 from mechc.web.kernels import KERNELS, loaded
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -147,7 +148,7 @@ def program_of(rows: Sequence[Operation]) -> Equations:
     for row in rows:
         arguments = [g.less(g.half, x) if truth else x for x, truth in zip(states, truths(row), strict=False)]
         functions.append(Function(f"op_{row.name}", row.name, (apply(g, row, arguments),)))
-    entries = [(x, Entry(g.name(x), "state", "")) for x in states]
+    entries = [(x, Quantity(g.name(x), "state", "")) for x in states]
     return equations(g, functions, name="operations", states=entries, nx=3)
 
 

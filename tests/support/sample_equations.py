@@ -7,20 +7,12 @@ from fractions import Fraction
 
 from mechanisms import Mechanism, chain_parents, planar_tree
 
-from mechc.compiler.equations.model import (
-    AssertionText,
-    Entry,
-    Equations,
-    ExperimentPlan,
-    Function,
-    ParameterRule,
-    SettingTarget,
-    Slot,
-)
+from mechc.compiler.equations.model import Equations, Function, ParameterRule, Slot
 from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.elimination.eliminate import solve
+from mechc.runtime.interface import Assertion, Experiment, Quantity, Setting
 
-TIME = Entry("t", "time", "s")
+TIME = Quantity("t", "time", "s")
 
 
 def equations(
@@ -28,15 +20,15 @@ def equations(
     functions: Sequence[Function],
     *,
     name: str = "sample",
-    states: Sequence[tuple[Node, Entry]] = (),
+    states: Sequence[tuple[Node, Quantity]] = (),
     nv: int = 0,
     nx: int = 0,
-    parameters: Sequence[tuple[Node, Entry, Node]] = (),
-    inputs: Sequence[tuple[Node, Entry]] = (),
-    discretes: Sequence[tuple[Node, Entry]] = (),
-    outputs: Sequence[Entry] = (),
-    experiments: Sequence[ExperimentPlan] = (),
-    assertions: Sequence[AssertionText] = (),
+    parameters: Sequence[tuple[Node, Quantity, Node]] = (),
+    inputs: Sequence[tuple[Node, Quantity]] = (),
+    discretes: Sequence[tuple[Node, Quantity]] = (),
+    outputs: Sequence[Quantity] = (),
+    experiments: Sequence[Experiment] = (),
+    assertions: Sequence[Assertion] = (),
     time: Node | None = None,
     doc: str = "",
 ) -> Equations:
@@ -103,29 +95,33 @@ def pendulum() -> Equations:
         doc="A point mass on a rod, with damping\nand a driving torque.",
         time=t,
         states=[
-            (theta, Entry("theta", "coordinate", "rad", display="deg", doc="from the vertical")),
-            (omega, Entry("der(theta)", "rate", "rad/s")),
+            (theta, Quantity("theta", "coordinate", "rad", display="deg", doc="from the vertical")),
+            (omega, Quantity("der(theta)", "rate", "rad/s")),
         ],
         nv=1,
-        inputs=[(torque, Entry("torque", "input", "N.m"))],
-        discretes=[(mode, Entry("mode", "discrete", ""))],
+        inputs=[(torque, Quantity("torque", "input", "N.m"))],
+        discretes=[(mode, Quantity("mode", "discrete", ""))],
         parameters=[
-            (m, Entry("m", "parameter", "kg"), number(2)),
-            (length, Entry("l", "parameter", "m"), number(Fraction(4, 5))),
-            (gravity, Entry("g", "parameter", "m/s2"), number(Fraction(980665, 100000))),
-            (damping, Entry("b", "parameter", "N.m.s"), number(Fraction(1, 20))),
-            (inertia, Entry("J", "parameter", "kg.m2"), g.mul(m, g.mul(length, length))),
+            (m, Quantity("m", "parameter", "kg"), number(2)),
+            (length, Quantity("l", "parameter", "m"), number(Fraction(4, 5))),
+            (gravity, Quantity("g", "parameter", "m/s2"), number(Fraction(980665, 100000))),
+            (damping, Quantity("b", "parameter", "N.m.s"), number(Fraction(1, 20))),
+            (inertia, Quantity("J", "parameter", "kg.m2"), g.mul(m, g.mul(length, length))),
         ],
-        outputs=[Entry("energy", "energy", "J"), Entry("x", "output", "m"), Entry("mode", "output", "")],
-        assertions=[AssertionText("theta stays below 3 rad")],
+        outputs=[
+            Quantity("energy", "energy", "J"),
+            Quantity("x", "output", "m"),
+            Quantity("mode", "output", ""),
+        ],
+        assertions=[Assertion("theta stays below 3 rad", None)],
         experiments=[
-            ExperimentPlan(
+            Experiment(
                 "swing",
                 "Let it swing.",
                 "experiment_swing",
                 ("stop",),
                 {},
-                (SettingTarget("y", 0, False), SettingTarget("p", 1, False)),
+                (Setting("y", 0, False), Setting("p", 1, False)),
                 (),
             )
         ],
@@ -147,15 +143,15 @@ def from_mechanism(mechanism: Mechanism, name: str) -> Equations:
         ],
         name=name,
         states=[
-            *((s, Entry(g.name(s), "coordinate", "rad")) for s in mechanism.q),
+            *((s, Quantity(g.name(s), "coordinate", "rad")) for s in mechanism.q),
             *(
-                (s, Entry(f"der({g.name(q)})", "rate", "rad/s"))
+                (s, Quantity(f"der({g.name(q)})", "rate", "rad/s"))
                 for q, s in zip(mechanism.q, mechanism.u, strict=True)
             ),
         ],
         nv=len(mechanism.u),
         parameters=[
-            (s, Entry(g.name(s), "parameter", ""), g.constant(Fraction(10 + i, 10)))
+            (s, Quantity(g.name(s), "parameter", ""), g.constant(Fraction(10 + i, 10)))
             for i, s in enumerate(parameters)
         ],
     )
@@ -215,7 +211,7 @@ def every_operation() -> Equations:
         [Function("everything", "Every operation once.", outputs)],
         name="everything",
         time=t,
-        states=[(a, Entry("a", "state", "")), (b, Entry("b", "state", ""))],
+        states=[(a, Quantity("a", "state", "")), (b, Quantity("b", "state", ""))],
         nx=2,
-        parameters=[(c, Entry("c", "parameter", ""), g.constant(Fraction(5, 4)))],
+        parameters=[(c, Quantity("c", "parameter", ""), g.constant(Fraction(5, 4)))],
     )

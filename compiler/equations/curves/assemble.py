@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
+from msgspec.structs import replace
+
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime import interface
+from mechc.runtime.interface import Assertion, CurveRow, Quantity
 
 from ...flat.model import Kind
 from ...graph import Graph, Node
@@ -13,17 +17,8 @@ from ...graph.evaluate import evaluate
 from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import (
-    EXCHANGED,
-    AssertionText,
-    CurvePlan,
-    CurveRow,
-    Entry,
-    Equations,
-    Function,
-    ParameterRule,
-    Slot,
-)
+from ..model import EXCHANGED, Equations, Function, ParameterRule, Slot
+from ..quantities import origin, quantity
 from ..reported.entries import unit_of
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
@@ -149,7 +144,7 @@ def assemble_curve(
     )
     plans, plan_functions = curve_experiments(system, layout, forms, reporter)
     reporter.stop_on_errors()
-    plan = CurvePlan(
+    plan = interface.Curve(
         coordinates=n,
         order=order,
         depth=depth,
@@ -187,7 +182,7 @@ def assemble_curve(
         nq=n,
         nv=n * depth,
         nx=len(found.densities),
-        time=Entry(system.model.independent, "time", _independent_unit(system), span=curve.origin.span),
+        time=quantity(system.model.independent, "time", _independent_unit(system), span=curve.origin.span),
         states=states,
         parameters=_parameters(system),
         parameter_rules=_parameter_rules(system),
@@ -195,11 +190,11 @@ def assemble_curve(
         discretes=z,
         outputs=tuple(entry for entry, _ in reported),
         known=(False,) * len(states),
-        start_spans=(None,) * len(states),
+        starts=(None,) * len(states),
         functions=(*functions, *plan_functions),
         experiments=plans,
         needs=frozenset(),
-        assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
+        assertions=tuple(Assertion(a.message, origin(a.origin.span)) for a in system.assertions),
         choices=(),
         curve=plan,
     )
@@ -269,16 +264,18 @@ def _layout(
     found: Conditions,
     z: Sequence[Node],
     depth: int,
-) -> tuple[dict[Node, Slot], tuple[Entry, ...], tuple[Entry, ...]]:
+) -> tuple[dict[Node, Slot], tuple[Quantity, ...], tuple[Quantity, ...]]:
     y = [w for row in forms.by_s[: depth + 1] for w in row] + list(found.densities)
     entries = [_entry(s, "coordinate") for s in forms.scalars]
     entries += [
-        Entry(f"der({s.name}, {k}) by s", "internal", "") for k in range(1, depth + 1) for s in forms.scalars
+        quantity(f"der({s.name}, {k}) by s", "internal", "")
+        for k in range(1, depth + 1)
+        for s in forms.scalars
     ]
-    entries += [Entry(f"multiplier({row.name})", "internal", "") for row, _ in found.points]
+    entries += [quantity(f"multiplier({row.name})", "internal", "") for row, _ in found.points]
     unknown = [_entry(u, "end") for u in curve.unknown]
     names = [system.graph.name(n).lstrip("?#") for n in z[len(unknown) :]]
-    numbers = [Entry(f"number {k}: {name}", "internal", "") for k, name in enumerate(names)]
+    numbers = [quantity(f"number {k}: {name}", "internal", "") for k, name in enumerate(names)]
     slots = {forms.s: Slot("t", 0)}
     slots |= {node: Slot("y", k) for k, node in enumerate(y)}
     slots |= {node: Slot("z", k) for k, node in enumerate(z)}
@@ -286,10 +283,10 @@ def _layout(
     return slots, tuple(entries), (*unknown, *numbers)
 
 
-def _entry(scalar: Scalar, kind: str) -> Entry:
+def _entry(scalar: Scalar, kind: str) -> Quantity:
     variable, attributes = scalar.variable, scalar.variable.attributes
     unit = unit_of(variable.type.dimension, variable.type.angle, attributes.display)
-    return Entry(
+    return quantity(
         scalar.name,
         kind,
         unit,
@@ -302,18 +299,12 @@ def _entry(scalar: Scalar, kind: str) -> Entry:
     )
 
 
-def _parameters(system: MechanicalSystem) -> tuple[Entry, ...]:
+def _parameters(system: MechanicalSystem) -> tuple[Quantity, ...]:
     kinds = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
-    found = []
-    for s in system.symbols.parameters:
-        entry = _entry(s, "parameter")
-        found.append(
-            Entry(
-                entry.name, entry.kind, entry.unit, entry.display, entry.nominal, entry.minimum, entry.maximum,
-                entry.doc, entry.span, type=kinds.get(s.variable.type.kind, "real"),
-            )
-        )  # fmt: skip
-    return tuple(found)
+    return tuple(
+        replace(_entry(s, "parameter"), type=kinds.get(s.variable.type.kind, "real"))
+        for s in system.symbols.parameters
+    )
 
 
 def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
@@ -363,12 +354,12 @@ def _shares(graph: Graph, curve: Curve, places: Sequence[WholeNumber]) -> list[N
 
 def _outputs(
     system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, reporter: Reporter
-) -> list[tuple[Entry, Node]]:
+) -> list[tuple[Quantity, Node]]:
     rows = []
     for row in system.outputs:
         type, attributes = row.definition.type, row.definition.attributes
         unit = unit_of(type.dimension, type.angle, attributes.display)
-        entry = Entry(
+        entry = quantity(
             row.name, "output", unit, attributes.display, attributes.nominal, attributes.minimum,
             attributes.maximum, row.definition.doc, row.definition.origin.span,
         )  # fmt: skip
@@ -377,12 +368,12 @@ def _outputs(
 
 
 def _number_rows(curve: Curve, found: Conditions) -> tuple[CurveRow, ...]:
-    rows = [CurveRow(w.name, "integral", w.unit, False, w.origin.shown) for w in found.integrals]
+    rows = [CurveRow(w.name, "integral", w.unit, False, origin(w.origin.shown)) for w in found.integrals]
     for w in (*found.places, *found.further):
         kind = (
             {curve.lower: "lower", curve.upper: "upper"}.get(w.place, "inside")
             if w.place is not None
             else "integral"
         )
-        rows.append(CurveRow(w.name, kind, w.unit, False, w.origin.shown))
+        rows.append(CurveRow(w.name, kind, w.unit, False, origin(w.origin.shown)))
     return tuple(rows)

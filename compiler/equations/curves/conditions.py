@@ -8,6 +8,7 @@ from random import Random
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import CurveRow
 
 from ...flat.model import Query
 from ...graph import Graph, Node
@@ -15,7 +16,7 @@ from ...graph.differentiate import gradient
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.system import Curve, CurveRows, MechanicalSystem, WholeNumber
-from ..model import CurveRow
+from ..quantities import origin
 from .forms import Forms
 
 TRIES = 6
@@ -72,7 +73,7 @@ def conditions_of(
             kind = ("final" if rows.upper else "initial") if rows.upper is not None else "whole"
             if rows.on_the_curve:
                 kind = "position" if _level(graph, forms, residual) == 0 else "velocity"
-                points.append((CurveRow(name, kind, unit, rows.bound, rows.origin.shown), residual))
+                points.append((CurveRow(name, kind, unit, rows.bound, origin(rows.origin.shown)), residual))
                 continue
             if rows.bound:
                 reporter.error(
@@ -82,16 +83,18 @@ def conditions_of(
                     caption="inequalities hold at every place",
                     help="write it as an equation, if it is reached, or leave it out, if it is not",
                 )
-            wholes.append((CurveRow(name, kind, unit, False, rows.origin.shown), residual))
+            wholes.append((CurveRow(name, kind, unit, False, origin(rows.origin.shown)), residual))
     for joint in system.constraints:  # loops of joints close at every place
         for k, residual in enumerate(joint.residuals):
             name = f"{joint.name}[{k + 1}]" if len(joint.residuals) > 1 else joint.name
-            points.append((CurveRow(name, "position", joint.units[k], False, joint.origin.shown), residual))
+            points.append(
+                (CurveRow(name, "position", joint.units[k], False, origin(joint.origin.shown)), residual)
+            )
     if exchanged:
         for upper, place in ((False, curve.lower), (True, curve.upper)):
             residual = graph.sub(_value_at_the_end(system, curve, system.symbols.time, upper, ends), place)
             wholes.append(
-                (CurveRow(system.model.independent, "range", "", False, curve.origin.shown), residual)
+                (CurveRow(system.model.independent, "range", "", False, origin(curve.origin.shown)), residual)
             )
     numbers += ends.values()
     deciding = _deciding(graph, numbers, [curve.functional, *(g for _, g in wholes)], [g for _, g in points])
@@ -105,7 +108,7 @@ def conditions_of(
     _check_places(system, curve, [*places, *further], reporter)
     functional = curve.functional
     if not exchanged:
-        _check_moving(graph, forms, curve, integrals, points, wholes, reporter)
+        _check_moving(graph, forms, curve, integrals, points, reporter)
     parametric = not exchanged and _knows_no_parameter(
         system, curve, forms, integrals, [g for _, g in points], places, order
     )
@@ -250,7 +253,6 @@ def _check_moving(
     curve: Curve,
     integrals: Sequence[WholeNumber],
     points: Sequence[tuple[CurveRow, Node]],
-    wholes: Sequence[tuple[CurveRow, Node]],
     reporter: Reporter,
 ) -> None:
     """Report coordinates on which nothing stationary depends, and conditions that no coordinate can fulfil."""
@@ -265,9 +267,12 @@ def _check_moving(
                 help="it belongs into an integral that is stationary, or into a constraint",
             )
     moving = {n.symbol for n in curve.numbers} | {s.node for s in curve.unknown}
-    for row, residual in wholes:
-        if row.kind == "whole" and moving.isdisjoint(graph.support(residual)):
-            reporter.error("E0503", f"constraint '{row.name}' contains no coordinate", row.span)
+    for rows in curve.rows:
+        if rows.upper is not None or rows.on_the_curve:
+            continue
+        for name, residual in zip(_names(rows), rows.residuals, strict=True):
+            if moving.isdisjoint(graph.support(residual)):
+                reporter.error("E0503", f"constraint '{name}' contains no coordinate", rows.origin.shown)
 
 
 def _knows_no_parameter(

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import Experiment, Setting
 
 from ...flat.model import Literal
 from ...graph import Node
 from ...graph.evaluate import evaluate
 from ...mechanics.system import MechanicalSystem
-from ..model import ExperimentPlan, Function, SettingTarget, Slot
+from ..model import Function, Slot
 from .forms import Forms
 
 
 def curve_experiments(
     system: MechanicalSystem, layout: Mapping[Node, Slot], forms: Forms, reporter: Reporter
-) -> tuple[tuple[ExperimentPlan, ...], tuple[Function, ...]]:
+) -> tuple[tuple[Experiment, ...], tuple[Function, ...]]:
     """Return a plan and a function of (s, p) for each experiment."""
     plans, functions = [], []
     lowering, graph = system.lowering, system.graph
@@ -29,7 +30,7 @@ def curve_experiments(
         }
         numeric = {n: e for n, e in experiment.options.items() if n not in words}
         outputs: list[Node] = [lowering.scalar(e) for e in numeric.values()]
-        targets: list[SettingTarget] = []
+        targets: list[Setting] = []
         for setting in experiment.settings:
             found = [
                 layout[s.node]
@@ -47,7 +48,7 @@ def curve_experiments(
             values = lowering.numbers(setting.value)
             values = values * len(found) if len(values) == 1 else values
             for slot, value in zip(found, values, strict=True):
-                targets.append(SettingTarget(slot.array, slot.index, setting.guess))
+                targets.append(Setting(slot.array, slot.index, setting.guess))
                 outputs.append(value)
         sweeps = []
         for sweep in experiment.sweeps:
@@ -62,10 +63,10 @@ def curve_experiments(
                 reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
                 continue
             constants = tuple(evaluate(graph, [lowering.scalar(v) for v in sweep.values], {}))
-            sweeps.append((SettingTarget(slots[0].array, slots[0].index, False), constants))
+            sweeps.append((Setting(slots[0].array, slots[0].index, False), constants))
         name = f"experiment_{number}"
         plans.append(
-            ExperimentPlan(
+            Experiment(
                 experiment.name, experiment.doc, name, tuple(numeric), words, tuple(targets), tuple(sweeps)
             )
         )

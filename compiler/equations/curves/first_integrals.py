@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import CurveRow
 
 from ...graph import Node
 from ...graph.differentiate import gradient
@@ -12,7 +13,6 @@ from ...graph.operations import JUMPING
 from ...graph.rewrite import substitute
 from ...mechanics.energies import momenta_of, total_energy
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import CurveRow
 from .conditions import Conditions, asked
 from .forms import Forms
 from .homogeneous import over_a_parameter

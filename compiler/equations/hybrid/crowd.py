@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import Quantity
 
 from ...graph import Node
 from ...graph.differentiate import jacobian
@@ -14,7 +15,8 @@ from ...graph.operations import ABS, ATAN2, CONST, LOOKUP, POW, SYMBOL
 from ...graph.rewrite import substitute
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..crowd_plan import CrowdKind, CrowdPlan, CrowdRow
-from ..model import Entry, Function, Slot
+from ..model import Function, Slot
+from ..quantities import quantity
 from ..reported.entries import Layout
 from ..rows.crowd import Member
 from ..rows.residual import constraint_rates
@@ -37,7 +39,7 @@ class Crowd(Struct, frozen=True):
 
     plan: CrowdPlan
     functions: tuple[Function, ...]
-    given: tuple[Entry, ...]
+    given: tuple[Quantity, ...]
     slots: dict[Node, Slot]
     places: tuple[Node, ...]
     outputs: tuple[Node, ...]
@@ -119,7 +121,7 @@ class _Former:
         asked, read = self.read_by(outputs)
         capacity = min(len(rows), 2 * len(self.velocities))
         places = tuple(self.graph.symbol(f"#closed {k + 1}") for k in range(capacity))
-        given = tuple(Entry(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
+        given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}
         plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked)
         return Crowd(plan, (*functions, push), given, slots, places, read)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import Assertion, Branch, Hybrid, SwitchedRow
 
 from ...graph import Node
 from ...graph.rewrite import substitute
 from ...mechanics.modes import CheckAction, EndAction
 from ...mechanics.system import MechanicalSystem
-from ..model import AssertionText, BranchPlan, RowPlan
+from ..model import BranchPlan, HybridPlan, RowPlan
+from ..quantities import origin
 from ..rows.constraints import Row
 from .energy_jumps import Step
 
@@ -32,13 +34,17 @@ def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
         BranchPlan(
             branch.event,
             f"act_{k + 1}",
-            one_line(branch.text),
-            tuple(
-                AssertionText(a.message, a.origin.span) for a in branch.actions if isinstance(a, CheckAction)
+            Branch(
+                one_line(branch.text),
+                tuple(
+                    Assertion(a.message, origin(a.origin.span))
+                    for a in branch.actions
+                    if isinstance(a, CheckAction)
+                ),
+                next((a.message for a in branch.actions if isinstance(a, EndAction)), None),
+                origin(branch.origin.span),
+                _sampled(system, branch.condition),
             ),
-            next((a.message for a in branch.actions if isinstance(a, EndAction)), None),
-            branch.origin.span,
-            _sampled(system, branch.condition),
         )
         for k, branch in enumerate(system.branches)
     )
@@ -97,3 +103,12 @@ def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bo
             help='write impacts = "sequential"',
         )
     return "simultaneous" in laws
+
+
+def names_of(plan: HybridPlan) -> Hybrid:
+    """Return what switches, branches and rows are called; a contact of a crowd has a row for its gap and one for its slip."""
+    rows = [SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows]
+    for contact in plan.crowd.rows if plan.crowd else ():
+        place = origin(contact.span)
+        rows += [SwitchedRow(contact.name, kind, place) for kind in ("contact", "friction")]
+    return Hybrid(tuple(s.text for s in plan.switches), tuple(b.shown for b in plan.branches), tuple(rows))

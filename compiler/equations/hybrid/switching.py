@@ -8,12 +8,14 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import Quantity
 
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
 from ...mechanics.system import MechanicalSystem
-from ..model import Entry, Function, HybridPlan, Slot, SwitchText
+from ..model import Function, HybridPlan, Slot, SwitchText
 from ..needs import NEVER
+from ..quantities import quantity
 from ..reported.entries import Layout, booked_by_events
 from ..rows.constraints import Row
 from ..rows.modes import frictions
@@ -48,7 +50,7 @@ def add_events(
     solved: Solved,
     layout: Layout,
     functions: Sequence[Function],
-    outputs: Sequence[Entry],
+    outputs: Sequence[Quantity],
     reporter: Reporter,
     parts: Collection[str] = (),
     crowd: Crowd | None = None,
@@ -188,7 +190,7 @@ def _z_symbols(
 
 def _with_z(system: MechanicalSystem, layout: Layout, z: Sequence[Node]) -> Layout:
     own = len(layout.discretes)
-    entries = (*layout.discretes, *(Entry(system.graph.name(n), "mode", "") for n in z[own:]))
+    entries = (*layout.discretes, *(quantity(system.graph.name(n), "mode", "") for n in z[own:]))
     return replace(
         layout, slots={**layout.slots, **{n: Slot("z", k) for k, n in enumerate(z)}}, discretes=entries
     )

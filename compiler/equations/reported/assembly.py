@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import AssemblyRow
 
 from ...graph import Node
 from ...graph.differentiate import jacobian, jvp
 from ...mechanics.system import InitialRow, MechanicalSystem
-from ..model import AssemblyEntry, Function
+from ..model import Function
+from ..quantities import origin
 from ..rows.constraints import Row
 from ..solve.solved import Solved
 from .entries import Layout
@@ -23,7 +25,7 @@ from .found import Condition, Found
 
 def assembly(
     system: MechanicalSystem, solved: Solved, layout: Layout, found: Found, reporter: Reporter
-) -> tuple[tuple[AssemblyEntry, ...], tuple[Function, ...]]:
+) -> tuple[tuple[AssemblyRow, ...], tuple[Function, ...]]:
     """Return the rows and the functions ``assembly`` (residuals) and ``assembly_jacobian``; none without rows.
 
     The Jacobian of a row of the first stage is its gradient times N, of the second stage that by v: one column
@@ -31,13 +33,13 @@ def assembly(
     """
     resolve = solved.resolve
     conditions = found.conditions
-    entries: list[AssemblyEntry] = []
+    entries: list[AssemblyRow] = []
     residuals: list[Node] = []
     gradients: list[dict[int, Node]] = []
     velocities = [system.v[i].node for i in layout.v_indices]
     coordinates = {system.q[k].node for k in layout.q_indices}
 
-    def add(entry: AssemblyEntry, residual: Node, gradient: dict[int, Node]) -> None:
+    def add(entry: AssemblyRow, residual: Node, gradient: dict[int, Node]) -> None:
         entries.append(entry)
         residuals.append(residual)
         gradients.append(gradient)
@@ -79,7 +81,7 @@ def assembly(
         if row.position is not None:
             residual, rate = wanted(row, [row.position, row.rate])
             name, unit = row.title, row.constraint.units[row.component]
-            entry = AssemblyEntry(name, 1, "constraint", True, unit, row.constraint.origin.shown)
+            entry = AssemblyRow(name, 1, "constraint", True, unit, origin(row.constraint.origin.shown))
             add(entry, residual, *jacobian(system.graph, [rate], velocities))
     stages = [stage(condition) for condition in conditions]
     for condition, number in zip(conditions, stages, strict=True):
@@ -89,7 +91,7 @@ def assembly(
         (residual,) = wanted(row, [row.rate])
         unit = row.constraint.units[row.component]
         unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit
-        entry = AssemblyEntry(row.title, 2, "constraint", True, unit, row.constraint.origin.shown)
+        entry = AssemblyRow(row.title, 2, "constraint", True, unit, origin(row.constraint.origin.shown))
         add(entry, residual, *jacobian(system.graph, [residual], velocities))
     for condition, number in zip(conditions, stages, strict=True):
         if number == 2:
@@ -128,8 +130,8 @@ def _displaced(system: MechanicalSystem, residual: Node, layout: Layout) -> dict
     return {j: n for j, n in gradient.items() if not graph.is_zero(n)}
 
 
-def _entry(row: InitialRow, stage: int) -> AssemblyEntry:
-    return AssemblyEntry(row.name, stage, "initial", row.known, row.unit, row.origin.shown)
+def _entry(row: InitialRow, stage: int) -> AssemblyRow:
+    return AssemblyRow(row.name, stage, "initial", row.known, row.unit, origin(row.origin.shown))
 
 
 def _per_second(unit: str) -> str:

@@ -15,6 +15,8 @@ from fractions import Fraction
 
 from msgspec import Struct
 
+from mechc.runtime.interface import Quantity
+
 from ...flat.model import Expression, Joint, Kind, Load
 from ...graph import Node
 from ...graph.vector import Vector, cross, cross_planar, matvec, negate, scale, subtract, transpose_matvec
@@ -23,7 +25,8 @@ from ...mechanics.contacts import switched_names
 from ...mechanics.kinematics.frames import Frame, Point
 from ...mechanics.kinematics.reactions import whole_reaction
 from ...mechanics.system import MechanicalSystem
-from ..model import BALANCE, Entry, Function
+from ..model import BALANCE, Function
+from ..quantities import quantity
 from ..solve.solved import Solved
 from .derived_forces import DerivedForces
 
@@ -54,7 +57,7 @@ class Ends(Struct, frozen=True):
 class Check(Struct, frozen=True):
     """What is checked, what it is off by, and the square of its size."""
 
-    entry: Entry
+    entry: Quantity
     off: tuple[Node, ...]
     size: Node
 
@@ -63,7 +66,7 @@ class Balance(Struct, frozen=True):
     """``entries``: what is checked, kinds force, moment, place, direction; of each the function gives the squares of what it
     is off by, and of the size of its terms."""
 
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[Quantity, ...] = ()
     functions: tuple[Function, ...] = ()
 
 
@@ -134,9 +137,9 @@ class _Laws:
             if end.joint in switched:
                 continue
             gap = subtract(graph, end.place, end.other)
-            yield Check(Entry(end.joint, "place", "" if pure else "m"), gap, lengths)
+            yield Check(quantity(end.joint, "place", "" if pure else "m"), gap, lengths)
             turned = [x for a, b in zip(end.axes, end.others, strict=True) for x in subtract(graph, a, b)]
-            yield Check(Entry(end.joint, "direction", ""), tuple(turned), graph.one)
+            yield Check(quantity(end.joint, "direction", ""), tuple(turned), graph.one)
 
     def _laws(self, name: str, wrenches: Sequence[Wrench], lengths: Node, *, pure: bool) -> Iterator[Check]:
         graph = self.graph
@@ -149,7 +152,7 @@ class _Laws:
         total = tuple(graph.sum(f[k] for f in forces) for k in range(len(self._none)))
         turning = self._turning.get(name, [])
         size = graph.sum([*(graph.dot(f, f) for f in forces), *(f for f, _ in turning), floor])
-        yield Check(Entry(title, "force", "" if pure else "N"), total, size)
+        yield Check(quantity(title, "force", "" if pure else "N"), total, size)
         arms = [subtract(graph, w.place, centre) for w in wrenches]
         moments = [w.moment for w in wrenches]
         moments += [self._moment(arm, force) for arm, force in zip(arms, forces, strict=True)]
@@ -162,7 +165,7 @@ class _Laws:
         terms = [*levers, *(graph.dot(w.moment, w.moment) for w in wrenches), *(m for _, m in turning)]
         floors = [graph.mul(floor, lengths), graph.mul(share, graph.sum(self._reaction_moments))]
         size = graph.sum([*terms, *floors])
-        yield Check(Entry(title, "moment", "" if pure else "N.m"), total, size)
+        yield Check(quantity(title, "moment", "" if pure else "N.m"), total, size)
 
     def _title(self, name: str) -> str:
         definition = next(d for d in self.system.model.definitions if d.name == name)

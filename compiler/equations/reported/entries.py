@@ -8,6 +8,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
+from mechc.runtime.interface import Quantity
 
 from ...flat.model import Kind
 from ...flat.operands import idle_parameters
@@ -16,7 +17,8 @@ from ...graph.operations import SELECT
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.modes import ImpulseAction, SetAction
 from ...mechanics.system import ConstraintRows, DriveRow, MechanicalSystem
-from ..model import Entry, Slot
+from ..model import Slot
+from ..quantities import quantity
 from ..solve.energies import Energies, supplied_at_instants
 
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
@@ -37,11 +39,11 @@ class Layout(Struct, frozen=True):
     accounts: tuple[str, ...]
     account_symbols: Mapping[str, Node]
     slots: Mapping[Node, Slot]
-    time: Entry
-    states: tuple[Entry, ...]
-    parameters: tuple[Entry, ...]
-    inputs: tuple[Entry, ...]
-    discretes: tuple[Entry, ...]
+    time: Quantity
+    states: tuple[Quantity, ...]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    discretes: tuple[Quantity, ...]
     energy: str
     length: str
     dimensionless: bool
@@ -52,7 +54,7 @@ class Layout(Struct, frozen=True):
         """Guesses in y: whatever they are, the same is found from them."""
         return frozenset(row.guess[0] for row in self.guesses if row.guess is not None)
 
-    def entry(self, scalar: Scalar, kind: str, *, rate: bool = False) -> Entry:
+    def entry(self, scalar: Scalar, kind: str, *, rate: bool = False) -> Quantity:
         """Return the description of one number of a variable."""
         return _entry(scalar, kind, self.dimensionless, rate=rate)
 
@@ -105,7 +107,7 @@ def layout_of(
         *(_entry(s, "state", pure) for s in symbols.states),
         *(_entry(system.q[k], "state", pure) for k in first_order),
         *(_guess(_entry(system.q[row.q[0]], "account", pure)) for row in guesses),
-        *(Entry(name, "account", joule) for name in accounts),
+        *(quantity(name, "account", joule) for name in accounts),
     )
     nodes = (
         *(system.q[k].node for k in q_indices),
@@ -131,7 +133,7 @@ def layout_of(
         accounts=accounts,
         account_symbols=account_symbols,
         slots=slots,
-        time=Entry(system.model.independent or "time", "time", "" if pure else "s"),
+        time=quantity(system.model.independent or "time", "time", "" if pure else "s"),
         states=states,
         parameters=tuple(
             _entry(s, "idle" if s.variable.name in idle else "parameter", pure) for s in symbols.parameters
@@ -145,7 +147,7 @@ def layout_of(
     )
 
 
-def _guess(entry: Entry) -> Entry:
+def _guess(entry: Quantity) -> Quantity:
     return replace(
         entry, name=f"guess({entry.name})", doc="from where the balance of forces is solved", nominal=None
     )
@@ -175,7 +177,7 @@ def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str
     return preferred_unit(dimension, angle)
 
 
-def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entry:
+def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Quantity:
     variable = scalar.variable
     attributes = variable.attributes
     rotation = variable.type.kind is Kind.ROTATION
@@ -187,7 +189,7 @@ def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entr
     else:
         unit = ""
     unit = unit or unit_of(dimension, angle, "" if rate else attributes.display)
-    return Entry(
+    return quantity(
         scalar.name,
         kind,
         unit,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime import interface
 
 from ...flat.model import Experiment, Kind, Literal, Role, Setting, StartValue
 from ...graph import Node
@@ -10,13 +11,13 @@ from ...graph.evaluate import evaluate
 from ...mechanics.meaning.quaternions import rotation_quaternion
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import MechanicalSystem
-from ..model import ExperimentPlan, Function, SettingTarget
+from ..model import Function
 from .entries import Layout
 
 
 def experiment_plans(
     system: MechanicalSystem, layout: Layout, reporter: Reporter
-) -> tuple[tuple[ExperimentPlan, ...], tuple[Function, ...]]:
+) -> tuple[tuple[interface.Experiment, ...], tuple[Function, ...]]:
     """Return a plan and a function for each experiment of the model."""
     plans, functions = [], []
     for number, experiment in enumerate(system.model.experiments):
@@ -28,7 +29,7 @@ def experiment_plans(
 
 def _plan(
     system: MechanicalSystem, layout: Layout, experiment: Experiment, number: int, reporter: Reporter
-) -> tuple[ExperimentPlan, Function]:
+) -> tuple[interface.Experiment, Function]:
     lowering = system.lowering
     words = {
         name: str(e.value)
@@ -37,13 +38,13 @@ def _plan(
     }
     numeric = {name: e for name, e in experiment.options.items() if name not in words}
     outputs: list[Node] = [lowering.scalar(e) for e in numeric.values()]
-    targets: list[SettingTarget] = []
+    targets: list[interface.Setting] = []
     for setting in experiment.settings:
         places = _targets(system, layout, setting, reporter)
         values = _values(system, setting)
         values = values * len(places) if len(values) == 1 else values
         for place, value in zip(places, values, strict=True):
-            targets.append(SettingTarget(place[0], place[1], setting.guess))
+            targets.append(interface.Setting(place[0], place[1], setting.guess))
             outputs.append(value)
     sweeps = []
     for sweep in experiment.sweeps:
@@ -54,9 +55,9 @@ def _plan(
             reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
             continue
         constants = tuple(evaluate(system.graph, [lowering.scalar(v) for v in sweep.values], {}))
-        sweeps.append((SettingTarget(*swept[0], False), constants))
+        sweeps.append((interface.Setting(*swept[0], False), constants))
     name = f"experiment_{number}"
-    plan = ExperimentPlan(
+    plan = interface.Experiment(
         experiment.name, experiment.doc, name, tuple(numeric), words, tuple(targets), tuple(sweeps)
     )
     title = f"experiment '{experiment.name}'" if experiment.name else "the default experiment"

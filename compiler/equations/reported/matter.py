@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+from mechc.runtime.interface import Quantity
+
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
-from ..model import Entry, Function
+from ..model import Function
+from ..quantities import quantity
 from ..solve.solved import Solved
 from .entries import Layout
 
@@ -15,24 +18,24 @@ class Matter(Struct, frozen=True):
     """``entries``: one for each mass (kind mass: the number, then its place) and inertia (kind inertia: the tensor in the axes of the
     world, row by row; in the plane one number), named by the body."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[Quantity, ...]
     functions: tuple[Function, ...]
 
 
 def matter_of(system: MechanicalSystem, solved: Solved, layout: Layout) -> Matter:
     """Return all masses of a model at a state."""
     kinematics = system.kinematics
-    entries: list[Entry] = []
+    entries: list[Quantity] = []
     nodes: list[Node] = []
     pure = layout.dimensionless
     for mass in system.masses:
         entries.append(
-            Entry(_body(mass.origin.instance), "mass", "" if pure else "kg", span=mass.origin.span)
+            quantity(_body(mass.origin.instance), "mass", "" if pure else "kg", span=mass.origin.span)
         )
         nodes += [mass.mass, *kinematics.position(mass.point)]
     for body in system.inertias:
         unit = "" if pure else "kg.m^2"
-        entries.append(Entry(_body(body.origin.instance), "inertia", unit, span=body.origin.span))
+        entries.append(quantity(_body(body.origin.instance), "inertia", unit, span=body.origin.span))
         if kinematics.size == 2:
             nodes.append(body.inertia[0][0])
             continue

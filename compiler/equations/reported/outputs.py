@@ -7,10 +7,12 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
+from mechc.runtime.interface import Quantity
+
 from ...flat.model import Definition, Kind
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
-from ..model import Entry
+from ..quantities import quantity
 from ..solve.solved import Solved
 from .entries import Layout, momentum_unit, unit_of
 from .momenta import conserved_momenta
@@ -19,7 +21,7 @@ from .momenta import conserved_momenta
 class OutputList(Struct, frozen=True):
     """``entries`` describe ``nodes``; ``conserved`` and ``energy_balance`` are indices into both (-1: absent)."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[Quantity, ...]
     nodes: tuple[Node, ...]
     conserved: tuple[int, ...]
     energy_balance: tuple[int, ...]
@@ -44,8 +46,8 @@ def list_outputs(
     )
 
 
-def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tuple[Entry, Node]]:
-    rows: list[tuple[Entry, Node]] = []
+def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tuple[Quantity, Node]]:
+    rows: list[tuple[Quantity, Node]] = []
     for drive in system.drives:
         rows += [(layout.entry(system.q[k], "coordinate"), system.q[k].node) for k in drive.q]
         rows += [
@@ -58,12 +60,12 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     energy = solved.energies
     joule = layout.energy
     rows += [
-        (Entry("energy.kinetic", "energy", joule), energy.kinetic),
-        (Entry("energy.potential", "energy", joule), energy.potential),
-        (Entry("energy.total", "energy", joule), energy.total),
+        (quantity("energy.kinetic", "energy", joule), energy.kinetic),
+        (quantity("energy.potential", "energy", joule), energy.potential),
+        (quantity("energy.total", "energy", joule), energy.total),
     ]
     for name in layout.accounts:
-        rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
+        rows.append((quantity(name, "energy", joule), layout.account_symbols[name]))
     rows += _creeps(system, layout)
     rows += _quadratures(system)
     described = {entry.name: entry for entry in (*layout.states, *(entry for entry, _ in rows))}
@@ -71,17 +73,17 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         unit = described[exact.name].unit
         display = described[exact.name].display
         span = exact.origin.span
-        rows.append((Entry(f"exact({exact.name})", "exact", unit, display, span=span), exact.node))
+        rows.append((quantity(f"exact({exact.name})", "exact", unit, display, span=span), exact.node))
     for i in energy.cyclic:
         scalar, momentum = system.v[i], energy.momenta[i]
         assert momentum is not None, "cyclic velocities are free"
-        entry = Entry(f"momentum({scalar.of})", "momentum", momentum_unit(scalar, layout))
+        entry = quantity(f"momentum({scalar.of})", "momentum", momentum_unit(scalar, layout))
         rows.append((entry, momentum))
     cyclic = {entry.name for entry, _ in rows}
     known = [n for entry, n in rows if entry.kind == "momentum"]
     for name, unit, node in conserved_momenta(system, solved, layout.dimensionless):
         if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
-            rows.append((Entry(name, "momentum", unit), node))
+            rows.append((quantity(name, "momentum", unit), node))
     return rows
 
 
@@ -90,11 +92,11 @@ def _has_a_rate(system: MechanicalSystem, solved: Solved, rate: Node) -> bool:
     return system.unknown_rates.keys().isdisjoint(system.graph.support(*solved.resolve([rate])))
 
 
-def _declared(definition: Definition, name: str, layout: Layout) -> Entry:
+def _declared(definition: Definition, name: str, layout: Layout) -> Quantity:
     """Return the description of one number of an output."""
     type, attributes = definition.type, definition.attributes
     unit = unit_of(type.dimension, type.angle, attributes.display)
-    return Entry(
+    return quantity(
         name,
         "output",
         layout.length if type.kind is Kind.POINT else unit,
@@ -107,10 +109,10 @@ def _declared(definition: Definition, name: str, layout: Layout) -> Entry:
     )
 
 
-def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Quantity, Node]]:
     """Return the speeds of regularized frictions where they ought to stick; those of contacts while these are closed."""
     closed = {rows.name: rows.mode.flag for rows in system.constraints if rows.mode is not None}
-    found: list[tuple[Entry, Node]] = []
+    found: list[tuple[Quantity, Node]] = []
     for rows in system.constraints:
         mode = rows.mode
         if mode is None or mode.smooth is None or mode.smooth.creep is None:
@@ -119,17 +121,17 @@ def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]
         if mode.contact:
             creep = system.graph.mul(closed[mode.contact], creep)
         unit = "" if layout.dimensionless else mode.smooth.unit
-        found.append((Entry(f"creep({name})", "creep", unit), creep))
+        found.append((quantity(f"creep({name})", "creep", unit), creep))
     return found
 
 
-def _quadratures(system: MechanicalSystem) -> list[tuple[Entry, Node]]:
+def _quadratures(system: MechanicalSystem) -> list[tuple[Quantity, Node]]:
     """Return the estimated relative errors of the definite integrals.
 
     Of those in energies and constraints, and of all whose rates are formed, that of their slopes counts, too.
     """
     graph = system.graph
-    found: dict[str, tuple[Entry, Node]] = {}
+    found: dict[str, tuple[Quantity, Node]] = {}
     energies = (system.kinetic, system.potential, system.lagrangian, system.dissipation)
     sloping = set(graph.reach([*energies, *(n for rows in system.constraints for n in rows.residuals)]))
     changing = {system.symbols.time, *(s.node for s in (*system.q, *system.v)), *system.xdot}
@@ -140,27 +142,29 @@ def _quadratures(system: MechanicalSystem) -> list[tuple[Entry, Node]]:
         if integral.inside in sloping or system.rate.formed(integral.inside):
             along = [n for n in graph.support(integral.inside) if n in changing]
             error = graph.maximum(error, integral.slope(along))
-        found[name] = (Entry(f"error({name})", "quadrature", "", span=integral.span), error)
+        found[name] = (quantity(f"error({name})", "quadrature", "", span=integral.span), error)
     return list(found.values())
 
 
-def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:
+def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Quantity, Node]]:
     """Return the force of every constraint, whether anything asks for it or not."""
     rows = [row for row in solved.all_rows if row.multiplier in solved.replace]
     count: Counter[str] = Counter()
-    found: list[tuple[Entry, Node]] = []
+    found: list[tuple[Quantity, Node]] = []
     for row in rows:
         count[row.title] += 1  # equations of one closure have its name
         number = f", {count[row.title]}" if count[row.title] > 1 else ""
-        found.append((Entry(f"multiplier({row.title}{number})", "output", ""), row.multiplier))
+        found.append((quantity(f"multiplier({row.title}{number})", "output", ""), row.multiplier))
     return found
 
 
-def _positions(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+def _positions(system: MechanicalSystem, layout: Layout) -> list[tuple[Quantity, Node]]:
     """Return the place of every mass in the world."""
-    found: list[tuple[Entry, Node]] = []
+    found: list[tuple[Quantity, Node]] = []
     for number, mass in enumerate(system.masses, start=1):
         position = system.kinematics.position(mass.point)
         names = [f"mass({number})[{k}]" for k in range(1, len(position) + 1)]
-        found += [(Entry(name, "output", layout.length), n) for name, n in zip(names, position, strict=True)]
+        found += [
+            (quantity(name, "output", layout.length), n) for name, n in zip(names, position, strict=True)
+        ]
     return found

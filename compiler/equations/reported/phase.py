@@ -13,6 +13,8 @@ from random import Random
 
 from msgspec import Struct
 
+from mechc.runtime.interface import Quantity
+
 from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jacobian, jvp, vjp
@@ -21,7 +23,8 @@ from ...graph.to_source import written
 from ...graph.vector import Vector, add, cross, scale
 from ...mechanics.energies import kinetic_energy, potential_energy
 from ...mechanics.system import MechanicalSystem
-from ..model import Entry, Function
+from ..model import Function
+from ..quantities import quantity
 from ..solve.solved import Solved
 from .entries import Layout, momentum_unit
 from .momenta import MOST_BODIES, totals
@@ -51,7 +54,7 @@ _FUNCTIONS = frozenset(
 class Phase(Struct, frozen=True):
     """``entries`` describe the results of ``phase`` and, in this order, the rows of its rates and gradients."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[Quantity, ...]
     functions: tuple[Function, ...]
 
 
@@ -79,7 +82,7 @@ def phase_functions(system: MechanicalSystem, solved: Solved, layout: Layout, ra
     ]
     nodes = solved.resolve([one.node for one in found])
     entries = tuple(
-        Entry(
+        quantity(
             one.name or written(graph, node, names),
             one.kind,
             one.unit,

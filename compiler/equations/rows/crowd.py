@@ -136,7 +136,7 @@ def _unformed(members: Sequence[Member], asked: str, reporter: Reporter) -> Exce
 
 def check_forces_have_formulas(equations: Equations) -> None:
     """Report a crowd where the motion is to be differentiated. Raises CompileError."""
-    crowd = equations.hybrid.crowd if equations.hybrid is not None else None
+    crowd = equations.switching.crowd if equations.switching is not None else None
     if crowd is not None:
         raise Reporter().fail(
             "E0722",

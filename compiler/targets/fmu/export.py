@@ -95,7 +95,7 @@ class Written(Struct, frozen=True):
 
 def write_program(equations: Equations, start: Start, method: str = "auto") -> Written:
     """Extend the equations by derivatives and write them as C, with what the method takes from the program."""
-    check_stands_alone(equations.hybrid)
+    check_stands_alone(equations.switching)
     extended = verified(with_sensitivities(equations, settable_parameters(equations, start.given_parameters)))
     program = standing_alone(lower(extended))
     program = verified(with_series(program) if "series" in parts_for(method) else program)
@@ -140,7 +140,7 @@ def make_package(
         step=(case.stop - case.begin) / 500,
         sources=tuple(name for name in plain if name.endswith(".c")),
         needs_completed_step=bool(
-            program.constraints or program.rotations or program.assertions or program.hybrid
+            program.constraints or program.rotations or program.assertions or program.switching
         ),
     )
 

@@ -42,7 +42,7 @@ def sources(
     visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]
     visible += defined({**kernel, **glue}.values())
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
-    if program.hybrid is None:
+    if program.switching is None:
         del glue["fmi_events.c"]
     if not (program.assembly or program.found):
         del glue["fmi_start.c"]
@@ -134,10 +134,10 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         "    .assertions = assertions,",
         *(
             ["    .branches = branches, .ends = ends, .rows = rows, .checks = checks,"]
-            if program.hybrid
+            if program.switching
             else []
         ),
-        f"    .events = {'&fmu_events_of_models' if program.hybrid else 'NULL'},",
+        f"    .events = {'&fmu_events_of_models' if program.switching else 'NULL'},",
         "    .tangent = tangent, .adjoint = adjoint,",
         *(f"    .{name} = {name}," for name in STARTS if program.function(name)),
         "};",
@@ -147,15 +147,15 @@ def _description(program: Program, start: Start, table: Table, method: str, size
 
 def _events(program: Program) -> Iterator[str]:
     """Yield the names and messages of what happens at events."""
-    plan = program.hybrid
+    plan = program.switching
     if plan is None:
         return
     for k, branch in enumerate(plan.branches):
-        yield _texts(f"checks_{k}", [c.message for c in branch.checks])
+        yield _texts(f"checks_{k}", [c.message for c in branch.shown.checks])
     checks = ", ".join(f"checks_{k}" for k in range(len(plan.branches))) or "NULL"
     yield f"static const char *const *const checks[] = {{{checks}}};"
-    yield _texts("branches", [b.text for b in plan.branches])
-    yield _texts("ends", [b.message for b in plan.branches])
+    yield _texts("branches", [b.shown.text for b in plan.branches])
+    yield _texts("ends", [b.shown.message for b in plan.branches])
     yield _texts("rows", [r.name for r in plan.rows])
 
 

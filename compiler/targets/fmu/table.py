@@ -8,8 +8,9 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
+from mechc.runtime.interface import Quantity
 
-from ...equations.model import Entry, Equations, Slot
+from ...equations.model import Equations, Slot
 from ...equations.sensitivities import SEED, dependencies
 from ...graph import Node
 from .structured_names import Names
@@ -50,7 +51,7 @@ def settable_parameters(equations: Equations, given: Iterable[int]) -> tuple[int
     )
 
 
-def shown_discretes(equations: Equations) -> tuple[Entry, ...]:
+def shown_discretes(equations: Equations) -> tuple[Quantity, ...]:
     """Return the discrete variables of the user, which stand first in z."""
     return tuple(e for e in equations.discretes if e.kind == "discrete")
 
@@ -103,7 +104,7 @@ class Listing(Struct):
     def add(
         self,
         slot: Slot,
-        entry: Entry,
+        entry: Quantity,
         *,
         name: str = "",
         causality: str,
@@ -135,7 +136,7 @@ class Listing(Struct):
 
 def _list_states(listing: Listing, free: Sequence[bool]) -> None:
     equations, start = listing.equations, listing.start
-    jumps = bool(equations.hybrid or equations.rotations or equations.constraints)
+    jumps = bool(equations.switching or equations.rotations or equations.constraints)
     reported = {e.name for e in equations.outputs}
     for i, entry in enumerate(equations.states):
         listing.add(
@@ -165,7 +166,7 @@ def _list_rates(listing: Listing) -> tuple[int, ...]:
         else:
             unit = f"{entry.unit or '1'}{per_time}" if per_time else ""
             name = listing.names.rate(entry.name)
-            rate = Entry(name, "rate", _rate_unit(unit), doc=f"time derivative of {entry.name}")
+            rate = Quantity(name, "rate", _rate_unit(unit), doc=f"time derivative of {entry.name}")
             k = listing.add(
                 Slot("dy", i), rate, name=name, causality="local", initial="calculated", derivative=i + 2
             )
@@ -212,7 +213,7 @@ def _list_indicators(listing: Listing, count: int) -> tuple[int, ...]:
     places = []
     for i in range(count):
         name = listing.names.new(f"event_indicator[{i + 1}]")
-        entry = Entry(name, "indicator", "", doc="an event is where it falls below zero")
+        entry = Quantity(name, "indicator", "", doc="an event is where it falls below zero")
         places.append(listing.add(Slot("w", i), entry, name=name, causality="local", initial="calculated"))
     return tuple(places)
 

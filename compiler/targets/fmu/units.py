@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement
 
 from mechc.lang.units import BASE, parse_unit
-
-from ...equations.model import Entry
+from mechc.runtime.interface import Quantity
 
 
 def number(value: float) -> str:
@@ -15,14 +14,14 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-def shown_unit(entry: Entry) -> str:
+def shown_unit(entry: Quantity) -> str:
     """Return the display unit where it is another unit of the same dimension, else an empty text."""
     if not entry.display or not entry.unit or entry.display == entry.unit:
         return ""
     return entry.display
 
 
-def unit_definitions(parent: Element, entries: Iterable[Entry]) -> None:
+def unit_definitions(parent: Element, entries: Iterable[Quantity]) -> None:
     """Append one ``Unit`` for each unit in use, with its display units."""
     displays: dict[str, set[str]] = {}
     for entry in entries:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from msgspec import Struct
 
 from mechc.runtime.case import Case
+from mechc.runtime.interface import Quantity
 from mechc.runtime.problem import Array, Problem
-
-from ...equations.model import Entry
 
 
 class Variable(Struct, frozen=True):
@@ -24,7 +23,7 @@ class Variable(Struct, frozen=True):
     causality: str
     variability: str
     initial: str
-    entry: Entry
+    entry: Quantity
     start: float | None = None
     nominal: float | None = None
     derivative: int = 0

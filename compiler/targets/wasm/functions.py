@@ -42,7 +42,7 @@ def place_functions(program: Program, place: Place) -> None:
             numbers = tuple(number(Fraction(x)) for x in numbers)
         tables[i] = (place.numbers(numbers), len(table.values))
     functions = _Functions(program, place, tables)
-    for function in (program.parameters, *program.functions):
+    for function in (program.parameters_function, *program.functions):
         if program.few_slots and function.name == NEXT:
             place.function(EXPAND, EXPANSION, expansion(program, place, tables))
         elif is_emitted(function):
@@ -57,7 +57,7 @@ class _Functions:
         self.inputs = program.size("u")
 
     def add(self, function: ProgramFunction, rolled: Rolled | None) -> None:
-        parameters = function is self.program.parameters
+        parameters = function is self.program.parameters_function
         kind = PARAMETER if parameters else 0
         if rolled is not None:
             body = self._looped(rolled, parameters)

@@ -10,7 +10,6 @@ from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct
 from mechc.runtime.nominal import sizes_of
 
 from ...program import Program
-from ..description import make_problem
 from ..model_data import Array, Function, Record, Rows, model_data
 
 ARRAYS: Final = ("p", "y", "u")
@@ -58,7 +57,7 @@ def web_plan(program: Program, experiment: str | None) -> Record:
 
 def _sizes(program: Program) -> Record:
     """Return what nominal values are made from (``start.h``)."""
-    sizes = sizes_of(make_problem(program))
+    sizes = sizes_of(program)
     groups = sizes.groups or [0] * len(sizes.units)
     rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
     states = [(unit, KINDS[kind], int(pure), *numbers) for unit, kind, pure, *numbers in rows]

@@ -74,7 +74,7 @@ def text(program: Program) -> str:
     tolerance; parameters are the start, the nominal values and those of the model. Raises NoSeries, SimulationError."""
     rhs = program.function("rhs")
     assert rhs is not None
-    form, rates = rates_of(rhs, program.tables, located=program.hybrid is not None)
+    form, rates = rates_of(rhs, program.tables, located=program.switching is not None)
     graph, ny, np_ = form.graph, len(rates), program.size("p")
     places = {n: key for key, n in form.symbols.items()}
     names: dict[int, str] = {}

@@ -92,7 +92,7 @@ def equations(program: Program) -> tuple[list[tuple[Any, Any]], bool]:
 
     rhs = program.function("rhs")
     assert rhs is not None
-    form, rates = rates_of(rhs, program.tables, located=program.hybrid is not None)
+    form, rates = rates_of(rhs, program.tables, located=program.switching is not None)
     graph = form.graph
     made: dict[int, Any] = {}
     states = [hy.make_vars(f"y{i}") for i in range(len(rates))]

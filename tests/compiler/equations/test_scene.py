@@ -227,7 +227,7 @@ def without_draws(node: ast.File | ast.Statement) -> ast.File | ast.Statement:
 def texts(compilation: Compilation, path: Path) -> list[str]:
     """Return the C code with and without Jacobian, the Python module and the code of an FMU."""
     problem = mechc.load(path).problem("python")
-    python = emit_python(compilation.program) if compilation.program.hybrid is None else ""
+    python = emit_python(compilation.program) if compilation.program.switching is None else ""
     implicit = emit_c(program_for(compilation, implicit=True))
     fmu = write_program(compilation.equations, start_of(problem)).code
     return [emit_c(compilation.program), implicit, python, fmu]

@@ -9,11 +9,12 @@ import pytest
 from compiled import compiled
 from msgspec.structs import replace
 
-from mechc.compiler.equations.model import Entry, Equations, Function, Slot
+from mechc.compiler.equations.model import Equations, Function, Slot
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.equations.verify import verify
 from mechc.compiler.graph import Node
 from mechc.compiler.malformed import Malformed
+from mechc.runtime.interface import Quantity
 
 TEXT = """
 model Mix
@@ -82,14 +83,14 @@ def symbol(equations: Equations, array: str, index: int) -> Node:
     return next(n for n, slot in equations.layout.items() if slot == Slot(array, index))
 
 
-def hybrid(equations: Equations, **changes: Any) -> Equations:
-    assert equations.hybrid is not None
-    return replace(equations, hybrid=replace(equations.hybrid, **changes))
+def switching(equations: Equations, **changes: Any) -> Equations:
+    assert equations.switching is not None
+    return replace(equations, switching=replace(equations.switching, **changes))
 
 
 def row(equations: Equations, **changes: Any) -> Equations:
-    assert equations.hybrid is not None
-    return hybrid(equations, rows=(replace(equations.hybrid.rows[0], **changes),))
+    assert equations.switching is not None
+    return switching(equations, rows=(replace(equations.switching.rows[0], **changes),))
 
 
 BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
@@ -98,7 +99,7 @@ BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
     "name twice": (lambda e: at(e, "states", 0, name="w"), "another entry has this name"),
     "sizes": (lambda e: replace(e, nx=e.nx + 1), "the states say"),
     "known": (lambda e: replace(e, known=e.known[1:]), "known has"),
-    "spans": (lambda e: replace(e, start_spans=()), "start_spans has 0"),
+    "spans": (lambda e: replace(e, starts=()), "starts has 0"),
     "slot outside": (lambda e: moved(e, Slot("u", 0), Slot("u", 1)), r"u\[1\]: is the place of 'push'"),
     "slot twice": (lambda e: moved(e, Slot("y", 0), Slot("y", 1)), "belongs to"),
     "slot of none": (lambda e: moved(e, Slot("p", 0), None), r"p\[0\]: has no symbol"),
@@ -150,12 +151,12 @@ BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
     "separable": (lambda e: replace(e, separable=True), "said to be separable"),
     "switch of the user": (lambda e: row(e, flag=0), "is switched, but the user's"),
     "mode of no use": (
-        lambda e: row(e, enabled=-1, impulse=e.hybrid.rows[0].flag),  # type: ignore[union-attr]
+        lambda e: row(e, enabled=-1, impulse=e.switching.rows[0].flag),  # type: ignore[union-attr]
         "a mode that nothing switches",
     ),
     "normal": (lambda e: row(e, normal=5), "normal: names number 5"),
-    "account": (lambda e: hybrid(e, dissipated=0), "a state that is no account"),
-    "total": (lambda e: hybrid(e, total=99), "hybrid, total: names number 99"),
+    "account": (lambda e: switching(e, dissipated=0), "a state that is no account"),
+    "total": (lambda e: switching(e, total=99), "hybrid, total: names number 99"),
     "fact": (lambda e: replace(e, needs=e.needs - {"inputs"}), "need inputs: False, have it: True"),
     "fact of nothing": (lambda e: replace(e, needs=e.needs | {"tables"}), "need tables: True, have it: False"),
     "graph": (
@@ -176,7 +177,7 @@ def test_a_plan_that_is_lost_is_found(mix: Equations) -> None:
     switching = {"indicators", "indicator_rates", "conditions", "row_values", "respond", "act_1"}
     functions = tuple(f for f in mix.functions if f.name not in switching)
     with pytest.raises(Malformed, match="need events, but have no plan"):
-        verify(replace(mix, hybrid=None, functions=functions))
+        verify(replace(mix, switching=None, functions=functions))
 
 
 @pytest.mark.parametrize("name", ["phase", "phase_gradient", "scene", "jacobian"])
@@ -208,7 +209,7 @@ def test_the_graph_is_verified_too() -> None:
 def test_a_message_shows_the_neighbours() -> None:
     equations = compiled("coordinate x = 1 m; kinetic 1/2*2 kg*der(x)^2; potential 3 N*x;").equations
     entry = equations.states[0]
-    wrong = replace(equations, states=(entry, Entry("v", "coordinate", "m/s")))
+    wrong = replace(equations, states=(entry, Quantity("v", "coordinate", "m/s")))
     with pytest.raises(Malformed) as caught:
         verify(wrong)
     assert str(caught.value) == "equations: nq, nv, nx are (1, 1, 0), the states say (2, 0, 0)"

@@ -171,7 +171,7 @@ def test_what_a_field_compares_is_looked_for_along_the_motion() -> None:
         output V = V(x, 1 m) + kinetic_energy();
         """.replace("output V", "output E")
     )
-    assert len(model.compilation.equations.hybrid.switches) == 1  # type: ignore[union-attr]
+    assert len(model.compilation.equations.switching.switches) == 1  # type: ignore[union-attr]
     solution = model.simulate(stop=3.0, tolerance=1e-11, estimate_error=False)
     assert np.ptp(solution["E"]) < 1e-9
 

@@ -67,7 +67,9 @@ def test_columns_hold_the_same_statements(programs: tuple[Program, Program]) -> 
     plain, long = programs
     seen: set[int] = set()
     for one, other in zip(
-        (plain.parameters, *plain.functions), (long.parameters, *long.functions), strict=True
+        (plain.parameters_function, *plain.functions),
+        (long.parameters_function, *long.functions),
+        strict=True,
     ):
         (body,), (columns,) = one.bodies, other.bodies
         assert isinstance(body, tuple)
@@ -83,13 +85,13 @@ def test_columns_hold_the_same_statements(programs: tuple[Program, Program]) -> 
         assert places_of(columns, codes) == places_of(body, codes)
         seen |= codes_of(body)
     assert {ops.LOOKUP, ops.SELECT} <= seen
-    assert any(s.guarded for s in plain.parameters.bodies[0] if isinstance(s, Store))
+    assert any(s.guarded for s in plain.parameters_function.bodies[0] if isinstance(s, Store))
     assert plain.narrow == long.narrow
     assert plain.bent == long.bent
 
 
 def test_order_of_making_puts_stores_behind_what_they_store(programs: tuple[Program, Program]) -> None:
-    for function in (programs[1].parameters, *programs[1].functions):
+    for function in (programs[1].parameters_function, *programs[1].functions):
         (body,) = function.bodies
         assert sorted(function.made) == [k for k, s in enumerate(body) if not isinstance(s, Load | Literal)]
         done = {k for k, s in enumerate(body) if isinstance(s, Load | Literal)}

@@ -15,7 +15,7 @@ from native_code import NativeModel, bits
 from sample_equations import equations
 
 from mechc.compiler import pipeline
-from mechc.compiler.equations.model import Entry, Equations, Function
+from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.malformed import Malformed
 from mechc.compiler.program import Program, lower, verify
@@ -26,6 +26,7 @@ from mechc.compiler.targets import c_loops
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.python import load_python
 from mechc.lang.source import SourceFile
+from mechc.runtime.interface import Quantity
 from mechc.runtime.native.build import model_flags
 
 CHAIN = """
@@ -96,7 +97,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch, name: str) -> Program:
 def as_straight_lines(program: Program) -> Program:
     return replace(
         program,
-        parameters=replace(program.parameters, made=()),
+        parameters_function=replace(program.parameters_function, made=()),
         functions=tuple(replace(f, made=()) for f in program.functions),
     )
 
@@ -114,7 +115,7 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     program = compiled(monkeypatch, name)
     verify(program)
     shrunk = 0
-    for function in (program.parameters, *program.functions):
+    for function in (program.parameters_function, *program.functions):
         found = roll(function)
         if found is not None:
             replay.verify(function, found)
@@ -190,10 +191,10 @@ def random_equations(seed: int, n: int) -> Equations:
     return equations(
         g,
         [Function("rhs", "", tuple(results))],
-        states=[(s, Entry(f"x{i}", "state", "")) for i, s in enumerate(x)],
+        states=[(s, Quantity(f"x{i}", "state", "")) for i, s in enumerate(x)],
         nx=n,
         parameters=[
-            (s, Entry(f"k{i}", "parameter", ""), g.constant(Fraction(i, 7)) if i < 3 else g.sin(k[i - 1]))
+            (s, Quantity(f"k{i}", "parameter", ""), g.constant(Fraction(i, 7)) if i < 3 else g.sin(k[i - 1]))
             for i, s in enumerate(k)
         ],
     )
@@ -240,9 +241,11 @@ def recurrence(n: int) -> Equations:
     return equations(
         g,
         [Function("rhs", "", (a, b))],
-        states=[(s, Entry(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
+        states=[(s, Quantity(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
         nx=2,
-        parameters=[(s, Entry(f"k{i}", "parameter", ""), g.constant(Fraction(1))) for i, s in enumerate(k)],
+        parameters=[
+            (s, Quantity(f"k{i}", "parameter", ""), g.constant(Fraction(1))) for i, s in enumerate(k)
+        ],
     )
 
 
@@ -285,10 +288,10 @@ def turning(n: int, kind: str) -> Equations:
     return equations(
         g,
         [Function("rhs", "", (made, *stored))],
-        states=[(s, Entry(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
+        states=[(s, Quantity(name, "state", "")) for s, name in ((x, "x"), (y, "y"))],
         nx=2,
         parameters=[
-            (s, Entry(f"k{i}", "parameter", ""), g.constant(Fraction(i, 7))) for i, s in enumerate(k)
+            (s, Quantity(f"k{i}", "parameter", ""), g.constant(Fraction(i, 7))) for i, s in enumerate(k)
         ],
     )
 
@@ -343,7 +346,7 @@ def test_what_does_not_repeat_itself_stays_straight(monkeypatch: pytest.MonkeyPa
     made = equations(
         g,
         [Function("rhs", "", tuple(nodes[-300:]))],
-        states=[(s, Entry(f"x{i}", "state", "")) for i, s in enumerate(x)],
+        states=[(s, Quantity(f"x{i}", "state", "")) for i, s in enumerate(x)],
         nx=4,
     )
     rhs = lower(made).function("rhs")

@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 from sample_equations import chain, equations, every_operation, pendulum
 
-from mechc.compiler.equations.model import Entry, Function
+from mechc.compiler.equations.model import Function
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.evaluate import evaluate
@@ -21,6 +21,7 @@ from mechc.compiler.program.model import Load, Operate, Statement, Store
 from mechc.compiler.program.names import identifiers
 from mechc.compiler.program.schedule import schedule
 from mechc.compiler.targets.python import load_python
+from mechc.runtime.interface import Quantity
 
 
 def with_rhs(program: Program, *bodies: tuple[Statement, ...], n_out: int = 1, workspace: int = 0) -> Program:
@@ -38,9 +39,9 @@ def test_hoisted_are_the_largest_expressions_of_parameters() -> None:
     layout = equations(
         g,
         [],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
-        parameters=[(a, Entry("a", "parameter", ""), g.one), (b, Entry("b", "parameter", ""), g.one)],
+        parameters=[(a, Quantity("a", "parameter", ""), g.one), (b, Quantity("b", "parameter", ""), g.one)],
     ).layout
     assert hoistable(g, layout, [g.mul(outer, x)]) == [outer]
     # a sign alone is left where it is, a plain parameter or constant too
@@ -59,10 +60,10 @@ def test_discrete_variables_and_inputs_are_no_constants_of_the_run() -> None:
     layout = equations(
         g,
         [],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
-        inputs=[(u, Entry("u", "input", ""))],
-        discretes=[(z, Entry("z", "discrete", ""))],
+        inputs=[(u, Quantity("u", "input", ""))],
+        discretes=[(z, Quantity("z", "discrete", ""))],
     ).layout
     assert hoistable(g, layout, [g.mul(g.exp(z), x), g.mul(g.exp(u), x)]) == []
 
@@ -70,7 +71,7 @@ def test_discrete_variables_and_inputs_are_no_constants_of_the_run() -> None:
 def test_hoisted_constants_follow_changed_parameters() -> None:
     """The pendulum with J = m l^2 free and with J given."""
     program = lower(pendulum())
-    assert program.n_hoisted == 1
+    assert program.nh == 1
     functions, complete = load_python(program)
     y, u, z = np.array([0.3, -0.2]), np.array([0.5]), np.array([0.0])
     for m, length, inertia in ((2.0, 0.8, None), (5.0, 1.3, None), (1.5, 0.4, 7.0)):
@@ -87,18 +88,18 @@ def test_nothing_is_hoisted_from_what_runs_once() -> None:
     model = equations(
         g,
         [Function("rhs", "", (x,)), Function("initial", "", (g.exp(a),))],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
-        parameters=[(a, Entry("a", "parameter", ""), g.one)],
+        parameters=[(a, Quantity("a", "parameter", ""), g.one)],
     )
-    assert lower(model).n_hoisted == 0
+    assert lower(model).nh == 0
 
 
 def test_parameters_come_after_those_they_depend_on() -> None:
     g = Graph()
     a, b, c = (g.symbol(n) for n in "abc")
     entries = [
-        (s, Entry(g.name(s), "parameter", ""), rule)
+        (s, Quantity(g.name(s), "parameter", ""), rule)
         for s, rule in ((a, g.mul(b, c)), (b, g.add(c, c)), (c, g.two))
     ]
     model = equations(g, [], parameters=entries)
@@ -122,9 +123,9 @@ def test_impossible_rules_are_refused(case: str) -> None:
     model = equations(
         g,
         [],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
-        parameters=[(a, Entry("a", "parameter", ""), rule), (b, Entry("b", "parameter", ""), g.cos(a))],
+        parameters=[(a, Quantity("a", "parameter", ""), rule), (b, Quantity("b", "parameter", ""), g.cos(a))],
     )
     with pytest.raises(ValueError, match="depends on itself" if case == "circle" else "more than parameters"):
         lower(model)
@@ -188,7 +189,7 @@ def test_every_output_is_stored_also_twice_the_same_node() -> None:
     model = equations(
         g,
         [Function("rhs", "", (g.sin(x), x, g.sin(x), g.one))],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
     )
     program = lower(model)
@@ -260,18 +261,18 @@ def test_a_long_parameters_function_is_split_too() -> None:
     model = equations(
         g,
         [Function("rhs", "", (total,))],
-        states=[(x, Entry("x", "state", ""))],
+        states=[(x, Quantity("x", "state", ""))],
         nx=1,
         parameters=[
-            (s, Entry(g.name(s), "parameter", ""), g.constant(Fraction(i, 100)))
+            (s, Quantity(g.name(s), "parameter", ""), g.constant(Fraction(i, 100)))
             for i, s in enumerate(symbols)
         ],
     )
     program = lower(model)
-    assert program.n_hoisted == 50
+    assert program.nh == 50
     done = chunk(program, 20)
     verify(done)
-    assert len(done.parameters.bodies) >= 4
+    assert len(done.parameters_function.bodies) >= 4
 
 
 # ---------------------------------------------------------------------- the checker
@@ -310,9 +311,11 @@ def test_malformed_programs_are_found(message: str, body: tuple[Statement, ...])
 
 def test_parameters_read_hoisted_constants_only_after_writing_them() -> None:
     program = lower(pendulum())
-    broken = replace(program.parameters, bodies=((Load("p", 5), *program.parameters.bodies[0][1:]),))
+    broken = replace(
+        program.parameters_function, bodies=((Load("p", 5), *program.parameters_function.bodies[0][1:]),)
+    )
     with pytest.raises(Malformed, match=r"reads p\[5\]"):
-        verify(replace(program, parameters=broken))
+        verify(replace(program, parameters_function=broken))
 
 
 # ---------------------------------------------------------------------- texts
@@ -325,9 +328,9 @@ def test_the_text_of_a_program() -> None:
         g,
         [Function("rhs", "", (g.mul(g.sin(x), g.exp(a)),))],
         name="Short",
-        states=[(x, Entry("x", "state", "m"))],
+        states=[(x, Quantity("x", "state", "m"))],
         nx=1,
-        parameters=[(a, Entry("a", "parameter", ""), g.constant(Fraction(1, 3)))],
+        parameters=[(a, Quantity("a", "parameter", ""), g.constant(Fraction(1, 3)))],
     )
     assert show(lower(model)) == (
         "program Short: 0 coordinates, 0 velocities, 1 further states, 1 hoisted constants\n"
@@ -359,7 +362,7 @@ def test_split_functions_show_their_workspace() -> None:
 def test_identifiers_are_different_and_not_reserved() -> None:
     names = ["der(theta)", "arm.R[2]", "arm_R_2", "x", "y", "t", "if", "v1", "k0", "sin_x", "2nd"]
     g = Graph()
-    model = equations(g, [], states=[(g.symbol(n), Entry(n, "state", "")) for n in names], nx=len(names))
+    model = equations(g, [], states=[(g.symbol(n), Quantity(n, "state", "")) for n in names], nx=len(names))
     found = identifiers(lower(model), {"if"})
     assert [found["y", i] for i in range(len(names))] == [
         *("der_theta", "arm_R_2", "arm_R_2_", "x", "y_", "t_", "if_", "y_v1", "y_k0", "y_sin_x", "y_2nd"),

@@ -14,11 +14,12 @@ from native_code import KERNEL, REPRODUCIBLE, Both, NativeModel, bits, compile_c
 from sample_equations import chain, equations, every_operation, pendulum
 
 import mechc
-from mechc.compiler.equations.model import Entry, Equations, Function
+from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Samples, Table
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
 from mechc.compiler.program import lower
 from mechc.compiler.targets.c import emit_c
+from mechc.runtime.interface import Quantity
 
 
 @pytest.mark.parametrize("size", [20, 100])
@@ -174,7 +175,7 @@ def awkward() -> Equations:
         ],
         name='odd */ "name"',
         doc='a doc with """ and */ \\',
-        states=[(s, Entry(n, "state", "", doc="*/")) for n, s in zip(names, symbols, strict=True)],
+        states=[(s, Quantity(n, "state", "", doc="*/")) for n, s in zip(names, symbols, strict=True)],
         nx=len(names),
     )
 
@@ -200,7 +201,7 @@ def test_the_jacobian_pattern_and_rotations_are_in_the_struct(tmp_path: Path) ->
         equations(
             g,
             [Function("rhs", "", (b, a)), Function("jacobian", "", (g.one, g.one))],
-            states=[(a, Entry("a", "state", "")), (b, Entry("b", "state", ""))],
+            states=[(a, Quantity("a", "state", "")), (b, Quantity("b", "state", ""))],
             nx=2,
         ),
         jacobian_pattern=((0, 1), (1, 0)),

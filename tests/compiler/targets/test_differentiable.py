@@ -91,7 +91,7 @@ def agrees(path: Path, library: str, folder: Path) -> None:
     """Compare all functions of an example with those of the C kernel."""
     model = mechc.load(path)
     program = model.compilation.program
-    if program.hybrid is not None or program.curve is not None:
+    if program.switching is not None or program.curve is not None:
         if (plain := without_bends(model)) is not model:
             compared(plain, library, folder)
             return

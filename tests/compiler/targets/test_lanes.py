@@ -12,7 +12,7 @@ from all_operations import ROWS, SPECIAL, build, points, truths
 from native_code import Both, Floats, bits
 from sample_equations import equations
 
-from mechc.compiler.equations.model import Entry, Function
+from mechc.compiler.equations.model import Function
 from mechc.compiler.graph import Graph, Samples
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operation import Operation
@@ -20,6 +20,7 @@ from mechc.compiler.lanes import lane_sources
 from mechc.compiler.program.model import Body, Load, Operate, Store
 from mechc.compiler.targets.lane_forms import DOUBLES, FORMS
 from mechc.compiler.targets.lanes import _Printer, function_lines
+from mechc.runtime.interface import Quantity
 from mechc.runtime.native.build import build_shared, lane_flags
 
 ULPS = {
@@ -113,7 +114,7 @@ def test_samples_are_read_and_searched_lane_by_lane(tmp_path: Path) -> None:
     states = [g.symbol(name) for name in "abc"]
     table = g.add_table(Samples((-2.0, -0.5, 0.1, 0.2, 3.0)))
     nodes = {"op_cell": g.cell(table, states[0]), "op_element": g.element(table, g.floor(states[0]))}
-    entries = [(x, Entry(g.name(x), "state", "")) for x in states]
+    entries = [(x, Quantity(g.name(x), "state", "")) for x in states]
     functions = [Function(name, name, (n,)) for name, n in nodes.items()]
     both = Both(equations(g, functions, name="samples", states=entries, nx=3), tmp_path)
     at = np.array([-7.0, -2.0, -0.7, -0.5, 0.15, 0.2, 2.9, 3.0, 4.0, 5.0, 0.7, 1.0, 2.0, 3.5, -0.0, 0.0])

@@ -12,11 +12,12 @@ import pytest
 from native_code import NativeModel, bits, random_states
 from sample_equations import equations
 
-from mechc.compiler.equations.model import Entry, Equations, Function
+from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.program import chunk, lower, verify
 from mechc.compiler.targets.python import load_python
+from mechc.runtime.interface import Quantity
 
 CONSTANTS = [
     Fraction(1, 3),
@@ -87,12 +88,12 @@ def random_equations(seed: int) -> Equations:
     return equations(
         g,
         [Function("rhs", "", tuple(nodes[-60:]))],
-        states=[(x, Entry("x", "state", "")), (y, Entry("y", "state", ""))],
+        states=[(x, Quantity("x", "state", "")), (y, Quantity("y", "state", ""))],
         nx=2,
-        inputs=[(u, Entry("u", "input", ""))],
+        inputs=[(u, Quantity("u", "input", ""))],
         parameters=[
-            (a, Entry("a", "parameter", ""), g.constant(Fraction(3, 10))),
-            (b, Entry("b", "parameter", ""), g.sin(a)),
+            (a, Quantity("a", "parameter", ""), g.constant(Fraction(3, 10))),
+            (b, Quantity("b", "parameter", ""), g.sin(a)),
         ],
     )
 

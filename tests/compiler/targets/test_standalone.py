@@ -17,17 +17,11 @@ from msgspec.structs import replace
 from sample_equations import chain, equations, pendulum
 from scipy.integrate import solve_ivp
 
-from mechc.compiler.equations.model import (
-    ConstraintEntry,
-    Entry,
-    Equations,
-    ExperimentPlan,
-    Function,
-    SettingTarget,
-)
+from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph
 from mechc.compiler.program import lower
 from mechc.compiler.targets.python import emit_python
+from mechc.runtime.interface import Constraint, Experiment, Quantity, Setting
 
 
 def module(model: Equations) -> Any:
@@ -54,19 +48,19 @@ def oscillator() -> Equations:
             Function("experiment_0", "", (g.constant(Fraction(1, 2)), g.constant(1))),
         ],
         name="Oscillator",
-        states=[(x, Entry("x", "coordinate", "m")), (v, Entry("der(x)", "rate", "m/s"))],
+        states=[(x, Quantity("x", "coordinate", "m")), (v, Quantity("der(x)", "rate", "m/s"))],
         nv=1,
-        parameters=[(k, Entry("k", "parameter", "1/s2"), g.one)],
-        outputs=[Entry("e", "energy", "")],
+        parameters=[(k, Quantity("k", "parameter", "1/s2"), g.one)],
+        outputs=[Quantity("e", "energy", "")],
         experiments=[
-            ExperimentPlan(
+            Experiment(
                 "",
                 "",
                 "experiment_0",
                 ("every", "stop"),
                 {},
                 (),
-                ((SettingTarget("p", 0, False), (1.0, 4.0)),),
+                ((Setting("p", 0, False), (1.0, 4.0)),),
             )
         ],
     )
@@ -195,7 +189,7 @@ def test_an_undefined_rate_is_named() -> None:
     model = equations(
         g,
         [Function("rhs", "", (g.neg(g.div(g.one, g.sqrt(x))),)), Function("initial", "", (g.one,))],
-        states=[(x, Entry("x", "state", "m"))],
+        states=[(x, Quantity("x", "state", "m"))],
         nx=1,
     )
     with pytest.raises(RuntimeError, match=r"at t = 0\.66\d*: the rate of x is undefined"):
@@ -211,7 +205,7 @@ def test_quaternions_stay_of_unit_length() -> None:
         equations(
             g,
             [Function("rhs", "", rates), Function("initial", "", (g.two, g.zero, g.zero, g.zero))],
-            states=[(s, Entry(f"R[{i + 1}]", "coordinate", "")) for i, s in enumerate(q)],
+            states=[(s, Quantity(f"R[{i + 1}]", "coordinate", "")) for i, s in enumerate(q)],
         ),
         rotations=(0,),
     )
@@ -256,11 +250,12 @@ def cartesian_pendulum(projected: bool) -> Equations:
             Function("displace", "", (vx, vy)),
         ],
         states=[
-            (s, Entry(n, "coordinate", "")) for s, n in ((x, "x"), (y, "y"), (vx, "der(x)"), (vy, "der(y)"))
+            (s, Quantity(n, "coordinate", ""))
+            for s, n in ((x, "x"), (y, "y"), (vx, "der(x)"), (vy, "der(y)"))
         ],
         nv=2,
     )
-    return replace(model, constraints=(ConstraintEntry("circle", "position", "m^2"),)) if projected else model
+    return replace(model, constraints=(Constraint("circle", "position", "m^2"),)) if projected else model
 
 
 @pytest.mark.parametrize("projected", [True, False])

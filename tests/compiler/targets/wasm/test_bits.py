@@ -75,7 +75,7 @@ def test_functions_have_the_bits_of_clang(name: str, tmp_path: Path) -> None:
     model = mechc.loads(CHAIN) if name == "chain" else mechc.load(EXAMPLES / f"{name}.mech")
     parts = {*model.compilation.parts, "scene", "jacobian"}
     program = standing_alone(program_with(model.compilation, parts))
-    crowd = program.hybrid is not None and program.hybrid.crowd is not None
+    crowd = program.switching is not None and program.switching.crowd is not None
     names = [f.name for f in program.functions if is_emitted(f) and f.name != EXPAND]
     names = [n for n in names if not (crowd and n in ("rhs", "outputs"))]
     ours, theirs = WasmModel(replace(program), KERNELS[2]), of_zig(program, names, tmp_path)

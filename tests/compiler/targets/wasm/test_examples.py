@@ -25,7 +25,7 @@ MOTIONS = sorted(path for path in EXAMPLES.rglob("*.mech") if path.parent.name !
 def test_it_runs_to_the_end(path: Path) -> None:
     program = mechc.load(path, keep={"scene"}).compilation.program
     experiment = program.experiments[0] if program.experiments else None
-    kernel = kernel_for("auto", events=program.hybrid is not None)
+    kernel = kernel_for("auto", events=program.switching is not None)
     module = linked(program, loaded(kernel), experiment.name if experiment else None).module
     machine = WasmRun(module, rows=11)
     assert machine.instance.call("web_settle") == 0

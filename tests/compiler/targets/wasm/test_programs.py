@@ -28,7 +28,7 @@ pytestmark = needs_wasmtime
 def compare(program: Program, tolerance: float, count: int = 5) -> None:
     """Compare all functions at random states: all bits, or, where the C libraries differ, to a part of the largest number."""
     python, complete = load_python(program)
-    wasm = WasmModel(program, kernel_for("dop853", events=program.hybrid is not None))
+    wasm = WasmModel(program, kernel_for("dop853", events=program.switching is not None))
     p = wasm.default_parameters()
     expected = np.full(p.size, np.nan)
     complete(expected, np.zeros(len(program.arrays["p"]), np.uint8))
@@ -139,7 +139,7 @@ def ran(text: str, stop: float, method: str = "dop853", step: float = 0.0) -> tu
     """Return a run by the page's own kernel, and the states along it."""
     compilation = mechc.loads(text, keep={"scene"}).compilation
     program = program_with(compilation, {*compilation.parts, *parts_for(method)})
-    kernel = kernel_for(method, events=program.hybrid is not None)
+    kernel = kernel_for(method, events=program.switching is not None)
     experiment = program.experiments[0].name if program.experiments else None
     machine = WasmRun(linked(program, loaded(kernel), experiment).module)
     status, rows = machine.run(stop, kernel.methods.index(method), 1e-10, step)

@@ -1,41 +1,50 @@
-"""What the runtime is told about a program."""
+"""The interface of a model, through its stages."""
 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 
+import msgspec
 import numpy as np
-from msgspec.structs import replace
 from native_code import compile_c
 from sample_equations import pendulum
 
-from mechc.compiler.equations.model import AssertionText
+from mechc.compiler.equations.model import CompilerInterface, Equations
+from mechc.compiler.equations.quantities import origin
 from mechc.compiler.program import lower
+from mechc.compiler.program.model import Program
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.description import describe, make_problem
 from mechc.compiler.targets.python import load_python
 from mechc.lang.source import SourceFile, Span
-from mechc.runtime.problem import Origin
+from mechc.runtime.functions import with_code
+from mechc.runtime.interface import ModelInterface, Origin, interface_of
+from mechc.runtime.problem import Problem
 
 
-def test_the_description_is_plain_data() -> None:
-    data = json.loads(json.dumps(describe(lower(pendulum()))))
+def test_the_interface_of_a_program_is_plain_data() -> None:
+    interface = ModelInterface(**interface_of(lower(pendulum())))
+    data = json.loads(msgspec.json.encode(interface))
     assert data["name"] == "Pendulum"
     assert (data["nq"], data["nv"], data["nx"], data["nh"]) == (1, 1, 0, 1)
     assert [s["name"] for s in data["states"]] == ["theta", "der(theta)"]
     assert data["states"][0]["display"] == "deg"
     assert data["experiments"][0]["settings"][1] == {"array": "p", "index": 1, "guess": False}
-    assert "functions" not in data
+    assert msgspec.json.decode(msgspec.json.encode(interface), type=ModelInterface) == interface
+
+
+def test_stages_share_no_field_but_their_functions() -> None:
+    """What a model is told and tells is stated once; the functions have another form at each stage."""
+    stages = (ModelInterface, CompilerInterface, Equations, Program, Problem)
+    counted = Counter(name for stage in stages for name in stage.__annotations__)
+    assert {name for name, count in counted.items() if count > 1} == {"functions", "parameters_function"}
 
 
 def test_places_are_lines_of_the_source() -> None:
     source = SourceFile("a.mech", "model A {\n  assert theta < 3;\n}\n")
     start = source.text.index("theta")
-    model = replace(pendulum(), assertions=(AssertionText("too far", Span(source, start, start + 5)),))
-    (assertion,) = make_problem(lower(model)).assertions
-    assert assertion.message == "too far"
-    assert assertion.origin == Origin("a.mech", 2, 10, "  assert theta < 3;")
+    assert origin(Span(source, start, start + 5)) == Origin("a.mech", 2, 10, "  assert theta < 3;")
 
 
 def test_a_problem_with_functions_and_one_with_a_library_agree(tmp_path: Path) -> None:
@@ -44,8 +53,8 @@ def test_a_problem_with_functions_and_one_with_a_library_agree(tmp_path: Path) -
 
     program = lower(pendulum())
     functions, parameters = load_python(program)
-    in_python = load_functions(make_problem(program, functions=functions, parameters_function=parameters))
-    in_c = load_functions(make_problem(program, library=compile_c(emit_c(program), tmp_path)))
+    in_python = load_functions(with_code(program, functions=functions, parameters_function=parameters))
+    in_c = load_functions(with_code(program, library=compile_c(emit_c(program), tmp_path)))
     results = []
     for loaded in (in_python, in_c):
         p = np.full(program.size("p"), np.nan)
