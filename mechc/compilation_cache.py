@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 SUFFIX = ".stages"
 PACKAGES = ("lang", "compiler", "stdlib")
 """Of which any change may change what is formed."""
-DESCRIBED = "runtime/problem.py"
+DESCRIBED = "runtime/interface.py"
 """What problems are described in, which is kept, too."""
 
 Contents = tuple[dict[str, str], dict[str, bytes]]

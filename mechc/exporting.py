@@ -163,8 +163,8 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
     sizes = run.motion.own_sizes if run is not None else {}
     if not sizes:
         return program
-    states = tuple(replace(e, nominal=sizes.get(e.name, e.nominal)) for e in program.arrays["y"])
-    return replace(program, arrays={**program.arrays, "y": states})
+    states = tuple(replace(e, nominal=sizes.get(e.name, e.nominal)) for e in program.states)
+    return replace(program, states=states)
 
 
 def _module(model: CompiledModel, target: str) -> str:

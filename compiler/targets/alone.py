@@ -15,9 +15,14 @@ def standing_alone(program: Program) -> Program:
     laws of the bodies, which they check."""
     if not (program.sought or program.balance):
         return program
-    arrays = {name: entries for name, entries in program.arrays.items() if name != "g" or not program.sought}
     functions = tuple(f for f in program.functions if f.name not in (SOUGHT, BALANCE))
-    return replace(program, arrays=arrays, functions=functions, sought=(), balance=())
+    return replace(
+        program,
+        given=() if program.sought else program.given,
+        functions=functions,
+        sought=(),
+        balance=(),
+    )
 
 
 def check_nothing_found(program: Program, library: str) -> None:
