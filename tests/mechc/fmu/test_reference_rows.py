@@ -97,6 +97,14 @@ end Pushed;
 
 
 @pytest.mark.slow
+def test_references_in_which_nothing_changes_say_little(tmp_path: Path) -> None:
+    for text, name, still in ((PUSHED, "pushed", True), (SWING, "swing", False)):
+        report = check_fmu(exported(text, name, tmp_path))
+        details = [line.detail for line in report.lines if line.what.endswith("reference")]
+        assert [("nothing changes" in detail) for detail in details] == [still, still]
+
+
+@pytest.mark.slow
 def test_tables_drive_inputs_of_an_fmu(tmp_path: Path) -> None:
     """A force that rises from 0 to 4 N in 2 s, on 2 kg: x = t^3/6, and 1/4 t^2 more for 1 N beside it.
 
