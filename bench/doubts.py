@@ -19,7 +19,7 @@ from .machine import table, write
 from .references import FAILURES, examples
 
 TOLERANCES = (1e-4, 1e-8, 1e-12)
-ADAPTIVE = ("dop853", "radau5", "scipy:LSODA")
+ADAPTIVE = ("dop853", "radau5")
 FIXED = ("rk4", "gauss4", "verlet", "rattle")
 STEPS = (300, 3000)
 

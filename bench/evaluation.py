@@ -40,7 +40,6 @@ def nanoseconds(text: str, n: int) -> float:
     kernel = native.load_kernel()
     y = np.random.default_rng(1).uniform(-1, 1, (BATCH, problem.ny))
     out, t, empty = np.empty_like(y), np.zeros(BATCH), np.empty(0)
-    assert functions.struct is not None
     rhs = ctypes.c_void_p(functions.struct.rhs)
     arrays = (t, y, empty, case.p, empty, out)
     best = float("inf")

@@ -48,7 +48,7 @@ NEVER = PENDULUM + "discrete Integer n = 0;\nwhen theta > 3 rad then n := n + 1;
 
 def measured(text: str, stop: float, repeats: int) -> tuple[float, native.ReportStruct]:
     """Median seconds in the kernel, without output, and the report of one run."""
-    plan = plan_run(mechc.loads(text).problem("c"), SimulationOptions(points=2, stop=stop))
+    plan = plan_run(mechc.loads(text).problem(), SimulationOptions(points=2, stop=stop))
     tolerance = plan.case.tolerance
     seconds = []
     report = native.ReportStruct()

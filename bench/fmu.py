@@ -27,7 +27,7 @@ CASES = (
 def package(fmi: int, example: Path = EXAMPLE) -> Package:
     """Make the sources of an FMU; nothing is run."""
     model = mechc.load(example).for_experiment(None)
-    start = start_of(model.problem("python"))
+    start = start_of(model.problem())
     return make_package(model.compilation.equations, start, fmi=fmi, method="dop853", platforms=())
 
 

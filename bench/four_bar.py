@@ -66,7 +66,7 @@ def ours(quick: bool) -> tuple[list[Run], Array, Array, float]:
     model = mechc.loads(TEXT)
     known = benchmark(model, methods=("dop853",), tolerances=(1e-6,), seconds=5 if quick else 30).reference
     end = in_world(known.high[-1] + known.low[-1])
-    problem = model.problem("c")
+    problem = model.problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=2))
     kernel, nominal = native.load_kernel(), np.ones(problem.ny)

@@ -116,7 +116,6 @@ def ours(kind: str, n: int, y: Any, *, turning: bool = True) -> Contestant:
         )
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
-    assert functions.struct is not None
     task = _Task(ctypes.addressof(functions.struct), None, None, n, STATES, y.ctypes.data, case.p.ctypes.data)
     return Contestant(task, (functions, case, y))
 

@@ -23,7 +23,7 @@ SHARE = 1e-4
 
 def instructions(model: mechc.Model, driver: Path) -> int | None:
     """Return the instructions of ``STEPS`` steps; None where the motion cannot begin or is undefined."""
-    problem = model.problem("c", reproducible=True)
+    problem = model.problem(reproducible=True)
     case = default_case(problem)
     if case is None:
         return None

@@ -40,7 +40,6 @@ def timed(run: Callable[[], object], repeats: int) -> float:
 
 def preallocated(functions: Functions, p: Array) -> Callable[[float, Array], Array]:
     """The accelerations for scipy, called through ctypes into an array made before."""
-    assert functions.struct is not None
     call = contract.MODEL_FUNCTION(functions.struct.rhs)
     size = functions.struct.nq + functions.struct.nv + functions.struct.nx
     state, out, empty = np.empty(size), np.empty(size), np.empty(0)
@@ -55,7 +54,7 @@ def preallocated(functions: Functions, p: Array) -> Callable[[float, Array], Arr
 
 
 def measure(file: str, experiment: str | None, quick: bool) -> list[list[str]]:
-    problem = mechc.load(EXAMPLES / file).problem("c")
+    problem = mechc.load(EXAMPLES / file).problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(experiment=experiment, points=2, stop=STOP))
     kernel = native.load_kernel()

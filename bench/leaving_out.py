@@ -77,7 +77,7 @@ def counted(path: Path, driver: Path | None) -> tuple[tuple[int | None, ...], in
         models = builds(path)[:2]
         counts = (None, None) if driver is None else tuple(instructions(model, driver) for model in models)
         for model in models:
-            model.problem("c")  # compiled here, for `cost`
+            model.problem()  # compiled here, for `cost`
         return counts, operations_without_values(path)
     except FAILURES as error:
         return str(error).splitlines()[0]

@@ -107,7 +107,7 @@ def run(
 
 
 def measure(motion: Motion, method: str, per_period: int, periods: int) -> list[str]:
-    problem = mechc.load(EXAMPLES / motion.file).problem("c", method=method)
+    problem = mechc.load(EXAMPLES / motion.file).problem(method=method)
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(stop=motion.period, points=2))
     step, stop = motion.period / (per_period + BETWEEN), motion.period * periods

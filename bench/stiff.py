@@ -66,7 +66,6 @@ def over_stiffness() -> list[list[str]]:
 
 def dense_jacobian(functions: Functions, p: Array) -> Callable[[float, Array], Array]:
     """The Jacobian of the model as scipy wants it, through ctypes into arrays made before."""
-    assert functions.struct is not None
     struct = functions.struct
     call = contract.MODEL_FUNCTION(struct.jacobian)
     size, count = struct.nq + struct.nv + struct.nx, struct.n_jacobian
@@ -108,7 +107,7 @@ def run_kernel(
 
 def task(file: Path, values: Mapping[str, float]) -> Task:
     """The reference is the tightest run that rounding allows."""
-    problem = mechc.load(file).problem("c", method="radau5")
+    problem = mechc.load(file).problem(method="radau5")
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=2, values=dict(values)))
     nominal = np.ones(problem.ny)

@@ -37,7 +37,6 @@ def seconds_of(problems: Sequence[Problem]) -> list[float]:
     calls = []
     for problem in problems:
         functions = load_functions(problem)
-        assert functions.struct is not None
         count = len(problem.parameters)
         p = np.full(count + problem.nh, np.nan)
         functions.parameters(p, np.zeros(count, dtype=np.uint8))
@@ -48,7 +47,6 @@ def seconds_of(problems: Sequence[Problem]) -> list[float]:
     best = [float("inf")] * len(problems)
     for _ in range(ROUNDS):
         for i, (functions, ny, arrays) in enumerate(calls):
-            assert functions.struct is not None
             begun = time.process_time()
             for _ in range(8):
                 kernel.mech_evaluate(

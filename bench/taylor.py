@@ -61,7 +61,7 @@ class Measured:
             else mechc.loads(BENT_BARS.replace("Integer n = 10", "Integer n = 7"))
         )
         program = program_with(model.compilation, {"series"})
-        problem = model.problem("c", method="taylor")
+        problem = model.problem(method="taylor")
         options = SimulationOptions(points=2, stop=stop, values=values, max_step=stop)
         self.case: Case = prepare(problem, load_functions(problem), options)
         self.program = program

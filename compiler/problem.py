@@ -1,10 +1,10 @@
-"""From a program to something that can be run, by a C compiler or in Python."""
+"""From a program to something that can be run, by a C compiler."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -39,20 +39,18 @@ SERIES = ("series.h",)
 
 def make_problem(
     program: Program,
-    target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
     quick: bool = False,
 ) -> Problem:
     """Return the functions of a program, ready to be called; ``quick``: soon, where better code would not pay. Raises CompilerMissing
     and BuildError."""
-    return problem_of(summary_of(program), lambda: program, target, reproducible=reproducible, quick=quick)
+    return problem_of(summary_of(program), lambda: program, reproducible=reproducible, quick=quick)
 
 
 def problem_of(
     summary: Summary,
     program: Callable[[], Program],
-    target: Literal["c", "python"] = "c",
     *,
     reproducible: bool = False,
     quick: bool = False,
@@ -60,7 +58,7 @@ def problem_of(
 ) -> Problem:
     """Return the same of a program that is read when it is needed. ``kept_as`` tells it from all others: its code is found by
     that, without being written again, and without the program."""
-    made = _made(summary, program, target, reproducible, quick, kept_as)
+    made = _made(summary, program, reproducible, quick, kept_as)
     if not summary.offers:
         return made
     from .targets.balls import enclosure
@@ -71,7 +69,6 @@ def problem_of(
 def _made(
     summary: Summary,
     program: Callable[[], Program],
-    target: Literal["c", "python"],
     reproducible: bool,
     quick: bool,
     kept_as: str,
@@ -81,8 +78,6 @@ def _made(
 
         functions, parameters = load_arrays(program())
         return with_code(summary.description, functions=functions, parameters_function=parameters)
-    if target == "python":
-        return _in_python(program())
     compiler = find_quick_compiler() if quick else None
     strict = reproducible or compiler is not None
     flags = model_flags(strict, summary.loops)
@@ -97,17 +92,6 @@ def _made(
     else:
         library = build()
     return with_code(summary.description, library=library, quick=compiler is not None)
-
-
-def _in_python(program: Program) -> Problem:
-    from .program.series import without_series
-    from .targets.alone import check_stands_alone
-    from .targets.python import load_python
-
-    check_stands_alone(program.switching)
-    program = without_series(program)
-    functions, parameters = load_python(program)
-    return with_code(program, functions=functions, parameters_function=parameters)
 
 
 def _written(program: Program, reproducible: bool, in_process: bool = False) -> dict[str, str]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 from .lang.read import read_model
 from .lang.source import SourceFile
 from .model import CompiledModel, compiled
-from .requests.parse_values import Given, Target, UsageMistake
+from .requests.parse_values import Given, UsageMistake
 from .suggest import closest
 
 if TYPE_CHECKING:
@@ -53,7 +53,6 @@ class Options(TypedDict, total=False):
     condition: bool
     constants: bool
     reproducible: bool
-    target: Target
     progress: Callable[[float], None] | None
     to: str | Path | Streamed | None
 
@@ -208,7 +207,7 @@ class Model(CompiledModel):
     def study(self, kind: str, *, set: Mapping[str, Given] | None = None, **settings: Any) -> Answer:
         """Answer one of the questions that ``mechc study`` lists, or one of ``studies``, those of the file, by its name.
 
-        ``settings``: those of the kind, beside ``set``, ``experiment``, ``inputs`` and ``target``; before those of the file.
+        ``settings``: those of the kind, beside ``set``, ``experiment`` and ``inputs``; before those of the file.
 
         Raises UsageMistake for a kind or a setting that does not exist, else what ``simulate`` raises.
         """

@@ -49,7 +49,7 @@ class Code(Struct, eq=False):
     """Outputs that a question adds: names and texts."""
     twin: bool = False
     """Whether it is no longer what the text says: a flat model that was made of another one."""
-    problems: dict[tuple[str, bool, bool, frozenset[str]], Problem] = field(default_factory=dict)
+    problems: dict[tuple[bool, bool, frozenset[str]], Problem] = field(default_factory=dict)
     lanes: dict[tuple[object, ...], Path] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)

@@ -71,7 +71,10 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
             refuse_driving_inputs(model, "a C program")
-            defaults = defaults_of(model.problem("python"), model.settings)
+            from .compiler.targets.alone import check_stands_alone
+
+            check_stands_alone(model.compilation.program.switching)
+            defaults = defaults_of(ready_code(model), model.settings)
             model, run = default_run(model) or (model, None)
             if run is not None:
                 defaults = replace(defaults, method=method_of(model, run))
@@ -88,6 +91,11 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             raise UsageMistake(f"there is no target '{target}'", "python, c, casadi or jax")
 
 
+def ready_code(model: CompiledModel) -> Problem:
+    """Return code that evaluates a start, with the bits of a reproducible run: by libtcc where there is such, in some milliseconds."""
+    return model.problem(reproducible=True, quick=True)
+
+
 def with_weights(model: CompiledModel) -> CompiledModel:
     """Return a model with weights of constraints if its mass matrix is singular with the values that it was given, as a run
     that meets that begins anew with them; else as it is."""
@@ -98,7 +106,7 @@ def with_weights(model: CompiledModel) -> CompiledModel:
     from .session import compliant
 
     try:
-        case, _ = _default_case(model.problem("python"), model.settings)
+        case, _ = _default_case(ready_code(model), model.settings)
     except SimulationError:  # a value may come from outside
         return model
     failure = failure_at_start(case)
@@ -141,7 +149,7 @@ def default_run(model: CompiledModel, **options: Any) -> tuple[CompiledModel, So
     from .runtime.case import find_experiment
     from .runtime.outcome import SimulationError
 
-    experiment = find_experiment(model.problem("python"), None)
+    experiment = find_experiment(ready_code(model), None)
     said = experiment is not None and "stop" in experiment.options
     try:
         return exported_run(model, None, None if said else Defaults().stop, **options)
@@ -170,13 +178,20 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
     program = model.compilation.program
+    if target == "python":
+        refuse_driving_inputs(model, "a Python module")
+        from .compiler.targets.python import emit_python
+
+        begin = begin_of(model)
+        ran = default_run(model)
+        sizes = ran[1].motion.own_sizes if ran is not None else {}
+        nominal = [sizes.get(e.name, x) for e, x in zip(program.arrays["y"], begin.nominal, strict=True)]
+        return emit_python(program, replace(begin, nominal=nominal))
     if program.switching is not None:
         raise UsageMistake(
-            f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which "
-            + ("a Python module cannot run" if target == "python" else "has no derivative where it does"),
-            "the targets c and fmu can"
-            if target == "python"
-            else "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
+            f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which has no "
+            "derivative where it does",
+            "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
         )
     if (
         target == "casadi"
@@ -186,12 +201,6 @@ def _module(model: CompiledModel, target: str) -> str:
             f"'{program.name}' has a table of {long} numbers, which CasADi's symbols would write out one by one",
             f"up to {MOST_NUMBERS} are possible; the targets jax, python, c and fmu read tables of any length",
         )
-    if target == "python":
-        refuse_driving_inputs(model, "a Python module")
-        from .compiler.targets.python import emit_python
-
-        _, run = default_run(model) or (model, None)
-        return emit_python(with_own_sizes(program, run), model.settings)
     from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
 
     return emit_differentiable(program, CASADI if target == "casadi" else JAX, begin_of(model))
@@ -210,15 +219,23 @@ def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
 
 
 def begin_of(model: CompiledModel) -> Begin:
-    """Return where the run of the default experiment begins."""
+    """Return where the run of the default experiment begins and ends, and the sizes of its states."""
     from .compiler.targets.differentiable import Begin
     from .runtime.case import inputs_at
+    from .runtime.integrate.nominal_run import nominal_of
 
-    case, settings = _default_case(model.problem("python"), model.settings)
-    chosen = {
-        case.problem.parameters[s.index].name: float(case.p[s.index]) for s in settings if s.array == "p"
-    }
-    return Begin(case.begin, case.y0.tolist(), inputs_at(case, case.begin).tolist(), chosen)
+    problem = ready_code(model)
+    case, settings = _default_case(problem, model.settings)
+    chosen = [s.index for s in settings if s.array == "p"]
+    return Begin(
+        case.begin,
+        case.y0.tolist(),
+        inputs_at(case, case.begin).tolist(),
+        {problem.parameters[k].name: float(case.p[k]) for k in (*chosen, *problem.found)},
+        case.stop,
+        nominal_of(case).tolist(),
+        {i: float(table.values[0]) for i, table in sorted(case.tables.items())},
+    )
 
 
 def stem_of(model: CompiledModel) -> str:

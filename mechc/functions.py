@@ -30,13 +30,13 @@ class Frame(Struct, frozen=True):
 class Functions(ModelFunctions):
     """See ``ModelFunctions``; ``frame`` gives what is known of a frame or point of the model."""
 
-    def __init__(self, model: CompiledModel, target: Any = "c") -> None:
+    def __init__(self, model: CompiledModel) -> None:
         if model.compilation.equations.curve is not None:
             raise UsageMistake(f"'{model.name}' is a curve and does not move: it has no functions of a state")
-        problem = model.problem(target, quick=model.is_large, parts={"functions"})
+        problem = model.problem(quick=model.is_large, parts={"functions"})
         made = model_functions(problem, SimulationOptions(values=model.settings))
         super().__init__(problem, made._bound.site)
-        self._model, self._target = model, target
+        self._model = model
 
     def frame(self, name: str) -> Frame:
         """Compile what moves a frame or a point: ``f.frame("arm[7].b").jacobian(y)``. Raises UsageMistake for no such."""
@@ -48,13 +48,11 @@ class Functions(ModelFunctions):
         position, velocity, turning = (f"{stem}{k}" for k in range(3))
         formulas = {position: f"pos({name})", velocity: f"vel({name})"}
         try:
-            found = Functions(
-                self._model.with_formulas({**formulas, turning: f"angvel({name})"}), self._target
-            )
+            found = Functions(self._model.with_formulas({**formulas, turning: f"angvel({name})"}))
             names: tuple[str, ...] = (velocity, turning)
         except CompileError:
             try:
-                found = Functions(self._model.with_formulas(formulas), self._target)
+                found = Functions(self._model.with_formulas(formulas))
             except CompileError as error:
                 raise UsageMistake(
                     f"'{name}' is no frame and no point of '{self._model.name}'", str(error).splitlines()[0]

@@ -19,12 +19,9 @@ from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
 from .requests.in_si import settings_in_si
 from .requests.parse_values import (
-    TARGETS,
     Given,
-    Target,
     UsageMistake,
     elements_of,
-    one_of,
     tidy,
     unknown_name,
 )
@@ -256,7 +253,6 @@ class CompiledModel:
 
     def problem(
         self,
-        target: Target = "c",
         *,
         method: str = "",
         reproducible: bool = False,
@@ -266,17 +262,15 @@ class CompiledModel:
         """Return the functions of the model ready to be called, compiled by a C compiler; ``quick``: by libtcc, whose code is
         ready at once, where better code would not pay.
 
-        ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
+        ``method`` names an integrator that works on further functions: the
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on
         (``PARTS`` of the compiler). Raises CompilerMissing, BuildError.
         """
         from .runtime.methods import parts_for
 
-        one_of(target, TARGETS, "target")
         check_parts(parts)
         wanted = parts_for(method).union(parts)
-        quick = quick and target == "c"
-        problems, key = self._code.problems, (target, reproducible, quick, wanted)
+        problems, key = self._code.problems, (reproducible, quick, wanted)
         if key not in problems:
             from .compiler.problem import make_problem, problem_of
 
@@ -285,17 +279,16 @@ class CompiledModel:
                 problem = problem_of(
                     made.summary,
                     lambda: made.program,
-                    target,
                     reproducible=reproducible,
                     quick=quick,
                     kept_as=made.kept_as,
                 )
             else:
-                problem = make_problem(self.program(wanted), target, reproducible=reproducible, quick=quick)
+                problem = make_problem(self.program(wanted), reproducible=reproducible, quick=quick)
             problems[key] = replace(
                 problem,
-                tangents=self._tangents(target, reproducible, wanted),
-                adjoints=self._adjoints(target, reproducible),
+                tangents=self._tangents(reproducible, wanted),
+                adjoints=self._adjoints(reproducible),
             )
         return problems[key]
 
@@ -320,9 +313,7 @@ class CompiledModel:
 
         return program_with(self.compilation, parts)
 
-    def _tangents(
-        self, target: Target, reproducible: bool, parts: frozenset[str]
-    ) -> Callable[[Directions], Problem]:
+    def _tangents(self, reproducible: bool, parts: frozenset[str]) -> Callable[[Directions], Problem]:
         """Return what makes the problem of the motion with its derivatives, when it is asked for."""
 
         @functools.cache
@@ -331,11 +322,11 @@ class CompiledModel:
             from .compiler.problem import make_problem
 
             program = tangent_program(self.compilation, directions, parts)
-            return make_problem(program, target, reproducible=reproducible)
+            return make_problem(program, reproducible=reproducible)
 
         return tangents
 
-    def _adjoints(self, target: Target, reproducible: bool) -> Callable[[Adjoint], Problem]:
+    def _adjoints(self, reproducible: bool) -> Callable[[Adjoint], Problem]:
         """Return what makes the problem that pulls a goal back, when it is asked for."""
 
         @functools.cache
@@ -343,7 +334,7 @@ class CompiledModel:
             from .compiler.pipeline import adjoint_program
             from .compiler.problem import make_problem
 
-            return make_problem(adjoint_program(self.compilation, asked), target, reproducible=reproducible)
+            return make_problem(adjoint_program(self.compilation, asked), reproducible=reproducible)
 
         return adjoints
 

@@ -177,7 +177,6 @@ def problem_of(
     model = with_formulas(model, asked)
     said = asked.given.get("method") or model.method(asked.experiment)
     return model.problem(
-        asked.target,
         method=method or str(said),
         reproducible=bool(asked.given.get("reproducible", False)),
         quick=quick,
@@ -217,12 +216,7 @@ def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
     Whether there are such is decided for the default values, along one motion (equations/rows/singular.py, weights.py).
     """
     problem, found = _solve_as_it_is(model, asked)
-    if (
-        not problem.constraints
-        or problem.library is None
-        or not any(map(_met, found.runs))
-        or _foreseen(model)
-    ):
+    if not problem.constraints or not any(map(_met, found.runs)) or _foreseen(model):
         return model, problem, found
     softer = compliant(model)
     other, again = _solve_as_it_is(softer, asked)
@@ -287,7 +281,7 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     problem, question = _posed(model, asked)
     if question.of_members:
         return problem, solve(problem, with_others(model, asked, problem, question))
-    if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
+    if asked.given.get("method") or model.method(asked.experiment):
         return problem, solve(problem, question)
     found = solve(problem, replace(question, stiff_after=FEW_STEPS))
     if not any(map(_gave_up, found.runs)):

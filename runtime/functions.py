@@ -1,9 +1,8 @@
-"""The functions of a problem in one form, whether they are Python functions or live in a shared library."""
+"""The compiled functions of a problem, called with arrays."""
 
 from __future__ import annotations
 
 import ctypes
-import functools
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -24,9 +23,10 @@ class Functions(Struct, frozen=True):
     ``project_position`` [nv and residuals], ``project_velocity`` [nv and residuals] and ``displace`` [nq] correct a
     state that is off its constraints; they are there only if there are any.
     ``matrices`` give entries of matrices, whose places are the ``patterns`` of the problem.
-    ``struct`` and ``library`` are there if the functions are compiled.
     """
 
+    struct: contract.ModelStruct
+    library: ctypes.CDLL
     rhs: ModelFunction
     initial: ModelFunction
     inputs: ModelFunction | None
@@ -49,8 +49,6 @@ class Functions(Struct, frozen=True):
     matter: ModelFunction | None = None
     phase_rate: ModelFunction | None = None
     phase_gradient: ModelFunction | None = None
-    struct: contract.ModelStruct | None = None
-    library: ctypes.CDLL | None = None
 
 
 def with_code(interface: ModelInterface, **code: Any) -> Problem:
@@ -58,21 +56,8 @@ def with_code(interface: ModelInterface, **code: Any) -> Problem:
     return Problem(**interface_of(interface), **code)
 
 
-@once
-def load_functions(problem: Problem) -> Functions:
-    """Give the functions of ``problem``: those of its library if it has one.
-
-    Raises ``ValueError`` if a function is missing, or if the library was made for other sizes.
-    """
-    return _from_python(problem) if problem.library is None else _from_library(problem)
-
-
 def named_function(problem: Problem, functions: Functions, name: str, size: int) -> ModelFunction:
     """Give a function with ``size`` results that only some problems have. Raises ValueError if it is not there."""
-    if functions.library is None:
-        if name not in problem.functions:
-            raise ValueError(f"problem '{problem.name}' has no function '{name}'")
-        return _as_array(problem.functions[name])
     if not hasattr(functions.library, name):
         raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
     address = ctypes.cast(getattr(functions.library, name), ctypes.c_void_p).value
@@ -80,65 +65,12 @@ def named_function(problem: Problem, functions: Functions, name: str, size: int)
     return _compiled(address, size)
 
 
-def _from_python(problem: Problem) -> Functions:
-    given = problem.functions
+@once
+def load_functions(problem: Problem) -> Functions:
+    """Give the functions in the library of ``problem``.
 
-    def needed(name: str, size: int) -> ModelFunction | None:
-        if size == 0:
-            return None
-        if name not in given:
-            raise ValueError(f"problem '{problem.name}' has no function '{name}'")
-        return _as_array(given[name])
-
-    def given_only(name: str) -> ModelFunction | None:
-        return _as_array(given[name]) if name in given else None
-
-    if problem.parameters_function is None and len(problem.parameters) + problem.nh > 0:
-        raise ValueError(f"problem '{problem.name}' has parameters, but no function that fills them")
-    rhs, initial = needed("rhs", 1), needed("initial", 1)
-    assert rhs is not None and initial is not None
-    return Functions(
-        rhs=rhs,
-        initial=initial,
-        inputs=needed("inputs", len(problem.inputs)),
-        discretes=needed("discretes", len(problem.discretes)),
-        outputs=needed("outputs", len(problem.outputs)),
-        assertions=needed("assertions", len(problem.assertions)),
-        experiments={e.function: _as_array(given[e.function]) for e in problem.experiments},
-        parameters=problem.parameters_function or _no_parameters,
-        initial_of_others=needed("initial_of_others", len(problem.dependent)),
-        found=needed("found", len(problem.found)),
-        assembly=needed("assembly", len(problem.assembly)),
-        assembly_jacobian=needed("assembly_jacobian", len(problem.assembly) * problem.nv),
-        project_position=given_only("project_position"),
-        project_velocity=given_only("project_velocity"),
-        displace=given_only("displace"),
-        scene=needed("scene", problem.scene.n_moving if problem.scene else 0),
-        scene_still=needed("scene_still", problem.scene.n_still if problem.scene else 0),
-        matrices={name: _as_array(given[name]) for name in problem.patterns},
-        phase=needed("phase", len(problem.phase)),
-        matter=needed("matter", problem.matter_size),
-        phase_rate=needed("phase_rate", len(problem.phase)),
-        phase_gradient=needed("phase_gradient", len(problem.phase)),
-    )
-
-
-def _as_array(function: ModelFunction) -> ModelFunction:
-    """Let generated functions return any sequence, and let undefined values pass as numbers do in C."""
-
-    @functools.wraps(function)
-    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
-        with np.errstate(all="ignore"):
-            return np.asarray(function(t, y, u, z, p), dtype=np.float64)
-
-    return call
-
-
-def _no_parameters(p: Array, given: NDArray[np.uint8]) -> None:
-    assert p.size == 0 and given.size == 0
-
-
-def _from_library(problem: Problem) -> Functions:
+    Raises ``ValueError`` if a function is missing, or if the library was made for other sizes.
+    """
     library = ctypes.CDLL(str(problem.library))
     library.mech_model_get.restype = ctypes.POINTER(contract.ModelStruct)
     model: contract.ModelStruct = library.mech_model_get().contents

@@ -128,9 +128,9 @@ class Adjoint(Struct, frozen=True):
 
 
 class Problem(ModelInterface, frozen=True, kw_only=True):
-    """A model that can be run: its interface with its code. ``functions``: the Python forms by name, empty if there is a ``library``: a shared object that
-    exports ``const mech_model *mech_model_get(void)`` and, for each experiment, its function. ``parameters_function(p, set)``
-    fills dependent parameters and hoisted constants in place."""
+    """A model that can be run: its interface with its code. ``library``: a shared object that exports
+    ``const mech_model *mech_model_get(void)`` and, for each experiment, its function. A curve has none, but ``functions`` of many
+    places at once, by name, and ``parameters_function(p, set)``, which fills dependent parameters and hoisted constants in place."""
 
     enclosure: Enclosure | None = None
     """What evaluates a function by its name over balls that hold every rounding, for proofs."""

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from ..program import Program, ProgramFunction
 from ..program.model import Literal, Load, Operate, Store, operands_of
@@ -108,12 +108,16 @@ JAX: Final = Library(
 
 
 class Begin(Struct, frozen=True):
-    """Where a run of the model begins: time, consistent state and inputs; the parameters by name that are set."""
+    """Where a run of the model begins: time, consistent state and inputs; the parameters by name that are set. When it ends, the
+    sizes of its states that tolerances refer to, and the inputs by index that it holds."""
 
     time: float
     state: Sequence[float]
     inputs: Sequence[float]
     settings: Mapping[str, float]
+    stop: float = 0.0
+    nominal: Sequence[float] = ()
+    held: Mapping[int, float] = field(default_factory=dict)
 
 
 def emit_differentiable(

@@ -40,17 +40,6 @@ def function_lines(
                 yield f"    {names[load]} = " + (
                     f"u[{inputs + index}]" if array == "g" else f"{array}[{index}]"
                 )
-    for line in lines(body, _collecting(dialect, results), names):
-        if line:
-            yield f"    {line}"
-    if completes:
-        yield "    return p\n\n"
-    else:
-        yield from _result([results[i] for i in range(function.n_out)])
-
-
-def _collecting(dialect: Dialect, results: dict[int, str]) -> Dialect:
-    """Return the dialect with stores to ``out`` kept for the return statement."""
 
     def store(statement: Store, expression: str) -> str:
         if statement.array != "out":
@@ -58,10 +47,17 @@ def _collecting(dialect: Dialect, results: dict[int, str]) -> Dialect:
         results[statement.index] = expression
         return ""
 
-    return replace(dialect, store=store)
+    for line in lines(body, replace(dialect, store=store), names):
+        if line:
+            yield f"    {line}"
+    if completes:
+        yield "    return p\n\n"
+    else:
+        yield from returned([results[i] for i in range(function.n_out)])
 
 
-def _result(values: Sequence[str]) -> Iterator[str]:
+def returned(values: Sequence[str]) -> Iterator[str]:
+    """Yield the statement that returns a list, and empty lines."""
     line = f"    return [{', '.join(values)}]"
     if len(line) <= 110:
         yield line
@@ -77,8 +73,9 @@ def _loads(body: Body) -> set[tuple[str, int]]:
 
 
 def quantities(name: str, entries: Sequence[Quantity]) -> Iterator[str]:
-    if not entries:
-        yield f"{name} = []"
+    listed = ", ".join(f"({string(entry.name)}, {string(entry.unit)})" for entry in entries)
+    if len(listed) < 100 and not any(entry.doc.strip() for entry in entries):
+        yield f"{name} = [{listed}]"
         return
     yield f"{name} = ["
     for entry in entries:

@@ -62,7 +62,7 @@ def _check_ending(target: str, output: str | None) -> None:
     type=Targets(["python", "c", "fmu", "web", "casadi", "jax"]),
     default="python",
     show_default=True,
-    help="A Python module that needs only NumPy, C11 with the kernel beside it, a Functional Mock-up Unit, a page "
+    help="A short Python module, C11 with the kernel beside it, a Functional Mock-up Unit, a page "
     "that shows the model move, or a module of functions for CasADi or JAX, which differentiate them.",
 )
 @click.option(
@@ -127,7 +127,7 @@ def command(
     """Write MODEL.mech as code that stands alone.
 
     \b
-    mechc compile pendulum.mech --target python -o pendulum.py    # then: python pendulum.py
+    mechc compile pendulum.mech --target python -o pendulum.py    # then: from pendulum import simulate
     mechc compile pendulum.mech --target c -o pendulum_c          # its files say how to build them
     mechc compile pendulum.mech --target fmu -o pendulum.fmu      # --fmi 2 for older importers
     mechc compile pendulum.mech --target web -o pendulum.html     # one file, live in any browser
@@ -137,7 +137,7 @@ def command(
 
     _check_ending(target, output)
     drawn = {"scene"} if target == "web" else set()
-    loaded = load(file, model=model, set=settings, keep=kept(keep_all, target) | drawn)
+    loaded = load(file, model=model, set=settings, keep=kept(keep_all) | drawn)
     show_warnings(loaded)
     if target == "fmu":
         from ..fmu.export import FmuOptions, export_fmu

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from ..requests.parse_values import UsageMistake
 
@@ -42,9 +41,6 @@ def run_curve(model: Model, file: str, given: dict[str, Any], display: Display |
     for name, option in OF_MOTIONS.items():
         if given[name] or given[name] == "":
             raise UsageMistake(f"{option} belongs to a motion, and '{model.name}' is a curve")
-    asked = click.get_current_context().get_parameter_source("target") is not ParameterSource.DEFAULT
-    if asked and given["target"] == "c":
-        raise UsageMistake(f"'{model.name}' is a curve, which is found in Python: leave out --target c")
     if given["reproducible"]:
         raise UsageMistake(
             f"--reproducible fixes every operation of a motion, and '{model.name}' is a curve",

@@ -119,7 +119,7 @@ def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:
         settings |= {"store": given["output"], "resume": given["resume"]}
     elif given["resume"]:
         raise UsageMistake("--resume goes on with a file of results", "name it, -o FILE.npz")
-    names = ("stop", "start", "every", "step", "tolerance", "method", "experiment", "inputs", "target")
+    names = ("stop", "start", "every", "step", "tolerance", "method", "experiment", "inputs")
     with Progress(model.name, quiet=given["quiet"]) as progress:
         runs = model.ensemble(
             **settings,

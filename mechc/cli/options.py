@@ -282,10 +282,10 @@ def verify_option(function: F) -> F:
     )(function)
 
 
-def kept(keep_all: bool, target: str) -> frozenset[str]:
-    """Return the parts that ``--keep-all`` asks for: all that code of the target can hold."""
+def kept(keep_all: bool) -> frozenset[str]:
+    """Return the parts that ``--keep-all`` asks for."""
     if not keep_all:
         return frozenset()
     from ..compiler.equations.needs import EVERYTHING
 
-    return EVERYTHING - {"events"} if target == "python" else EVERYTHING
+    return EVERYTHING

@@ -59,8 +59,7 @@ if TYPE_CHECKING:
     "--method",
     metavar="NAME",
     shell_complete=method_names,
-    help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
-    "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF.",
+    help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6.",
 )
 @click.option(
     "-o",
@@ -125,13 +124,7 @@ if TYPE_CHECKING:
 @click.option(
     "--all", "every_curve", is_flag=True, help="Of a model of a curve: look for further stationary curves."
 )
-@click.option("--reproducible", is_flag=True, help="The same bits on every machine, in C and in Python.")
-@click.option(
-    "--target",
-    type=click.Choice(["c", "python"]),
-    default="c",
-    help="Run as compiled C, or on Python.",
-)
+@click.option("--reproducible", is_flag=True, help="The same bits on every machine.")
 @ensemble_options
 @keep_all_option
 @verify_option
@@ -160,7 +153,7 @@ def command(file: str, **given: Any) -> int:
             file,
             model=given["model"],
             set=given["settings"],
-            keep=kept(given["keep_all"], given["target"]) | ({"scene"} if shows else set()),
+            keep=kept(given["keep_all"]) | ({"scene"} if shows else set()),
             remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
@@ -297,7 +290,6 @@ def _run_one(
             condition=given["condition"],
             constants=given["constants"],
             reproducible=given["reproducible"],
-            target=given["target"],
             progress=progress,
             to=streamed,
         )

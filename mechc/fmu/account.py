@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from ..compiler.equations.needs import EVERYTHING
 from ..compiler.targets.fmu.export import make_package, start_of
+from ..exporting import ready_code
 from ..presentation.style import PLAIN, Style
 from .export import equations_for
 
@@ -35,7 +36,7 @@ def account(model: CompiledModel) -> Account:
     chosen = model.for_experiment(None)
     said = chosen.method(None)
     method = said if said and said != "auto" else "dop853"
-    start = start_of(chosen.problem("python"), None, chosen.settings)
+    start = start_of(ready_code(chosen), None, chosen.settings)
     parts = chosen.compilation.parts
     files = make_package(equations_for(chosen, method), start, fmi=3, method=method, parts=parts).files
     description = ElementTree.fromstring(files["modelDescription.xml"])

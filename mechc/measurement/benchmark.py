@@ -145,7 +145,7 @@ def benchmark(
     names = list(methods) or list(KERNEL_METHODS)
     parts = frozenset().union(*map(parts_for, ("radau5", *names)))
     beside = peers(model, against, parts)
-    problem = model.problem("c", parts=parts)
+    problem = model.problem(parts=parts)
     functions = load_functions(problem)
     options = SimulationOptions(
         experiment=experiment, values=model.settings, stop=stop, points=MEASURED_POINTS
@@ -394,7 +394,7 @@ def reference_at(
 
     Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
     """
-    problem = model.problem("c")
+    problem = model.problem()
     functions = load_functions(problem)
     options = SimulationOptions(experiment=experiment, values=model.settings, stop=max(times), points=2)
     case = prepare(problem, functions, options)

@@ -16,9 +16,9 @@ from ..compiler.metamorphic.twin import Twin
 from ..lang.units import parse_unit
 from ..runtime.case import Case, inputs_at
 from ..runtime.problem import PURE, Array, Quantity
+from ..runtime.start.assembly import Assembly
 from ..runtime.start.facts import start_facts
 from ..runtime.start.free_state import characteristic_length
-from ..runtime.start.stages import make_task
 
 ALIKE = 1e-9
 """By how much weights of an assembly may differ by rounding, and a start may miss what it has to fulfil, as shares."""
@@ -70,23 +70,14 @@ def missed(case: Case, y: Array) -> Compared:
         if known:
             off = abs(float(x - stated)) / (abs(float(stated)) or 1.0)
             found.append(Compared(q.name, off, ALIKE, case.begin))
-    facts, nothing = start_facts(case.problem), np.zeros(case.problem.nv)
-    if facts is not None and case.functions.assembly_jacobian is not None:
-        task = make_task(
-            facts,
-            case.functions.assembly,
-            case.functions.assembly_jacobian,
-            case.begin,
-            case.known,
-            inputs_at(case, case.begin),
-            case.z,
-            case.p,
-        )
-        rates = np.abs(y[case.problem.nq : case.problem.nq + case.problem.nv]) * task.weights
+    if case.functions.assembly_jacobian is not None:
+        u = inputs_at(case, case.begin)
+        made = Assembly.of(case.problem, case.functions, case.begin, case.known, u, case.z, case.p)
+        rates = np.abs(y[case.problem.nq : case.problem.nq + case.problem.nv]) * made.weights
         for stage, unit in ((1, 1.0), (2, max(1.0, rates.max(initial=0.0)))):
-            local = task.local(y, stage, nothing)
-            sizes = np.abs(local.hard_jacobian / task.weights).max(axis=1, initial=0.0)
-            for row, value, size in zip(task.rows(stage, True), local.hard, sizes, strict=True):
+            rows = made.rows(stage)
+            sizes = np.abs(made.gradients(y, stage)).max(axis=1, initial=0.0)
+            for row, value, size in zip(rows, made.residuals(y)[rows], sizes, strict=True):
                 off = abs(float(value)) / ((size or 1.0) * unit)
                 found.append(Compared(case.problem.assembly[row].name, off, ALIKE, case.begin))
     return max(found, key=lambda c: c.difference if np.isfinite(c.difference) else np.inf)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
@@ -91,29 +91,25 @@ def costs_of(
 ) -> dict[str, Cost]:
     """Return what builds of a model cost, timed in turns. Raises CompilerMissing, BuildError."""
     costs = {name: cost(build, target, measured) for name, build in builds.items()}
-    return _timed(builds, costs, target) if measured and target in _CALLS else costs
+    return _timed(builds, costs) if measured and target == "c" else costs
 
 
-def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost], target: Code) -> dict[str, Cost]:
-    """Time all builds in turns."""
-    cases = {name: _case_of(build, target) for name, build in builds.items() if costs[name].size is not None}
+def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost]) -> dict[str, Cost]:
+    """Time all builds in turns: by the compiled code; others are measured by their size alone."""
+    cases = {n: default_case(build.problem()) for n, build in builds.items() if costs[n].size is not None}
     rounds: dict[str, list[float]] = {name: [] for name, case in cases.items() if case is not None}
     for _ in range(REPEATS):
         for name, times in rounds.items():
             case = cases[name]
             assert case is not None
             step = (case.stop - case.begin) * SHARE
-            times.append(min(_CALLS[target](case, step) for _ in range(SHORTEST)))
+            times.append(min(_by_kernel(case, step) for _ in range(SHORTEST)))
     return {
         name: replace(cost, nanoseconds=statistics.median(taken), rounds=tuple(taken))
         if (taken := rounds.get(name))
         else cost
         for name, cost in costs.items()
     }
-
-
-def _case_of(model: CompiledModel, target: Code) -> Case | None:
-    return default_case(model.problem("python" if target == "python" else "c"))
 
 
 def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cost:
@@ -126,13 +122,14 @@ def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cos
         return plain
     match target:
         case "c":
-            problem = model.problem("c")
+            problem = model.problem()
             assert problem.library is not None
             return replace(plain, size=code_bytes(problem.library))
         case "python":
+            from ..compiler.targets.differentiable import Begin
             from ..compiler.targets.python import emit_python
 
-            return replace(plain, size=len(emit_python(program).encode()))
+            return replace(plain, size=len(emit_python(program, Begin(0.0, (), (), {})).encode()))
         case "fmu":
             return replace(plain, size=_fmu_size(model))
         case "web":
@@ -161,18 +158,6 @@ def _by_kernel(case: Case, step: float) -> float:
         done.run_time, time.thread_time() - begun
     )  # by the clock, and by the processor's with what is around it
     return taken / max(done.evaluations, 1) * 1e9
-
-
-def _by_python(case: Case, step: float) -> float:
-    u = np.zeros(len(case.problem.inputs))
-    begun = time.thread_time()
-    for _ in range(STEPS // 10):
-        case.functions.rhs(case.begin, case.y0, u, case.z, case.p)
-    return (time.thread_time() - begun) / (STEPS // 10) * 1e9
-
-
-_CALLS: Mapping[str, Callable[[Case, float], float]] = {"c": _by_kernel, "python": _by_python}
-"""What gives the nanoseconds of one evaluation, by target; FMUs and pages are measured by their size alone."""
 
 
 def _page_size(model: CompiledModel) -> int:

@@ -123,7 +123,7 @@ def stress(
 
 def _compile(model: Model) -> None:
     """Fill the cache with what the runs need, so that no limit of theirs is spent on it."""
-    model.problem("c", method="radau5")
+    model.problem(method="radau5")
     with suppress(ReferenceFailed):
         compile_for_reference(model)
 
@@ -462,7 +462,7 @@ def _opinion(
 
 def _conditioning(model: Model, request: Asked, solution: Solution) -> dict[str, float]:
     """Return how far the end moves if every parameter is changed by a unit in the last place."""
-    parameters = model.problem("c").parameters
+    parameters = model.problem().parameters
     values = {q.name: float(solution.parameters[q.name]) for q in parameters if q.name in solution.parameters}
     signs = [1 if k % 2 else -1 for k in range(len(values))]
     moved = {

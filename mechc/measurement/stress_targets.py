@@ -59,9 +59,8 @@ def _by_python(model: Model, _names: list[str], folder: Path, _seconds: float) -
     (file,) = model.compile("python", folder / "module.py")
     module: dict[str, Any] = {"__name__": "module"}
     exec(file.read_text(encoding="utf-8"), module)
-    stop = {} if any("stop" in e["options"] for e in module["EXPERIMENTS"].values()) else {"stop": 10.0}
     try:
-        found = module["simulate"](points=3, **stop)
+        found = module["simulate"](points=3)
     except (RuntimeError, ArithmeticError, ValueError) as error:
         raise SimulationError(str(error)) from None
     return {name: float(values[-1]) for name, values in found.items()}

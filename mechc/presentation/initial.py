@@ -11,7 +11,6 @@ from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
-    from ..requests.parse_values import Target
     from ..runtime.problem import Problem
 
 
@@ -20,7 +19,6 @@ def initial_text(
     experiment: str | None,
     *,
     explain: bool,
-    target: Target = "c",
     style: Style = PLAIN,
 ) -> str:
     """Return the consistent initial state; with ``explain`` what was wanted, and by how much it was moved.
@@ -28,7 +26,7 @@ def initial_text(
     Raises SimulationError where there is none, CompilerMissing, BuildError.
     """
     model = model.for_experiment(experiment)
-    problem = model.problem(target)
+    problem = model.problem()
     options = SimulationOptions(experiment=experiment, values=model.settings, start=0.0, stop=0.0)
     case = prepare(problem, load_functions(problem), options)
     title = style.bold(problem.name + (f", {case.experiment}" if case.experiment else ""))

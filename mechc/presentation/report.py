@@ -97,7 +97,7 @@ def _cost(solution: ShownSolution, style: Style) -> list[str]:
 
 
 def _method(solution: ShownSolution) -> str:
-    by = "compiled C by libtcc" if solution.problem.quick else "compiled C" if solution.compiled else "Python"
+    by = "compiled C by libtcc" if solution.problem.quick else "compiled C"
     return f"{solution.statistics.method}, {by}"
 
 

@@ -9,17 +9,16 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.studies.study import Study
 from ..runtime.studies.table import kind_of
 from ..suggest import closest, setting_meant
-from .parse_values import TARGETS, UsageMistake, one_of
+from .parse_values import UsageMistake
 
 if TYPE_CHECKING:
     from ..runtime.results.streamed import Streamed
 
-AROUND = ("experiment", "inputs", "target", "progress", "to")
+AROUND = ("experiment", "inputs", "progress", "to")
 
 
 def check_around(given: Mapping[str, Any]) -> None:
     """Raise UsageMistake for what stands around a question and is of a wrong kind."""
-    one_of(given.get("target") or "c", TARGETS, "target")
     if not isinstance(given.get("inputs") or {}, Mapping):
         raise UsageMistake(
             f"'inputs' are tables or functions by the names of inputs, not {given['inputs']!r}",

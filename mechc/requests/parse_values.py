@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable
-from typing import Any, Literal, Protocol, get_args, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
 
@@ -13,10 +13,6 @@ from ..lang.units import Unit, UnitError, parse_unit
 from ..suggest import closest
 
 Scalar = float | int | bool | str
-
-Target = Literal["c", "python"]
-"""What runs a model: compiled C, or Python."""
-TARGETS: tuple[str, ...] = get_args(Target)
 
 
 @runtime_checkable

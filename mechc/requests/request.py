@@ -13,14 +13,12 @@ from ..runtime.case import Progress
 from ..runtime.settings import FORMULAS, FROM_OUTSIDE, Setting, settings_of
 from ..runtime.studies.study import Study
 from .common_settings import AROUND, around_of, unknown_setting
-from .parse_values import Target
 
 
 class Asked(Struct, frozen=True):
     """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
 
-    ``inputs`` are tables or functions by the name of the input; ``progress`` is called with the fraction done; ``target`` says
-    what runs it: compiled C, or Python; ``to`` is the file (``Streamed``) that a run grows.
+    ``inputs`` are tables or functions by the name of the input; ``progress`` is called with the fraction done; ``to`` is the file (``Streamed``) that a run grows.
     ``lasts``: whoever puts the question again has this very value, and it names nothing that may have changed meanwhile.
     """
 
@@ -28,7 +26,6 @@ class Asked(Struct, frozen=True):
     experiment: str | None = None
     given: Mapping[str, object] = field(default_factory=dict)
     inputs: Mapping[str, Any] = field(default_factory=dict)
-    target: Target = "c"
     progress: Progress | None = None
     to: Any = None
     lasts: bool = False

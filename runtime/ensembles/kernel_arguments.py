@@ -85,19 +85,9 @@ class Posed:
         device: tuple[str, MakeItems] | None = None,
     ) -> None:
         self.problem, self.options, self.members = problem, options, members
-        if problem.library is None:
-            raise SimulationError(
-                "an ensemble runs in compiled code",
-                help="leave out target = python",
-            )
         self.functions = load_functions(problem)
         self.case = self._case()
         self.method = choose_method(self.case, options.reproducible)
-        if not self.method.in_kernel:
-            raise SimulationError(
-                f"'{self.method.name}' runs on Python, and an ensemble in compiled code",
-                help="take a method of the kernel: auto, dop853, radau5, ...",
-            )
         self.scalars = [one for one in kept if one.kind != SERIES]
         self.series = [one for one in kept if one.kind == SERIES]
         flowing = any(one.kind in FLOWING for one in self.scalars)
@@ -236,7 +226,6 @@ class Posed:
         )
 
     def _model(self) -> contract.ModelStruct:
-        assert self.functions.struct is not None
         return self.functions.struct
 
     def _experiment(self, fixed: Sequence[PlaceStruct]) -> tuple[list[float], list[PlaceStruct], int | None]:

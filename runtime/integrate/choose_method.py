@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Collection
 
 from msgspec import Struct
 
 from mechc.suggest import suggest
 
 from ..case import Case
-from ..functions import Functions
 from ..memo import once
 from ..native import contract
 from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import SimulationError
 from ..problem import Problem
-from .scipy_methods import METHODS, PREFIX
 
 NEEDS = {
     Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
@@ -34,19 +33,15 @@ class Method(Struct, frozen=True):
     """``fixed_step``: the user gives the step, and the error falls as its power ``order``."""
 
     name: str
-    in_kernel: bool
     fixed_step: bool
     order: int
 
 
 def choose_method(case: Case, reproducible: bool = False) -> Method:
-    """Find the method that a case asks for, and check that it fits. Raises ``SimulationError``.
-
-    ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
-    """
+    """Find the method that a case asks for, and check that it fits. Raises ``SimulationError``."""
     known, key = _found(case.problem), (case.method, reproducible)
     if key not in known:
-        known[key] = _find(case.functions, case.method, reproducible, case.problem.no_series)
+        known[key] = _find(case.functions.struct, case.method, reproducible, case.problem.no_series)
     method = known[key]
     if method.fixed_step and case.step is None:
         raise SimulationError(
@@ -69,36 +64,18 @@ def _found(problem: Problem) -> dict[tuple[str, bool], Method]:
 
 def check_name(wanted: str) -> None:
     """Raise SimulationError where no method for compiled models has this name."""
-    known = [*native.kernel_methods(native.load_kernel()), *(PREFIX + name for name in METHODS)]
+    known = native.kernel_methods(native.load_kernel())
     if wanted not in known:
-        raise _unknown(wanted, known, "")
+        raise _unknown(wanted, known)
 
 
-def _find(functions: Functions, wanted: str, reproducible: bool, no_series: str) -> Method:
-    by_scipy = [PREFIX + name for name in METHODS]
-    if wanted in by_scipy:
-        return Method(wanted, False, False, 0)
-    if functions.struct is not None:
-        return _find_in_kernel(functions.struct, wanted, by_scipy, reproducible, no_series)
-    known = ["auto", "dop853", "rk4", *by_scipy]
-    match wanted:
-        case "auto" | "dop853":
-            return Method(PREFIX + "DOP853", False, False, 0)
-        case "rk4":
-            return Method("rk4", False, True, 4)
-        case _:
-            raise _unknown(wanted, known, " for a model that is not compiled")
-
-
-def _find_in_kernel(
-    model: contract.ModelStruct, wanted: str, others: list[str], reproducible: bool, no_series: str
-) -> Method:
+def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_series: str) -> Method:
     if wanted == "auto" and not model.jacobian:
         wanted = EXPLICIT  # as that does without one
     kernel = native.kernel_for(model, reproducible, wanted)
     index = int(kernel.mech_method_index(wanted.encode()))
     if index < 0:
-        raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
+        raise _unknown(wanted, native.kernel_methods(kernel))
     lacks = Status(kernel.mech_method_lacks(index, ctypes.addressof(model)))
     if lacks == Status.NEEDS_SERIES and no_series:
         raise SimulationError(
@@ -114,7 +91,7 @@ def _find_in_kernel(
             help="'gauss4' takes steps of one size too, and has no such limits",
         )
     fixed_step = not kernel.mech_method_is_adaptive(index)
-    return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
+    return Method(wanted, fixed_step, int(kernel.mech_method_order(index)))
 
 
 def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
@@ -143,8 +120,7 @@ def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
     return obstacles
 
 
-def _unknown(wanted: str, known: list[str], where: str) -> SimulationError:
-    names = ", ".join(known)
+def _unknown(wanted: str, known: Collection[str]) -> SimulationError:
     return SimulationError(
-        f"there is no method '{wanted}'{where} (there are {names}){suggest(wanted, known)}"
+        f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
     )

@@ -74,7 +74,6 @@ def _solver(case: Case, options: SolverOptions, reader: Reader | None) -> Solver
     if options.like is not None and not dense:
         return options.like.again(tolerance, options.atol, step, case.max_step, storage)
     model = case.functions.struct
-    assert model is not None
     kernel = native.kernel_for(model, options.reproducible, options.method)
     records = FIRST_RECORD if dense else 0
     return Solver(
@@ -285,7 +284,6 @@ def _dense(
 
 def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:
     model = functions.struct
-    assert model is not None
     steps, stiff, switched = report.steps, report.stiff_time, report.switch_time
     return Statistics(
         method_name(kernel, report.method),

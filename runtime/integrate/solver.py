@@ -47,7 +47,6 @@ class Solver:
         records: int = 0,
     ) -> None:
         struct = case.functions.struct
-        assert struct is not None
         self.kernel = kernel
         self._case = case  # the library of its functions stays loaded
         index, n_dense = method_of(kernel, method)
@@ -55,7 +54,7 @@ class Solver:
         ny, nz = self.ny, self.nz = y0.size, z.size
         self.n_dense = n_dense
         self._tables, self._table_data = table_structs(tables)
-        stops = _stops(case) if tables else []
+        stops = kink_times(case) if tables else []
         given = [atol, y0, z, case.p]
         self._numbers = numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
         at = numbers.ctypes.data
@@ -118,7 +117,6 @@ class Solver:
 
     def _create(self) -> None:
         struct = self._case.functions.struct
-        assert struct is not None
         self._handle = self.kernel.mech_create(ctypes.addressof(struct), ctypes.byref(self._options))
         if not self._handle:
             raise MemoryError("the kernel could not allocate its solver")
@@ -291,7 +289,7 @@ def method_name(kernel: ctypes.CDLL, index: int) -> str:
     return name
 
 
-def _stops(case: Case) -> list[float]:
+def kink_times(case: Case) -> list[float]:
     """List the times at which tables have kinks. (np.unique imports numpy.ma, which takes longer than a short run.)"""
     kinks = (table.kinks().tolist() for table in case.tables.values())
     return sorted({t for times in kinks for t in times if t > case.begin})

@@ -1,4 +1,4 @@
-"""How a case is to be solved: what the kernel, SciPy's methods and the peers are all asked for."""
+"""How a case is to be solved: what the kernel and the peers are asked for."""
 
 from __future__ import annotations
 

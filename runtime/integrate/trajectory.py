@@ -121,13 +121,6 @@ class Trajectory(Struct, frozen=True, eq=False, dict=True):
         return found
 
 
-def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[Array, Array]:
-    """Append the point where a run stopped, unless it is the last row already."""
-    if t.size and t[-1] >= t_last:
-        return t, y
-    return np.append(t, t_last), np.vstack([y, y_last])
-
-
 def with_unit_rotations(rotations: tuple[int, ...], y: Array) -> Array:
     """Give ``y`` [ny] or [n, ny] with quaternions of unit length."""
     if not rotations:

@@ -142,8 +142,7 @@ class _Bound(Struct, frozen=True):
     def call(self, offers: list[Offer]) -> Callable[..., Any]:
         """Return a function of states; of several, the rows below each other."""
         slow = _Slow(self, offers)
-        functions = self.site.case.functions
-        if functions.library is None or calls.library() is None:
+        if calls.library() is None:
             return slow
         record, kept = self.record(offers)
         slow.record = record

@@ -212,11 +212,6 @@ def site_of(problem: Problem, options: SimulationOptions, place: Place) -> Site:
 
 def _begun(case: Case) -> tuple[Array, Array]:
     """Return state and discrete variables once the events of the start have happened: what holds, sticks and switches."""
-    if case.functions.struct is None:
-        raise SimulationError(
-            f"'{case.problem.name}' switches, and what holds at a state is found by the compiled kernel",
-            help="this needs a C compiler: mechc doctor",
-        )
     kernel = native.kernel_for(case.functions.struct)
     with Solver(kernel, case, "dop853", case.tolerance, np.full(case.y0.size, case.tolerance)) as solver:
         status = solver.advance(case.begin, 1)
@@ -251,7 +246,7 @@ def begun_at(site: Site, y: Array) -> Site:
 def plan_of(site: Site) -> contract.HybridStruct | None:
     """Return what the kernel knows of switches and rows; None where nothing switches."""
     struct = site.case.functions.struct
-    if site.problem.hybrid is None or struct is None or struct.hybrid is None:
+    if site.problem.hybrid is None or struct.hybrid is None:
         return None
     return ctypes.cast(struct.hybrid, ctypes.POINTER(contract.HybridStruct)).contents
 

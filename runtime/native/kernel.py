@@ -177,9 +177,9 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_start_state": (c_int, (c_void_p, c_double, *(c_void_p,) * 6, POINTER(StartReportStruct))),
     "mech_start_found": (c_int, (c_void_p, c_double, *(c_void_p,) * 5)),
     "mech_assemble": (c_int, (c_void_p, c_double, *(c_void_p,) * 5, POINTER(StartReportStruct))),
-    "mech_nominal_at_start": (
-        c_int,
-        (c_void_p, c_void_p, POINTER(OptionsStruct), c_double, c_void_p, c_void_p),
+    **dict.fromkeys(
+        ("mech_nominal_at_start", "mech_nominal_values"),
+        (c_int, (c_void_p, c_void_p, POINTER(OptionsStruct), c_double, c_void_p, c_void_p)),
     ),
     "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
 }
@@ -244,10 +244,8 @@ def _quick() -> ctypes.CDLL:
 @functools.cache
 def _fitted(reproducible: bool, states: int, switches: bool, assembles: bool) -> ctypes.CDLL:
     flags = kernel_flags(reproducible)
-    key = (
-        f"{_USUAL}, {states} states, {'' if switches else 'no '}events, {'' if assembles else 'no '}assembly"
-    )
     used = [name for name in _SIGNATURES if assembles or name not in _ASSEMBLY]
+    key = f"{_USUAL}, {states} states, {'' if switches else 'no '}events; {', '.join(used)}"
 
     def build() -> Path:
         sources = kernel_sources()

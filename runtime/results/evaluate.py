@@ -38,23 +38,18 @@ def evaluate_rows(
             part = replace(case, z=np.ascontiguousarray(z[i]))
             rows[i:j] = evaluate_rows(part, name, t[i:j], y[i:j])
         return rows
-    if functions.struct is not None:
-        t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
-        tables, _alive = table_structs(case.tables)
-        u = np.empty(len(problem.inputs))
-        native.kernel_for(functions.struct, bool(case.asked and case.asked.reproducible)).mech_evaluate(
-            ctypes.addressof(functions.struct),
-            getattr(functions.struct, name),
-            size,
-            ctypes.addressof(tables),
-            len(tables),
-            t.size,
-            *(values.ctypes.data for values in (t, y, case.z, case.p, u, rows)),
-        )
-        return rows
-    for k in range(t.size):
-        u = inputs_at(case, float(t[k]))
-        rows[k] = function(float(t[k]), y[k], u, case.z, case.p)
+    t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
+    tables, _alive = table_structs(case.tables)
+    u = np.empty(len(problem.inputs))
+    native.kernel_for(functions.struct, bool(case.asked and case.asked.reproducible)).mech_evaluate(
+        ctypes.addressof(functions.struct),
+        getattr(functions.struct, name),
+        size,
+        ctypes.addressof(tables),
+        len(tables),
+        t.size,
+        *(values.ctypes.data for values in (t, y, case.z, case.p, u, rows)),
+    )
     return rows
 
 

@@ -225,11 +225,6 @@ class Solution(Results):
         return (self,)
 
     @property
-    def compiled(self) -> bool:
-        """Whether it ran as C."""
-        return self.problem.library is not None
-
-    @property
     def true_errors(self) -> tuple[TrueError, ...]:
         """Compare with the closed solutions that the model states; they hold for its default experiment only."""
         if not self.motion.as_stated:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+
+from msgspec import Struct
 
 from ..interface import PURE, AssemblyRow, ModelInterface
 
-# ---- copied from here
 
-
-class StartFacts(NamedTuple):
+class StartFacts(Struct, frozen=True):
     """``rows``: stage, whether it must hold, 1 for a pure number, 2 for a length, 0 for anything else; ``size`` [nv] of the coordinate of each
     velocity, 0: the characteristic size of lengths, which is made from the parameters ``lengths`` that something uses. ``partner`` [nv]:
     the index of that coordinate, of the first entry of a rotation; ``rotations``: all of these."""
@@ -24,9 +23,6 @@ class StartFacts(NamedTuple):
     size: Sequence[float]
     lengths: Sequence[int]
     dependent: Sequence[int]
-
-
-# ---- to here
 
 
 def start_facts(problem: ModelInterface) -> StartFacts | None:

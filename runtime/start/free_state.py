@@ -1,75 +1,18 @@
-"""The state that an assembly moves: which velocities belong to which coordinates, and how far it is from its guess.
+"""Ways of a state: which velocities belong to which coordinates, and how far it is from another.
 
 Coordinates are weighed by one over their characteristic length, angles by one over a radian; rotations move along their
-body axes and deviate by the angle of the rotation from the guess. What follows the marker stands in modules of the Python
-target, too.
+body axes and deviate by the angle of the rotation between both.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ..problem import Array, ModelFunction
+from ..problem import Array
 from .facts import StartFacts
-from .gauss_newton import Local
 
 Flags = NDArray[np.bool_]
-
-
-# ---- copied from here
-
-ATTEMPTS = 8
-LEAST = 1e-3
-"""Of the sizes in a model: rows with smaller gradients are measured as if they had these, so that rounding is none of them."""
-
-
-class Task(NamedTuple):
-    """One assembly: the functions at fixed t, u, z, p, the characteristic ``length``, and ``weights`` [nv]."""
-
-    facts: StartFacts
-    residuals: ModelFunction
-    jacobian: ModelFunction
-    t: float
-    u: Array
-    z: Array
-    p: Array
-    known: Flags
-    length: float
-    weights: Array
-
-    def rows(self, stage: int, hard: bool) -> list[int]:
-        return [i for i, row in enumerate(self.facts.rows) if row[:2] == (stage, hard)]
-
-    def free(self, stage: int) -> NDArray[np.intp]:
-        """Which of the velocities may move."""
-        facts = self.facts
-        places = facts.partner if stage == 1 else range(facts.nq, facts.nq + facts.nv)
-        return np.flatnonzero([not self.known[i] for i in places])
-
-    def local(self, y: Array, stage: int, deviation: Array) -> Local:
-        """Residuals and Jacobians at y. Wishes are weighed like coordinates."""
-        values = self.residuals(self.t, y, self.u, self.z, self.p)
-        matrix = self.jacobian(self.t, y, self.u, self.z, self.p)
-        matrix = matrix.reshape(len(self.facts.rows), self.facts.nv)
-        hard, soft = self.rows(stage, True), self.rows(stage, False)
-        share = np.array([1.0 if self.facts.rows[i][2] == 1 else 1 / self.length for i in soft])
-        sizes = (0.0, *self.sizes(y, stage))
-        least = np.array([LEAST * sizes[self.facts.rows[i][2]] for i in hard])
-        return Local(
-            values[hard], matrix[hard], share * values[soft], share[:, None] * matrix[soft], deviation, least
-        )
-
-    def sizes(self, y: Array, stage: int) -> tuple[float, float]:
-        """The size of what pure numbers and lengths of the model are made of, or of their rates."""
-        facts = self.facts
-        lengths = [abs(float(y[i])) for i, size in zip(facts.partner, facts.size, strict=True) if size == 0]
-        speed = float(np.abs(self.weights * y[facts.nq : facts.nq + facts.nv]).max(initial=1.0))
-        rate = speed if stage == 2 else 1.0
-        return rate, rate * max([self.length, *lengths])
 
 
 def displaced(facts: StartFacts, y: Array, d: Array) -> Array:
@@ -122,19 +65,6 @@ def characteristic_length(facts: StartFacts, p: Array) -> float:
 def weights_of(facts: StartFacts, length: float) -> Array:
     """One over the size of the coordinate of each velocity."""
     return np.array([1 / (size or length) for size in facts.size])
-
-
-def disturbed(
-    task: Task, move: Callable[[Array, Array], Array], first: Array, free: NDArray[np.intp]
-) -> list[Array]:
-    """States around the first one, always the same ones: it may be one where nothing can begin."""
-    numbers = even_numbers(3, ATTEMPTS * free.size).reshape(ATTEMPTS, free.size)
-    states = []
-    for k in range(ATTEMPTS):
-        d = np.zeros(task.facts.nv)
-        d[free] = min(0.05 * 2.0**k, 1.5) * numbers[k] / task.weights[free]
-        states.append(move(first, d))
-    return states
 
 
 def even_numbers(seed: int, count: int) -> Array:

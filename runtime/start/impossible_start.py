@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
 import numpy as np
 
+from ..native import kernel as native
 from ..outcome import SimulationError
-from ..problem import AssemblyRow, Problem
-from .free_state import Task, displaced, disturbed
-from .gauss_newton import Nearest
+from ..problem import Array, AssemblyRow
+from .assembly import APART, STARTED, UNDIRECTED, Assembly
+from .free_state import displaced, even_numbers
 
 
-def not_assembled(
-    problem: Problem, task: Task, stage: int, found: Nearest, without_known: bool
+def no_start(made: Assembly, guess: Array, y: Array, report: native.StartReportStruct) -> SimulationError:
+    """Return why there is no start. ``y``: the closest state to the guess that was found."""
+    problem, nothing = made.problem, np.zeros(made.known.size, bool)
+    if report.status == UNDIRECTED:
+        return no_direction(problem.assembly[report.row])
+    if report.status == APART:
+        others = [made.from_guess(start, nothing)[1].status for start in (guess, y)]
+        return _not_assembled(made, 1, guess, y, any(status != APART for status in others))
+    return _not_assembled(made, 2, guess, y, made.from_guess(y, nothing)[1].status == STARTED)
+
+
+def _not_assembled(
+    made: Assembly, stage: int, guess: Array, y: Array, without_known: bool
 ) -> SimulationError:
-    """``found``: the closest state; ``without_known``: whether there is one if the given values are guesses."""
-    hard = [problem.assembly[i] for i in task.rows(stage, True)]
-    off = found.violations
+    """``without_known``: whether there is a start if the given values are guesses."""
+    problem = made.problem
+    hard = [problem.assembly[i] for i in made.rows(stage)]
+    residuals, scale = made.residuals(y)[made.rows(stage)], made.scales(stage, guess, y)
+    off = np.abs(residuals) / scale
     undefined = [row for row, v in zip(hard, off, strict=True) if not np.isfinite(v)]
     if undefined:
         return SimulationError(
@@ -29,25 +42,25 @@ def not_assembled(
         )
     worst = float(off.max())
     guilty = [i for i in np.argsort(-off) if off[i] > 1e-3 * worst]
-    notes = [f"{_told(hard[i], stage)} is off by {abs(float(found.local.hard[i])):.4g} {hard[i].unit}".rstrip()
+    notes = [f"{_told(hard[i], stage)} is off by {abs(float(residuals[i])):.4g} {hard[i].unit}".rstrip()
              + _where(hard[i]) for i in guilty]  # fmt: skip
-    rows = found.local.hard_jacobian[guilty] / task.weights / found.scale[guilty][:, None]
+    rows = made.gradients(y, stage)[guilty] / scale[guilty][:, None]
     touched = np.abs(rows).max(axis=0, initial=0.0)
     first = problem.nq if stage == 2 else 0
-    places = [first + j if stage == 2 else task.facts.partner[j] for j in range(problem.nv)]
+    places = [first + j if stage == 2 else made.facts.partner[j] for j in range(problem.nv)]
     stated = dict.fromkeys(
-        i for j, i in enumerate(places) if task.known[i] and touched[j] > 1e-6 * touched.max(initial=0.0)
+        i for j, i in enumerate(places) if made.known[i] and touched[j] > 1e-6 * touched.max(initial=0.0)
     )
     for i in stated:
         quantity = problem.states[i]
         place = problem.starts[i] if problem.starts else quantity.origin
         line = f" ({place.file}:{place.line})" if place else ""
         where = line if problem.known[i] else " for this run"
-        notes.append(f"{quantity.name} = {_in_words(float(found.x[i]), quantity.unit)} is given{where}")
-    for i in _without_velocity(task) if stage == 1 else ():
+        notes.append(f"{quantity.name} = {_in_words(float(y[i]), quantity.unit)} is given{where}")
+    for i in _without_velocity(made) if stage == 1 else ():
         quantity = problem.states[i]
         unit = f" {quantity.unit}" if quantity.unit else ""
-        notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} stays as it is said: its rate is prescribed")
+        notes.append(f"{quantity.name} = {y[i]:.6g}{unit} stays as it is said: its rate is prescribed")
     origin = hard[guilty[0]].origin
     what = "positions" if stage == 1 else "velocities"
     if without_known and stated:
@@ -60,7 +73,7 @@ def not_assembled(
             if all(problem.known[i] for i in stated)
             else "leave out one of them: a value that is set for a run is kept; only '~' in the model makes it a guess",
         )
-    if without_known or _contradictory(problem, task, stage, found):
+    if without_known or _contradictory(made, stage, y, off):
         return SimulationError(
             f"constraints and initial conditions contradict each other ({what})",
             origin,
@@ -93,24 +106,25 @@ def _where(row: AssemblyRow) -> str:
     return f" ({row.origin.file}:{row.origin.line})" if row.origin else ""
 
 
-def _contradictory(problem: Problem, task: Task, stage: int, found: Nearest) -> bool:
+ATTEMPTS = 8
+"""States around one at which rows are looked at."""
+
+
+def _contradictory(made: Assembly, stage: int, y: Array, off: Array) -> bool:
     """Whether the rows depend on each other in every position, not in the one that was found alone."""
     if stage == 2:
         return True
-    hard = [problem.assembly[i] for i in task.rows(1, True)]
-    off = found.violations
-    if len({row.origin for row, v in zip(hard, off, strict=True) if v > 1e-3 * off.max()}) < 2:
+    hard = [made.problem.assembly[i] for i in made.rows(1)]
+    rows = np.flatnonzero(off > 1e-3 * off.max())
+    if len({hard[i].origin for i in rows}) < 2:
         return False  # one statement: nothing else to remove
-    free = np.arange(problem.nv)
+    nv, scale = made.problem.nv, made.scales(1, y)[rows]
     deficits = []
-    for y in disturbed(task, partial(displaced, task.facts), found.x, free):
-        local = task.local(y, 1, np.zeros(problem.nv))
-        rows = [i for i, v in enumerate(found.violations) if v > 1e-3 * found.violations.max()]
-        matrix = local.hard_jacobian[rows] / task.weights
-        values = np.linalg.svd(matrix / found.scale[rows][:, None], compute_uv=False)
-        deficits.append(
-            int((values < 1e-9 * max(values.max(initial=0.0), 1e-300)).sum()) + max(0, len(rows) - free.size)
-        )
+    for k, numbers in enumerate(even_numbers(3, ATTEMPTS * nv).reshape(ATTEMPTS, nv)):
+        there = displaced(made.facts, y, min(0.05 * 2.0**k, 1.5) * numbers / made.weights)
+        values = np.linalg.svd(made.gradients(there, 1)[rows] / scale[:, None], compute_uv=False)
+        small = (values < 1e-9 * max(values.max(initial=0.0), 1e-300)).sum()
+        deficits.append(int(small) + max(0, len(rows) - nv))
     return min(deficits) > 0
 
 
@@ -124,8 +138,8 @@ def no_direction(row: AssemblyRow) -> SimulationError:
     )
 
 
-def _without_velocity(task: Task) -> list[int]:
+def _without_velocity(made: Assembly) -> list[int]:
     """Coordinates in y whose rates are prescribed: nothing moves them."""
-    facts = task.facts
+    facts = made.facts
     moved = {i + k for i in facts.partner for k in range(4 if i in facts.rotations else 1)}
     return [i for i in range(facts.nq) if i not in moved]

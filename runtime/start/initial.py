@@ -10,11 +10,9 @@ from msgspec import Struct
 
 from ..functions import Functions
 from ..problem import Array, Problem
-from .facts import start_facts
-from .free_state import Flags, Task, deviation_from, displaced
-from .impossible_start import no_direction, not_assembled
-from .native_start import assembled_by_kernel
-from .stages import make_task, moving, place, placed, undirected_row
+from .assembly import APART, STARTED, Assembly
+from .free_state import Flags, deviation_from, displaced
+from .impossible_start import no_start
 
 ROUNDING = 1e-12
 """Of assembled coordinates, in radians or characteristic lengths."""
@@ -48,38 +46,14 @@ def assemble(
 ) -> Assembled:
     """Return the consistent state nearest to ``y0``, of which the ``known`` entries stay as they are.
 
-    By the kernel where the functions are compiled. Raises ``SimulationError`` with the statements that contradict each
-    other.
+    Raises ``SimulationError`` with the statements that contradict each other.
     """
-    facts = start_facts(problem)
-    assert facts is not None and functions.assembly is not None
-    task = make_task(facts, functions.assembly, functions.assembly_jacobian or _immovable, t, known, u, z, p)
-    found = assembled_by_kernel(functions, t, y0, known, u, z, p, reproducible) if functions.struct else None
-    y, steps = found or _assembled(problem, task, y0)
-    before = functions.assembly(t, y0, u, z, p)
-    return Assembled(y, task.weights, before, steps, _second_assembly(problem, task, y))
-
-
-def _immovable(*_: object) -> Array:
-    """The derivatives of conditions by the velocities of a model that has none."""
-    return np.empty(0)
-
-
-def _assembled(problem: Problem, task: Task, y0: Array) -> tuple[Array, tuple[int, int]]:
-    """Return the consistent state and the steps of both stages."""
-    positions = placed(task, y0)
-    if not positions.fulfilled:
-        everything = np.arange(problem.nv)
-        released = [place(task, y0, guess, everything) for guess in (y0, positions.x)]
-        raise not_assembled(problem, task, 1, positions, any(r.fulfilled for r in released))
-    row = undirected_row(task, positions)
-    if row is not None:
-        raise no_direction(problem.assembly[row])
-    found = moving(task, positions.x, task.free(2))
-    if not found.fulfilled:
-        released_rates = moving(task, positions.x, np.arange(problem.nv))
-        raise not_assembled(problem, task, 2, found, released_rates.fulfilled)
-    return found.x, (positions.steps, found.steps)
+    made = Assembly.of(problem, functions, t, known, u, z, p, reproducible)
+    y, report = made.from_guess(y0)
+    if report.status != STARTED:
+        raise no_start(made, y0, y, report)
+    steps = report.steps[0], report.steps[1]
+    return Assembled(y, made.weights, made.residuals(y0), steps, _second_assembly(made, y))
 
 
 def unmoved(problem: Problem, assembled: Assembled, wanted: Array) -> Array:
@@ -96,13 +70,13 @@ def unmoved(problem: Problem, assembled: Assembled, wanted: Array) -> Array:
     return y
 
 
-def _second_assembly(problem: Problem, task: Task, y: Array) -> tuple[str, ...]:
+def _second_assembly(made: Assembly, y: Array) -> tuple[str, ...]:
     """Look for another position close by, where the given values leave none but isolated ones."""
-    free, weights, facts = task.free(1), task.weights, task.facts
-    hard = [problem.assembly[i] for i in task.rows(1, True)]
+    problem, free, weights, facts = made.problem, made.free, made.weights, made.facts
+    hard = [problem.assembly[i] for i in made.rows(1)]
     if not free.size or len(hard) < free.size:
         return ()
-    gradients = task.local(y, 1, np.zeros(facts.nv)).hard_jacobian / weights
+    gradients = made.gradients(y, 1)
     sizes = np.abs(gradients).max(axis=1)
     # one scale for all rows of a unit: close to a dead centre a whole row is small
     shared = [max(s for r, s in zip(hard, sizes, strict=True) if r.unit == row.unit) or 1.0 for row in hard]
@@ -119,15 +93,15 @@ def _second_assembly(problem: Problem, task: Task, y: Array) -> tuple[str, ...]:
             d = np.zeros(facts.nv)
             d[free] = sign * size * right[free.size - 1] / weights[free]
             start = displaced(facts, y, d)
-            other = place(task, start, start, free)
-            away = weights * deviation_from(facts, other.x, y)
+            other, report = made.from_guess(start)
+            away = weights * deviation_from(facts, other, y)
             distance = float(np.abs(away).max())
-            if not other.fulfilled or not 1e-5 < distance < 2 * NEAR or (best and distance >= best[0]):
+            if report.status == APART or not 1e-5 < distance < 2 * NEAR or (best and distance >= best[0]):
                 continue
-            there = other.local.hard_jacobian[:, free] / weights[free] / scale
+            there = made.gradients(other, 1)[:, free] / scale
             smallest = np.linalg.svd(there, compute_uv=False)[free.size - 1]
             if smallest > 1e-8:  # else the mechanism can move from the one to the other
-                best = distance, other.x
+                best = distance, other
     if best is None:
         return ()
     changes = weights * deviation_from(facts, best[1], y)

@@ -10,7 +10,6 @@ from ..case import Case, input_values
 from ..functions import Functions, load_functions, named_function
 from ..integrate.choose_method import Method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.scipy_methods import run_scipy
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import SimulationError
@@ -100,9 +99,8 @@ class Augmented(Struct, frozen=True, eq=False):
             stop=float(grid[-1]),
             grid=grid,
         )
-        run = run_kernel if method.in_kernel else run_scipy
         step = case.step if method.fixed_step else None
-        found = run(case, SolverOptions(method.name, tolerance, nominal, step, max_steps=max_steps))
+        found = run_kernel(case, SolverOptions(method.name, tolerance, nominal, step, max_steps=max_steps))
         if not early.size:
             return found
         states = np.concatenate([np.tile(began, (early.size, 1)), found.y])

@@ -50,7 +50,6 @@ class Sweep:
         self, case: Case, functions: Functions, p: Array, seeds: int, free: int, rate: float
     ) -> None:
         problem, struct = case.problem, functions.struct
-        assert struct is not None
         self.tables = [table for _, table in sorted(case.tables.items())]
         self.kept = [np.array(k, dtype=np.intc) for k in (problem.rotations, sorted(case.tables))]
         self.integral = np.zeros(1)

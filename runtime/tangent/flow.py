@@ -15,7 +15,6 @@ from msgspec.structs import replace
 
 from ..case import Case
 from ..integrate.choose_method import Method
-from ..integrate.scipy_methods import PREFIX
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, SimulationError
 from ..problem import Array, Problem
@@ -130,7 +129,7 @@ class Tangents:
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}
         self.case = case
         self.recording = method
-        self.method = method if method.name in GENERAL or not method.in_kernel else _general(case)
+        self.method = method if method.name in GENERAL else Method("dop853", False, 8)
         self.nominal = nominal
         self._vectors = states
         self._probes = (
@@ -303,10 +302,3 @@ def _check_tables(case: Case) -> None:
             "differentiated",
             help="give the input by a formula of the time, or as steps",
         )
-
-
-def _general(case: Case) -> Method:
-    """Give the method by which a motion of a special one is differentiated."""
-    if case.functions.struct is None:
-        return Method(PREFIX + "DOP853", False, False, 8)
-    return Method("dop853", True, False, 8)

@@ -174,10 +174,6 @@ def _check(case: Case) -> None:
         raise SimulationError(
             f"the functions of '{problem.name}' were not made by the compiler, which alone differentiates them"
         )
-    if case.functions.struct is None:
-        raise SimulationError(
-            "gradients are computed backwards by compiled code", help="this needs a C compiler: mechc doctor"
-        )
     if problem.hybrid is not None:
         raise SimulationError(
             f"'{problem.name}' has events or laws that switch, at which the backward sweep would have to jump: gradients are "

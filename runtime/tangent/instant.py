@@ -59,7 +59,7 @@ class Instant:
         self.y, self.w, self.z, self.dz, self.dt = y.copy(), w.copy(), z.copy(), dz.copy(), dt
         self.case = augmented.case
         struct = self.case.functions.struct
-        assert struct is not None and struct.hybrid
+        assert struct.hybrid
         self.hybrid = contract.HybridStruct.from_address(struct.hybrid)
         found = (self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
         self.rows = tuple(Row(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)

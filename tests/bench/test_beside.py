@@ -46,7 +46,7 @@ NAMES = (
 @pytest.fixture(scope="module")
 def posed() -> tuple[Mapping[str, Peer], Case]:
     model = mechc.loads(OSCILLATOR)
-    problem = model.problem("c", method="radau5")
+    problem = model.problem(method="radau5")
     return libraries.peers(model), prepare(problem, load_functions(problem), SimulationOptions(points=11))
 
 
@@ -80,7 +80,7 @@ def test_a_peer_is_given_no_events(name: str) -> None:
     peers = libraries.peers(model)
     if name not in peers:
         pytest.skip(f"{name} is not installed")
-    problem = model.problem("c", method="radau5")
+    problem = model.problem(method="radau5")
     case = prepare(problem, load_functions(problem), SimulationOptions(points=11))
     with pytest.raises(SimulationError, match="events"):
         peers[name](case, SolverOptions(name, 1e-6, np.ones(problem.ny)))
@@ -103,7 +103,7 @@ def given() -> tuple[Program, list[float]]:
     """Return a program, and its parameters with the constants of a run."""
     model = mechc.loads(PENDULUM)
     program = program_with(model.compilation, frozenset())
-    problem = model.problem("python")
+    problem = model.problem(quick=True)
     case = prepare(problem, load_functions(problem), SimulationOptions(points=2))
     return program, case.p.tolist()
 

@@ -8,12 +8,12 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from differentiable_modules import plain_text
 from syntax import SAMPLES
 
 from mechc.compiler.compilation import Compilation
 from mechc.compiler.pipeline import compile_source
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.python import emit_python
 from mechc.lang import ast
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.grammar import keywords
@@ -67,14 +67,15 @@ def test_every_word_is_in_the_tour(word: str) -> None:
 
 
 def result(compilation: Compilation) -> str:
-    """Return all that a model means: its code, the words of its events, what is drawn. (Experiments are in the Python text.)"""
+    """Return all that a model means: its code, the words of its events, what is drawn."""
     plan = compilation.equations.hybrid
     words: list[object] = (
         [(b.text, b.message, [c.message for c in b.checks]) for b in plan.branches] if plan else []
     )
     words.append(repr(compilation.equations.scene))
     words += [(s.name, s.kind, s.settings) for s in compilation.flat.studies]
-    return emit_c(compilation.program) + emit_python(compilation.program) + repr(words)
+    words += [compilation.program.experiments, [a.message for a in compilation.program.assertions]]
+    return emit_c(compilation.program) + plain_text(compilation.program) + repr(words)
 
 
 def compiled(source: SourceFile) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 import mechc
 from mechc.compiler.flat.operands import idle_parameters
 
@@ -24,9 +22,8 @@ def test_what_is_used_is_known() -> None:
     assert idle_parameters(model.compilation.flat) == {"unused", "by_it"}
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_an_idle_length_moves_no_start(target: str) -> None:
-    with_it, without = (mechc.loads(t).simulate(target=target) for t in (IDLE + TEXT, TEXT))  # type: ignore[arg-type]
+def test_an_idle_length_moves_no_start() -> None:
+    with_it, without = (mechc.loads(t).simulate() for t in (IDLE + TEXT, TEXT))
     assert list(with_it["x"]) == list(without["x"])
     assert with_it.accuracy.error is not None and without.accuracy.error is not None
     assert with_it.accuracy.error.nominal == without.accuracy.error.nominal

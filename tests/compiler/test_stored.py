@@ -8,6 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 from compiled import compiled
+from differentiable_modules import plain_text
 from msgspec.structs import replace
 
 from mechc.compiler import stored
@@ -26,7 +27,6 @@ from mechc.compiler.pipeline import compile_source
 from mechc.compiler.program import Program, lower
 from mechc.compiler.stored import OtherVersion, read, write
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.python import emit_python
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.read import read_source
 
@@ -79,7 +79,7 @@ def test_the_texts_are_the_same(name: str) -> None:
     model = example(ROOT / "examples" / f"{name}.mech")
     program = lower(read(write(model.equations), Equations))
     assert emit_c(program) == emit_c(model.program)
-    assert emit_python(program) == emit_python(model.program)
+    assert plain_text(program) == plain_text(model.program)
 
 
 def test_parts_come_back() -> None:

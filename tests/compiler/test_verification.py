@@ -63,7 +63,7 @@ def test_nothing_is_verified_unasked(monkeypatch: pytest.MonkeyPatch) -> None:
     [
         ["check"],
         ["show", "flat"],
-        ["run", "--quiet", "--target", "python"],
+        ["run", "--quiet"],
         ["compile", "--target", "python", "-o", "m.py"],
     ],
 )

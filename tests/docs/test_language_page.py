@@ -36,9 +36,7 @@ def test_an_heir_of_the_chain_weighs_what_it_says() -> None:
     for model, whole in (("Heir", 20), ("Chain", 2)):
         text = chain.replace("end Chain", "  output whole = sum(link[i].m for i in 1:n);\nend Chain")
         made = loads(chain + heir if model == "Heir" else text, model=model)
-        assert made.simulate(stop=1e-3, target="python", estimate_error=False)["whole"][0] == pytest.approx(
-            whole
-        )
+        assert made.simulate(stop=1e-3, estimate_error=False)["whole"][0] == pytest.approx(whole)
 
 
 def test_every_function_is_described() -> None:

@@ -169,7 +169,7 @@ def test_the_command_writes_the_runs_of_an_interrupted_sweep(
 @pytest.mark.parametrize("closed", slow_but(["0<&- 1>&- 2>&-"], ["1>&-", "2>&-", "0<&-", "0<&- 1>&- 2>&-"]))
 def test_closed_streams_are_taken_as_nobody(closed: str, tmp_path: Path) -> None:
     (tmp_path / "m.mech").write_text(OSCILLATOR.replace("1e9 s", "1 s"))
-    line = f'"{sys.executable}" -m mechc run m.mech --target python -o m.csv {closed}'
+    line = f'"{sys.executable}" -m mechc run m.mech -o m.csv {closed}'
     done = subprocess.run(["sh", "-c", line], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0 and "bug" not in done.stderr, done
     first = (tmp_path / "m.csv").read_text().splitlines()[0]

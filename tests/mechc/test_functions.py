@@ -252,20 +252,6 @@ def test_values_that_are_set_count() -> None:
     assert f.accelerations(f.start) == -3.5
 
 
-@pytest.mark.slow
-def test_python_gives_the_same(arm: Functions, random: np.random.Generator) -> None:
-    other = Functions(mechc.loads(ARM), "python")
-    y, a = random.normal(size=(3, len(arm.states))), random.normal(size=(3, 3))
-    for name in arm.offers:
-        more = (a,) if name == "inverse_dynamics" else ()
-        np.testing.assert_allclose(
-            getattr(other, name)(y, *more), getattr(arm, name)(y, *more), rtol=1e-12, atol=1e-13
-        )
-    np.testing.assert_allclose(
-        other.frame("hand").jacobian(y[0]), arm.frame("hand").jacobian(y[0]), atol=1e-14
-    )
-
-
 def test_functions_outlive_their_model(random: np.random.Generator) -> None:
     energy = mechc.loads(SWITCHED).functions.energy
     assert energy(np.array([1.0, 2.0, 0.0])) == pytest.approx(4.0)
@@ -282,7 +268,7 @@ def test_python_modules_tell_the_places_of_entries(tmp_path: Any) -> None:
     ).compile("python", tmp_path / "made.py")
     made: dict[str, Any] = {"__name__": "made"}
     exec(compile(path.read_text(), str(path), "exec"), made)
-    entries = made["jacobian"](0.0, [1.0, 2.0, 0.0], [], [], made["all_parameters"]({}))
+    entries = made["jacobian"](0.0, [1.0, 2.0, 0.0], [], made["parameters"]())
     found = dict(
         zip(made["PATTERNS"]["jacobian"], entries, strict=True)
     )  # of x, its rate, and the energy supplied

@@ -32,7 +32,7 @@ experiment declared(stop = 1 ms);
     ],
 )
 def test_they_follow_settings(options: dict[str, object], expected: tuple[float, ...]) -> None:
-    solution = mechc.loads(TEXT).simulate(estimate_error=False, target="python", **options)  # type: ignore[arg-type]
+    solution = mechc.loads(TEXT).simulate(estimate_error=False, **options)  # type: ignore[arg-type]
     start = tuple(solution[name][0] for name in ("x", "y", "der(x)", "der(y)"))
     assert start == pytest.approx(expected, abs=1e-14)
 

@@ -41,7 +41,7 @@ def test_the_same_text_is_read(tmp_path: Path) -> None:
     assert (first, second) == (False, True)
     assert emit_c(kept.compilation.program) == emit_c(formed.compilation.program)
     assert kept.compilation.flat == formed.compilation.flat
-    implicit = [m.problem("python", method="radau5").name for m in (formed, kept)]
+    implicit = [m.problem(quick=True, method="radau5").name for m in (formed, kept)]
     assert implicit == ["Whole", "Whole"], "what is not kept is formed of what is"
     one, two = (m.simulate(set={"p.k": 9}, estimate_error=False) for m in (formed, kept))
     assert one["o"].tolist() == two["o"].tolist()
@@ -50,16 +50,16 @@ def test_the_same_text_is_read(tmp_path: Path) -> None:
 def test_code_of_a_kept_program_is_not_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of the second reading on, it is found by what the program was kept as; with other flags it is other code."""
     file = write(tmp_path, 4)
-    first = load(file)[0].problem("c")
-    assert load(file)[0].problem("c").library is not None
+    first = load(file)[0].problem()
+    assert load(file)[0].problem().library is not None
     with monkeypatch.context() as patch:
         patch.setattr("mechc.compiler.targets.c.emit_c", None)
-        again = load(file)[0].problem("c")
+        again = load(file)[0].problem()
         assert again.library is not None and first.library is not None
         assert again.library.read_bytes() == first.library.read_bytes()
         with pytest.raises(TypeError):
-            load(file)[0].problem("c", reproducible=True)
-    assert load(file)[0].problem("c", reproducible=True).library != again.library
+            load(file)[0].problem(reproducible=True)
+    assert load(file)[0].problem(reproducible=True).library != again.library
 
 
 def test_questions_are_asked_without_the_flat_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,7 +96,7 @@ def test_a_file_that_would_come_before(tmp_path: Path, monkeypatch: pytest.Monke
     assert [load(file)[1] for _ in range(2)] == [False, True]
     (near / "part.mech").write_text((far / "part.mech").read_text().replace("k = 4", "k = 9"))
     model, read = load(file)
-    assert not read and model.problem("python").parameters[0].name == "p.k"
+    assert not read and model.problem(quick=True).parameters[0].name == "p.k"
 
 
 def test_damaged_entries_are_formed_anew(tmp_path: Path, own_cache: None) -> None:
@@ -168,7 +168,7 @@ def test_a_run_of_what_was_kept_imports_nothing_that_forms(tmp_path: Path, own_c
 
 def test_a_library_under_two_names_lies_there_once(tmp_path: Path, own_cache: None) -> None:
     for _ in range(2):
-        load(write(tmp_path, 4))[0].problem("c")
+        load(write(tmp_path, 4))[0].problem()
     libraries = [
         f
         for f in cache_folder().glob("*/*")

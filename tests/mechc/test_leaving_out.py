@@ -54,7 +54,7 @@ def test_planar_tree_is_at_least_30_percent_smaller() -> None:
 
 
 def test_code_size_is_that_of_instructions_and_constants() -> None:
-    library = mechc.loads(PLANAR_TREE).problem("c").library
+    library = mechc.loads(PLANAR_TREE).problem().library
     assert library is not None
     assert 500 < code_bytes(library) < library.stat().st_size
 
@@ -105,7 +105,7 @@ class Motion(Struct, frozen=True):
 
 def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion | None:
     """Follow a motion by equal steps; ``disturbed`` begins one unit in the last place beside it."""
-    problem = model.problem("c")
+    problem = model.problem()
     functions = load_functions(problem)
     try:
         case = prepare(problem, functions, SimulationOptions(points=21))
@@ -149,13 +149,13 @@ def same(lean: Motion | None, disturbed: Motion | None, other: Motion | None) ->
     assert apart(lean, other) <= 100 * rounding
 
 
-def test_python_keeps_all_but_events(tmp_path: Path) -> None:
+def test_python_modules_keep_all(tmp_path: Path) -> None:
     path = tmp_path / "tree.mech"
     path.write_text(PLANAR_TREE)
     module = tmp_path / "tree.py"
     for arguments in (
         ["compile", str(path), "--target", "python", "-o", str(module), "--keep-all"],
-        ["run", str(path), "--target", "python", "--keep-all", "--stop", "0.1", "--quiet"],
+        ["run", str(path), "--keep-all", "--stop", "0.1", "--quiet"],
     ):
         done = CliRunner().invoke(program, arguments)
         assert done.exit_code == 0, done.output

@@ -147,7 +147,7 @@ FLAGS = {
     "--least": ("least", True),
 }
 SETTINGS = {
-    *("start", "stop", "every", "step", "tolerance", "method", "sensitivity", "target", "experiment"),
+    *("start", "stop", "every", "step", "tolerance", "method", "sensitivity", "experiment"),
     *(
         "guesses",
         "vary",

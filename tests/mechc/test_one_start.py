@@ -1,12 +1,10 @@
-"""One start for all targets: C programs and Python modules begin as a run does, and go on like it, row by row."""
+"""One start for all targets: C programs begin as a run does, and go on like it, row by row."""
 
 from __future__ import annotations
 
 import csv
 import subprocess
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,16 +12,12 @@ from c_programs import build
 from slow_params import slow_but
 
 import mechc
-from mechc.compiler.targets.python import emit_python
 from mechc.exporting import defaults_of, exported_run, method_of
 from mechc.fmu.export import FmuOptions, export_fmu
-from mechc.runtime.case import SimulationOptions, prepare
-from mechc.runtime.functions import load_functions
-from mechc.runtime.integrate.nominal_run import nominal_of, takes_pilot
+from mechc.runtime.case import SimulationOptions
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.output_times import output_times
 from mechc.runtime.problem import Array
-from mechc.runtime.start import initial
 from mechc.runtime.studies.kinds.motion import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -55,11 +49,10 @@ def rows_of_program(
 
 def rows_of_run(model: mechc.Model, names: list[str]) -> tuple[Array, Array]:
     """Return the same columns of a run with the same method, which shows both sides of events, and its output times."""
-    problem = model.problem("python")
-    defaults = defaults_of(problem, model.settings)
+    defaults = defaults_of(model.problem(reproducible=True), model.settings)
     ran, first = exported_run(model, None, defaults.stop)
     method = method_of(ran, first)
-    compiled = ran.problem("c", reproducible=True, method=method)
+    compiled = ran.problem(reproducible=True, method=method)
     options = SimulationOptions(
         values=model.settings,
         stop=defaults.stop,
@@ -88,70 +81,10 @@ def check_rows(model: mechc.Model, folder: Path, objects: Path) -> Array:
     return own
 
 
-def module_of(model: mechc.Model) -> dict[str, Any]:
-    """Return what the Python module holds that a model is written as."""
-    namespace: dict[str, Any] = {"__name__": "generated"}
-    exec(emit_python(model.compilation.program, model.settings), namespace)
-    return namespace
-
-
-def start_and_sizes_of_run(model: mechc.Model) -> tuple[Array, Array, bool]:
-    """Return the start and the nominal values of a run without a compiler, and whether these take a first run."""
-    problem = model.problem("python")
-    defaults = defaults_of(problem, model.settings)
-    case = prepare(
-        problem, load_functions(problem), SimulationOptions(values=model.settings, stop=defaults.stop)
-    )
-    return case.y0, nominal_of(case), takes_pilot(case)
-
-
-def check_module(model: mechc.Model) -> None:
-    """Compare the first row of the module and the sizes of its errors with those of a run."""
-    module = module_of(model)
-    sizes: list[Array] = []
-    by_rules, moving = module["nominal_values"], module["_dormand_prince"]
-
-    def noted(*arguments: Any) -> Array:
-        sizes.append(by_rules(*arguments))
-        return sizes[0]
-
-    def begun(slope: Any, t: float, y: Array, times: Array, *others: Any) -> Iterator[Array]:
-        """The motion; once its sizes are known its first row, again and again."""
-        return iter([y] * len(times)) if sizes else moving(slope, t, y, times, *others)
-
-    module.update(nominal_values=noted, _dormand_prince=begun)
-    experiments = model.compilation.program.experiments
-    said = bool(experiments) and "stop" in experiments[0].options
-    motion = module["simulate"](None if said else 10.0)
-    start, nominal, by_pilot = start_and_sizes_of_run(model)
-    for (name, _), value in zip(module["STATES"], start, strict=True):
-        assert motion[name][0] == pytest.approx(value, rel=1e-12, abs=1e-13), name
-    # first runs have tolerances of 1e-6 of sizes that may be 1e4 times too large: measured 1e-2
-    np.testing.assert_allclose(sizes[0], nominal, rtol=0.03 if by_pilot else 1e-9, atol=0)
-
-
 @pytest.mark.slow
 def test_known_values_stay(tmp_path: Path, objects: Path) -> None:
     names, rows = rows_of_program(mechc.loads(CIRCLE), tmp_path, objects)
     assert names[:3] == ["time", "x", "y"] and rows[0, :3].tolist() == [0, 3, 4]
-    motion = module_of(mechc.loads(CIRCLE))["simulate"]()
-    assert (motion["x"][0], motion["y"][0]) == (3, 4)
-    apart = module_of(mechc.loads(CIRCLE))["simulate"]
-    with pytest.raises(RuntimeError, match="the initial state cannot be assembled: rod"):
-        apart(values={"x": 6.0})
-
-
-@pytest.mark.parametrize("name", ["rolling_coin", "four_bar", "schwarzschild", "stokes_drag"])
-def test_modules(name: str) -> None:
-    check_module(mechc.load(EXAMPLES / f"{name}.mech"))
-
-
-@pytest.mark.slow
-def test_modules_of_all_examples() -> None:
-    for path in sorted(EXAMPLES.glob("*.mech")):
-        model = mechc.load(path)
-        if model.compilation.program.switching is None:
-            check_module(model)
 
 
 @pytest.mark.parametrize(
@@ -170,7 +103,7 @@ def test_rows_of_all_examples(part: int, tmp_path: Path, objects: Path) -> None:
 
 @pytest.mark.parametrize("every", ["", ", every = 0.1 s"])
 def test_a_motion_without_duration_is_one_row(every: str, tmp_path: Path, objects: Path) -> None:
-    """As of a run, in programs and modules; also where the stop time is said to the program."""
+    """As of a run; also where the stop time is said to the program."""
     text = f"parameter a = 2 m;coordinate x = 3 m;kinetic 1/2*1 kg*der(x)^2;output w = a*x;experiment(stop = 0 s{every});"
     model = mechc.loads(text)
     own = check_rows(model, tmp_path / "own", objects)
@@ -179,7 +112,6 @@ def test_a_motion_without_duration_is_one_row(every: str, tmp_path: Path, object
     moving = mechc.loads(text.replace("stop = 0", "stop = 1"))
     _, rows = rows_of_program(moving, tmp_path / "moving", objects, "0")
     assert rows.tolist() == own.tolist()
-    assert [module_of(m)["simulate"](0.0)["w"].tolist() for m in (model, moving)] == [[6], [6]]
 
 
 def test_values_that_are_set_and_inputs_of_experiments(tmp_path: Path, objects: Path) -> None:
@@ -195,7 +127,6 @@ def test_values_that_are_set_and_inputs_of_experiments(tmp_path: Path, objects: 
     other = mechc.load(file, set={"x": "2 m", "k": 1})
     rows = check_rows(other, tmp_path / "set", objects)
     assert rows[0, 1:3].tolist() == [2, 4]
-    check_module(other)
 
 
 def test_steps_without_a_row_of_the_output(tmp_path: Path, objects: Path) -> None:
@@ -221,7 +152,6 @@ def test_sizes_that_a_first_run_gives(tmp_path: Path, objects: Path) -> None:
         "force 1 N*cos(2 s^-1*time) on x;experiment(stop = 100 s);"
     )
     check_rows(mechc.loads(text), tmp_path, objects)
-    check_module(mechc.loads(text))
 
 
 def test_what_cannot_be_assembled_ends_the_program(tmp_path: Path, objects: Path) -> None:
@@ -235,46 +165,6 @@ def test_what_cannot_be_assembled_ends_the_program(tmp_path: Path, objects: Path
     done = subprocess.run([build(tmp_path, objects)], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr == "the initial state cannot be assembled: rod\n"
-
-
-ASSEMBLED = (
-    CIRCLE,
-    "coordinate x ~ 0 m;coordinate y ~ 0 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: x^2 + y^2 = 1 m^2;",
-    "coordinate x ~ 0 m;coordinate y ~ 0.5 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);initial 2*x + y ~ 1 m;"
-    "initial x*der(y) = 3 m^2/s;initial der(x) ~ 1 m/s;",
-    "coordinate x ~ 1 m;coordinate y ~ 0.5 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint one: x + y = 2 m;"
-    "constraint same: 2*x + 2*y = 4 m;",
-)
-
-
-@pytest.mark.parametrize("text", ASSEMBLED)
-def test_the_kernel_assembles_like_the_singular_values(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Orthogonal factors in C, singular value decompositions in Python: no line is shared."""
-    by_kernel, in_python = both_starts(mechc.loads(text), monkeypatch)
-    np.testing.assert_allclose(by_kernel, in_python, rtol=1e-13, atol=1e-13)
-
-
-def both_starts(model: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> tuple[Array, Array]:
-    problem = model.problem("c")
-    experiment = problem.experiments[0] if problem.experiments else None
-    stop = None if experiment and "stop" in experiment.options else 1.0
-    starts = []
-    for by_kernel in (True, False):
-        if not by_kernel:
-            monkeypatch.setattr(initial, "assembled_by_kernel", lambda *arguments: None)
-        starts.append(prepare(problem, load_functions(problem), SimulationOptions(stop=stop)).y0)
-    return starts[0], starts[1]
-
-
-@pytest.mark.slow
-def test_all_examples_are_assembled_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    for path in sorted(EXAMPLES.glob("*.mech")):
-        model = mechc.load(path)
-        if model.compilation.program.assembly:
-            with monkeypatch.context() as once:
-                by_kernel, in_python = both_starts(model, once)
-            size = np.abs(in_python).max()
-            assert np.abs(by_kernel - in_python).max() <= 1e-13 * size, path.stem
 
 
 CRANK = (
@@ -292,7 +182,7 @@ def test_a_unit_whose_parameters_are_set_begins_as_a_run(tmp_path: Path) -> None
     (unit,) = export_fmu(
         model, tmp_path / "crank.fmu", FmuOptions("3", "cs", None, False, False, ("host",), False)
     )
-    names = [q.name for q in model.problem("c").states]
+    names = [q.name for q in model.problem().states]
     result = fmpy.simulate_fmu(
         str(unit), start_values={"r": 0.12}, output=names, stop_time=0.5, output_interval=0.1
     )

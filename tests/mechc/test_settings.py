@@ -184,7 +184,7 @@ def _read(kind: str, given: object) -> object:
     from mechc.requests.question import _READ
     from mechc.runtime.settings import Setting
 
-    return _READ[kind](Setting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem("python"))
+    return _READ[kind](Setting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem(quick=True))
 
 
 def test_a_place_is_a_word_or_values_of_the_state() -> None:

@@ -97,7 +97,7 @@ def test_an_fmu_and_a_page_declare_the_size(model: mechc.Model) -> None:
     """Nobody repeats a run of theirs."""
     made = fmu_packages(model, FmuOptions(sources_only=True))[0]
     assert made.start.nominal[2] == pytest.approx(1e-9, rel=0.5)
-    assert start_of(model.problem("c")).nominal[2] > 1e10
+    assert start_of(model.problem()).nominal[2] > 1e10
     _, run = exported_run(model, None, None)
     program = program_with(model.compilation, {"scene"})
     sizes = sizes_of(with_own_sizes(program, run))  # what pages are written with

@@ -232,9 +232,7 @@ def test_the_reason_of_a_failed_run_stands_before_its_report(tmp_path: Path) -> 
     path.write_text(
         PENDULUM.replace("experiment", 'assert theta > 30 deg, "too low"; experiment'), encoding="utf-8"
     )
-    shown = (
-        CliRunner().invoke(program, ["run", str(path), "--target", "python", "--no-error-estimate"]).output
-    )
+    shown = CliRunner().invoke(program, ["run", str(path), "--no-error-estimate"]).output
     assert 0 <= shown.index("too low") < shown.index("steps")
     assert shown.count("assertion failed") == 1
 

@@ -92,7 +92,7 @@ def test_experiments_that_a_run_would_refuse_are_told(settings: str, message: st
     [
         "",
         "experiment(stop = 1 s, start = -1 s);",
-        'experiment(stop = 1 s, method = "radau5"); experiment b(stop = 1 s, method = "scipy:LSODA");',
+        'experiment(stop = 1 s, method = "radau5"); experiment b(stop = 1 s, method = "gauss4", step = 1 ms);',
         'experiment(stop = 1 s, method = "verlet", step = 1 ms);',
         "parameter e = 0.5; contact c: y restitution e; experiment(stop = 1 s);",
         "experiment(y in {1, 2} m, stop = 1 s);",

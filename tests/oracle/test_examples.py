@@ -84,7 +84,7 @@ OTHERS = {  # modes of contact and friction that only a run chooses, motions too
 
 def check_states(name: str) -> None:
     model, meaning = loaded(name)
-    problem = model.problem("python")
+    problem = model.problem(quick=True)
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     assert functions.outputs is not None

@@ -146,9 +146,7 @@ Patch = Callable[[pytest.MonkeyPatch], None]
 
 
 def told(text: str) -> set[tuple[str, str]]:
-    solution = mechc.loads(text).simulate(
-        estimate_error=False, target="c" if "friction" in text else "python"
-    )
+    solution = mechc.loads(text).simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     found = {(c.kind, c.name) for c in solution.accuracy.contradictions}
     assert solution.outcome.value == ("doubtful" if found else "completed"), solution.message

@@ -46,7 +46,7 @@ SITE = """
 
 
 def solved(text: str) -> mechc.Solution:
-    solution = mechc.loads(text).simulate(estimate_error=False, target="python")
+    solution = mechc.loads(text).simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution.outcome.value == "completed", solution.message
     return solution
@@ -166,14 +166,14 @@ def test_connections_that_form_a_loop_among_themselves(space: str) -> None:
     """Two bars, each connected to the other's end: what fits repeats itself, what does not is refused."""
     model = mechc.loads(CONNECTED.format(**SPACES[space], angle="180 deg"))
     assert [d.code for d in model.diagnostics] == ["W0513"]
-    swing = model.simulate(estimate_error=False, target="python")
+    swing = model.simulate(estimate_error=False)
     # p and q lie on each other: m l^2/12 + m l^2/4 each, so l_eff = 2/3 m
     assert isinstance(swing, mechc.Solution)
     w2 = 2 * 9.81 / (2 / 3) * (np.sin(np.radians(10)) - np.sin(swing["h.angle"]))
     assert swing["der(h.angle)"] ** 2 == pytest.approx(w2, abs=1e-7)
     for angle, words in (("170 deg", "is off by|do not reach"), ("0 deg", "half a turn apart")):
         with pytest.raises(mechc.CompileError, match=words):
-            mechc.loads(CONNECTED.format(**SPACES[space], angle=angle)).simulate(target="python")
+            mechc.loads(CONNECTED.format(**SPACES[space], angle=angle)).simulate()
 
 
 HINGE = "model Hinge frame from; frame to; coordinate Angle angle ~ 0 rad; place to = from * rot(angle); {closure} end Hinge;"

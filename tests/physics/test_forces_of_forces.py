@@ -7,7 +7,7 @@ import math
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import fmpy
 import numpy as np
@@ -82,16 +82,13 @@ NEAR = 1e-7
 
 
 @pytest.mark.parametrize("name", MODELS)
-@pytest.mark.parametrize(
-    ("method", "target"),
-    [("dop853", "c"), ("dop853", "python"), ("radau5", "c"), ("gauss4", "c")],
-)
-def test_motion(name: str, method: str, target: Literal["c", "python"]) -> None:
+@pytest.mark.parametrize("method", ["dop853", "radau5", "gauss4"])
+def test_motion(name: str, method: str) -> None:
     text, names, expected = MODELS[name]
     if name == "sled" and method == "gauss4":
         pytest.skip("gauss4 takes steps of one size, and the sled stops")
     options: dict[str, Any] = {"step": 0.01} if method == "gauss4" else {}
-    solution = mechc.loads(text).simulate(method=method, target=target, **options)
+    solution = mechc.loads(text).simulate(method=method, **options)
     assert isinstance(solution, mechc.Solution)
     assert solution.outcome is Outcome.COMPLETED
     found = [solution[n][-1] for n in names]
@@ -357,7 +354,7 @@ def grown(law: Callable[[float], float]) -> float:
 @pytest.mark.parametrize("name", ROOTS)
 def test_of_several_forces_the_one_holds_into_which_that_without_the_law_grows(name: str) -> None:
     text, law = ROOTS[name]
-    solution = mechc.loads(TRACK.format(law=text)).simulate(target="python", estimate_error=False)
+    solution = mechc.loads(TRACK.format(law=text)).simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution["held"][0] == pytest.approx(grown(law), rel=1e-13)
 
@@ -365,6 +362,6 @@ def test_of_several_forces_the_one_holds_into_which_that_without_the_law_grows(n
 def test_where_two_forces_have_met_and_gone_there_is_none() -> None:
     """N = 7.848 N + 0.4 c N^2 has no solution beyond c = 0.0796/N."""
     text = TRACK.format(law="0.09 N^-1*multiplier(track)^2")
-    solution = mechc.loads(text).simulate(target="python", estimate_error=False)
+    solution = mechc.loads(text).simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution.outcome is Outcome.FAILED and "not a number" in solution.message

@@ -155,5 +155,5 @@ let r = reaction(fall)[3];
 force ({law})*1 N on rail.position;
 output a = der(rail.position, 2);
 """
-    solution = mechc.loads(text).simulate(target="python", stop=0.0)
+    solution = mechc.loads(text).simulate(stop=0.0)
     assert solution["a"][0] == pytest.approx(force / 2, rel=1e-12)

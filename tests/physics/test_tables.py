@@ -19,7 +19,6 @@ from scipy.interpolate import (
 )
 
 import mechc
-from mechc.requests.parse_values import UsageMistake
 
 Floats = NDArray[np.float64]
 
@@ -309,8 +308,10 @@ def test_modules_without_events_have_linear_tables(tmp_path: Path) -> None:
     exec(path.read_text(encoding="utf-8"), namespace)
     made, found = namespace["simulate"](stop=2.0), model.simulate()
     assert abs(made["x"][-1] - found["x"][-1]) < 1e-4
-    with pytest.raises(UsageMistake, match="switches"):
-        mechc.loads(SPRING + law.replace("linear", "step")).compile("python", tmp_path / "none.py")
+    mechc.loads(SPRING + law.replace("linear", "step")).compile("python", tmp_path / "switching.py")
+    exec((tmp_path / "switching.py").read_text(encoding="utf-8"), namespace)
+    with pytest.raises(RuntimeError, match="the model switches"):
+        namespace["simulate"]()
 
 
 def test_a_sawtooth_goes_on_and_its_jumps_are_located() -> None:

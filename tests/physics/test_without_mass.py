@@ -59,7 +59,7 @@ def maxwell(t: float) -> Array:
 
 @pytest.mark.parametrize(
     "method",
-    slow_but(["dop853", "taylor"], ["dop853", "taylor", "radau5", "gauss8", "lobatto6", "scipy:DOP853"]),
+    slow_but(["dop853", "taylor"], ["dop853", "taylor", "radau5", "gauss8", "lobatto6"]),
 )
 def test_two_springs_are_one(method: str) -> None:
     fixed = {"step": "10 ms"} if method in ("gauss8", "lobatto6") else {}
@@ -521,11 +521,6 @@ def test_sensitivities() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [SERIES, MAXWELL])
 def test_targets_give_the_same_motion(text: str, tmp_path: Path) -> None:
-    exact = float(maxwell(2.0)[0]) if text is MAXWELL else float(np.cos(2 * np.sqrt(2)))
-    model = mechc.loads(text)
-    interpreted = model.simulate(target="python", estimate_error=False)
-    assert isinstance(interpreted, mechc.Solution)
-    assert interpreted["x"][-1] == pytest.approx(exact, abs=1e-9)
     (tmp_path / "model.mech").write_text(
         text, encoding="utf-8"
     )  # an FMU is compared with the native run before it is written

@@ -56,12 +56,12 @@ def test_a_contact_is_looked_at_where_it_touches() -> None:
 
 def test_what_a_run_decides_is_asked_of_the_kernel() -> None:
     LOOKED.clear()
-    assert undone(compiled(BOX, "c"), 1) == []
+    assert undone(compiled(BOX, quick=False), 1) == []
     assert LOOKED["on a contact"] == LOOKED["at rest"] == LOOKED["sliding"] == 1
 
 
 def test_another_law_is_seen_on_a_contact() -> None:
-    other = compiled(BOX.replace("friction 0.2", "friction 0.01"), "c")
+    other = compiled(BOX.replace("friction 0.2", "friction 0.01"), quick=False)
     other.model = compiled(BOX).model
     assert undone(other, 1)
 
@@ -94,7 +94,7 @@ def test_the_order_of_methods_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_what_is_said_of_integrals_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     model = generate(82)
-    base = compiled(model.text(), "c")
+    base = compiled(model.text(), quick=False)
     assert exact.exact(model) and exact.badly_known(model, base, 1) == []
     monkeypatch.setattr(exact, "ROUNDING", 0.0)
     assert exact.badly_known(model, base, 1)

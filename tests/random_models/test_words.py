@@ -90,7 +90,7 @@ def test_lists_mean_what_they_mean_element_by_element() -> None:
         for s in range(200)
         if "for i" in generate(s).text() and "structural parameter Integer N" in generate(s).text()
     )
-    base = compiled(generate(seed).text(), "c")
+    base = compiled(generate(seed).text(), quick=False)
     twin = element_by_element(generate(seed), Random(1))
     assert twin is not None and compare_twin(base, twin, 1) == []
     first = next(s for s in twin.model.top.seq().items if s.kind == "list" and "kinetic" in str(s.parts[0]))

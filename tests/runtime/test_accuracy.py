@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from numpy.typing import NDArray
 from written_problems import (
+    called,
     compiled,
     compiled_kepler,
     compiled_pendulum,
@@ -21,16 +23,17 @@ from written_problems import (
 )
 
 import mechc
-from mechc.runtime.case import SimulationOptions
-from mechc.runtime.nominal import nominal_values, sizes_of
-from mechc.runtime.problem import Array, Problem, Quantity
+from mechc.runtime.case import SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate.nominal_run import nominal_of
+from mechc.runtime.problem import Array, ModelFunction, Problem, Quantity
 from mechc.runtime.results.accuracy import companion_tolerance
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.runs import companion
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11, 2e-13])
-@pytest.mark.parametrize("make", [compiled_kepler, kepler], ids=["kernel", "scipy"])
+@pytest.mark.parametrize("make", [compiled_kepler, kepler], ids=["compiled", "called"])
 def test_estimated_error_is_near_the_true_one(make: Callable[[], Problem], tolerance: float) -> None:
     solution = simulate(make(), SimulationOptions(stop=12, tolerance=tolerance, points=100))
     exact = kepler_position(solution.time, 1.0, 1.0, 0.6)
@@ -161,9 +164,26 @@ def test_units_change_no_step_where_the_start_is_zero(x0: float) -> None:
 
 
 def nominal(
-    p: Problem, y0: list[float], rates: list[float], parameters: list[float], duration: float
+    p: Problem,
+    y0: list[float],
+    rates: list[float],
+    parameters: list[float],
+    duration: float,
+    energies: Sequence[float] = (),
 ) -> Array:
-    return nominal_values(sizes_of(p), np.array(y0), np.array(rates), np.array(parameters), [], duration)
+    """Return the nominal values of a motion with constant rates."""
+
+    def fill(p: Array, given: NDArray[np.uint8]) -> None:
+        p[:] = parameters
+
+    functions: dict[str, ModelFunction] = {
+        "rhs": lambda t, y, u, z, p: np.array(rates),
+        "initial": lambda t, y, u, z, p: np.array(y0),
+        "outputs": lambda t, y, u, z, p: np.array(energies),
+    }
+    outputs = tuple(Quantity(f"E{k}", "energy", "J") for k in range(len(energies)))
+    made = called(replace(p, functions=functions, parameters_function=fill, outputs=outputs))
+    return nominal_of(prepare(made, load_functions(made), SimulationOptions(stop=duration)))
 
 
 def test_nominal_values_follow_their_rules() -> None:
@@ -205,7 +225,7 @@ def test_nominal_values_of_lengths() -> None:
     # All zero: the parameter of the same unit.
     assert nominal(p, [0, 0, 0, 0], [0, 0, 0, 0], [1, 30, 0.6], 10) == pytest.approx([30, 30, 3, 3])
     # A tiny one is kept above rounding of the others.
-    assert nominal(p, [5, 1e-9, 0, 1], [0, 0, 0, 0], [1, 1, 0], 1)[1] == pytest.approx(5e-6)
+    assert nominal(p, [5, 1e-9, 0, 1], [0, 1e-5, 0, 0], [1, 1, 0], 1)[1] == pytest.approx(5e-6)
 
 
 def test_nominal_values_of_what_does_not_feel_each_other() -> None:
@@ -229,7 +249,7 @@ def test_nominal_values_of_falls_rotations_and_accounts() -> None:
     assert nominal(body, [1, 0, 0, 0, 0, 2, 0], [0] * 7, [], 1) == pytest.approx([1, 1, 1, 1, 2, 2, 2])
     account = problem("Account", x=[("E", "J")], functions={})
     account = replace(account, states=(Quantity("E", "account", "J"),))
-    assert nominal_values(sizes_of(account), np.zeros(1), np.zeros(1), np.zeros(0), [-40.0, 3.0], 1.0) == 40
+    assert nominal(account, [0], [0], [], 1, [-40.0, 3.0]) == 40
 
 
 def test_the_estimate_sees_errors_of_steps_that_only_their_bound_limits() -> None:

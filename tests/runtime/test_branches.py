@@ -82,10 +82,6 @@ def test_jumps_do_not_depend_on_the_spacing_of_results(cubic: mechc.Model) -> No
     assert few["y"] == pytest.approx(many["y"][::500], rel=1e-14)
 
 
-def test_python_tells_the_same(cubic: mechc.Model) -> None:
-    check_cubic(cubic.simulate(target="python", method="scipy:DOP853", estimate_error=False))
-
-
 def test_json_and_terminal_tell_jumps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "ends.mech"
     path.write_text(BODY + "output y ~ 1; equation y^2 = 1 - time; experiment(stop = 2);", encoding="utf-8")

@@ -88,7 +88,7 @@ def model(name: str) -> mechc.Model:
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_symmetries_of_known_systems(name: str) -> None:
-    found = model(name).symmetries(target="python")
+    found = model(name).symmetries()
     assert isinstance(found, Findings)
     listed = found.details["symmetries"]
     assert len(listed) == SYSTEMS[name][3], [one["generator"] for one in listed]
@@ -150,7 +150,7 @@ CARTESIAN = ("inverse square", "uniform field", "magnetic field", "two bodies", 
 
 @pytest.mark.parametrize("name", CARTESIAN)
 def test_formulas_of_symmetries_are_constant_by_another_derivation(name: str) -> None:
-    found = model(name).symmetries(target="python")
+    found = model(name).symmetries()
     assert worst_rate(name, [one["conserved"] for one in found.details["symmetries"]]) < 1e-9
 
 

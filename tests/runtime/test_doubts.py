@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ OPTIONS = SimulationOptions(stop=3)
 
 
 def problem(text: str) -> Problem:
-    return mechc.loads(text).problem("c")
+    return mechc.loads(text).problem()
 
 
 def output(made: Problem, name: str) -> int:
@@ -83,9 +83,8 @@ def test_what_is_right_is_not_doubtful(text: str, tolerance: float, method: str)
     assert solution.summary()["accuracy"]["contradictions"] == []
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_an_account_that_is_left_out_is_told_and_persists(target: Literal["c", "python"]) -> None:
-    made = mechc.loads(DAMPED).problem(target)
+def test_an_account_that_is_left_out_is_told_and_persists() -> None:
+    made = mechc.loads(DAMPED).problem()
     total, _, supplied = made.energy_balance
     solution = simulate(replace(made, energy_balance=(total, -1, supplied)), OPTIONS)
     assert solution.outcome is Outcome.DOUBTFUL

@@ -174,7 +174,7 @@ def test_potential_that_contains_a_velocity_is_reported_as_it_is_written() -> No
     potential -2 N*x;
     output asked = potential_energy();
     """
-    solution = mechc.loads(text).simulate(stop=1.0, tolerance=1e-11, target="python", estimate_error=False)
+    solution = mechc.loads(text).simulate(stop=1.0, tolerance=1e-11, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     t = solution.time
     x, v = np.cos(t) + np.sin(t), np.cos(t) - np.sin(t)

@@ -272,8 +272,6 @@ def test_what_is_written_wrongly_is_told(spring: mechc.Model, settings: dict[str
         ({"vary": "k = 1 .. 2 N/m, 3", "keep": "x, x"}, "kept twice"),
         ({"vary": {"k": []}}, "'k' has no values"),
         ({"vary": "k ~ uniform(1, 2 N/m)", "samples": 10**9}, r"1e\+09 members.*50 GB"),
-        ({"vary": "k = 1 .. 2 N/m, 3", "target": "python"}, "compiled code"),
-        ({"vary": "k = 1 .. 2 N/m, 3", "method": "scipy:LSODA"}, "runs on Python"),
         ({"vary": "k ~ normal(1 N/m)", "samples": 3, "covariance": "{{1, 2}, {2, 1}}"}, "1 normal"),
         (
             {"vary": "k ~ normal(1 N/m), a ~ normal(1 m)", "samples": 3, "covariance": "{{1, 2}, {2, 1}}"},
@@ -400,12 +398,6 @@ def test_experiments_say_what_is_drawn_and_kept(spring: mechc.Model) -> None:
     for question in (spring.simulate, spring.sweep, spring.virial):
         with pytest.raises(mechc.SimulationError, match="draws at random: k ~ uniform"):
             question(experiment="cloud")
-
-
-def test_exported_modules_leave_random_experiments_out(spring: mechc.Model, tmp_path: Path) -> None:
-    (file,) = spring.compile("python", tmp_path / "spring.py")
-    text = file.read_text(encoding="utf-8")
-    assert '"kept": {' in text and '"cloud"' not in text
 
 
 def test_both_tables_of_distributions_agree() -> None:

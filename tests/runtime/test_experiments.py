@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from written_problems import kepler, pendulum
+from written_problems import called, kepler, pendulum
 
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
@@ -29,7 +29,7 @@ def experiment(
 
 def with_experiments(p: Problem, *experiments: tuple[Experiment, ModelFunction]) -> Problem:
     functions = dict(p.functions) | {e.function: f for e, f in experiments}
-    return replace(p, functions=functions, experiments=tuple(e for e, _ in experiments))
+    return called(replace(p, functions=functions, experiments=tuple(e for e, _ in experiments)))
 
 
 def case_of(p: Problem, options: SimulationOptions) -> Case:
@@ -102,7 +102,7 @@ def test_dependent_parameters_follow_unless_they_are_set() -> None:
         p[0] = p[0] if given[0] else 2.0
         p[1] = p[1] if given[1] else 10 * p[0]
 
-    p = replace(pendulum(), parameters_function=fill)
+    p = called(replace(pendulum(), parameters_function=fill))
     stop = SimulationOptions(stop=1)
     assert case_of(p, stop).p.tolist() == [2, 20]
     assert case_of(p, replace(stop, values={"l": 3.0})).p.tolist() == [3, 30]
@@ -136,4 +136,4 @@ def test_parameter_without_a_value() -> None:
         p[1:] = 1.0
 
     with pytest.raises(SimulationError, match="the parameter 'mu' has no value"):
-        simulate(replace(kepler(), parameters_function=fill), SimulationOptions(stop=1))
+        simulate(called(replace(kepler(), parameters_function=fill)), SimulationOptions(stop=1))

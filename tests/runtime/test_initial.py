@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import numpy as np
 import pytest
@@ -17,7 +16,7 @@ CIRCLE = "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: sqrt(x^2 + y^2)
 
 def start(text: str, set: dict[str, str | float] | None = None) -> dict[str, float]:
     """Return the state at the start by name."""
-    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False, set=set)
+    solution = mechc.loads(text).simulate(stop=1e-9, estimate_error=False, set=set)
     assert isinstance(solution, mechc.Solution)
     return {q.name: float(solution[q.name][0]) for q in solution.problem.states}
 
@@ -88,7 +87,7 @@ def test_nominal_values_of_one_unit_are_shared_in_whatever_way_it_is_written() -
             f"parameter Length far = 300 {unit};coordinate Length x = 0 {unit};coordinate Length y = 2 m;"
             "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);potential 1 N/m*(x - y)^2;potential 1 N/m*(x - far)*y;"
         )
-        problem = mechc.loads(text).problem("python")
+        problem = mechc.loads(text).problem(quick=True)
         found = sizes_of(problem)
         assert found.units[0] == found.units[1]
         sizes.append(found.parameter_units[0])
@@ -143,11 +142,11 @@ def test_second_position_near_a_dead_centre_is_told() -> None:
         "import mech.planar.*;Bar a(l = 1 m);Bar b(l = 1 m);Revolute p(world -> a.a, angle ~ 6 deg);"
         "Revolute k(a.b -> b.a, angle ~ -12 deg);cut Revolute c(b.b -> world * trans({1.99, 0} m));"
     )
-    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False)
+    solution = mechc.loads(text).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert any("dead centre" in remark for remark in solution.remarks)
     assert solution["p.angle"][0] == pytest.approx(np.arccos(1.99 / 2), abs=1e-9)
-    far = mechc.loads(text.replace("1.99", "1.2")).simulate(stop=1e-9, target="python", estimate_error=False)
+    far = mechc.loads(text.replace("1.99", "1.2")).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(far, mechc.Solution)
     assert not any("dead centre" in remark for remark in far.remarks)
 
@@ -255,7 +254,7 @@ def test_far_guesses_reach_the_constraint() -> None:
     Distance c(tip -> post, l = 0.36 m);
     output length = norm(pos(tip) - pos(post));
     """
-    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False)
+    solution = mechc.loads(text).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution["length"][0] == pytest.approx(0.36, abs=1e-11)
 
@@ -278,8 +277,7 @@ def test_rounding_of_the_assembly_is_no_size() -> None:
     assert all(drift.after < 1e-12 for drift in solution.accuracy.constraints)
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_what_assembly_leaves_of_a_zero_is_no_size(target: Literal["c", "python"]) -> None:
+def test_what_assembly_leaves_of_a_zero_is_no_size() -> None:
     """A slider that closes a loop turns its body to angle zero, but for rounding: drifts are no multiples of that."""
     text = """
     import mech.planar.*;
@@ -288,7 +286,7 @@ def test_what_assembly_leaves_of_a_zero_is_no_size(target: Literal["c", "python"
     Prismatic guide(world * trans({90 mm, 0.08 m}) -> b.a * trans({-0.25 m, 0.22 m}));
     force {-1.31 N, 0.47 N} on b.a in b.a;
     """
-    solution = mechc.loads(text).simulate(stop=1, target=target)
+    solution = mechc.loads(text).simulate(stop=1)
     assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
     assert abs(float(solution["free.angle"][0])) < 1e-14
     assert all(drift.after < 1e-12 for drift in solution.accuracy.constraints)
@@ -302,12 +300,9 @@ constraint wave: y = 0.4 m*sin(x/(0.1 m));
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.12, 1.5), (0.17, 0.9), (0.5, -1.1), (0.47, 0.0)])
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_the_nearest_point_of_a_curve_that_bends_more_than_it_is_far(
-    x: float, y: float, target: Literal["c", "python"]
-) -> None:
+def test_the_nearest_point_of_a_curve_that_bends_more_than_it_is_far(x: float, y: float) -> None:
     """Far beyond the centre of its curvature, where a step along the tangent leads back by more than it came from."""
-    solution = mechc.loads(CURVED.format(x=x, y=y)).simulate(stop=1e-9, target=target, estimate_error=False)
+    solution = mechc.loads(CURVED.format(x=x, y=y)).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     s, h = float(solution["x"][0]), float(solution["y"][0])
     assert h == pytest.approx(0.4 * math.sin(s / 0.1), abs=1e-14)
@@ -336,13 +331,8 @@ constraint wave: y = {a} m*sin({k} m^-1*x);
         (0.843429, 8.559167, 0.624894, 2.877037),
     ],
 )
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_the_nearest_point_where_steps_go_to_and_fro(
-    a: float, k: float, x: float, y: float, target: Literal["c", "python"]
-) -> None:
-    solution = mechc.loads(WAVE.format(a=a, k=k, x=x, y=y)).simulate(
-        stop=1e-9, target=target, estimate_error=False
-    )
+def test_the_nearest_point_where_steps_go_to_and_fro(a: float, k: float, x: float, y: float) -> None:
+    solution = mechc.loads(WAVE.format(a=a, k=k, x=x, y=y)).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     s, h = float(solution["x"][0]), float(solution["y"][0])
     assert h == pytest.approx(a * math.sin(k * s), abs=1e-14)
@@ -363,16 +353,13 @@ initial 0.2*x + y - z = 0.4 m;
 @pytest.mark.parametrize(
     ("x", "y", "z"), [(0.3, 0.1, 2.5), (-0.8, 0.5, -2.1), (1.1, -0.7, 1.9), (0.05, 0.9, -3)]
 )
-@pytest.mark.parametrize("target", ["c", "python"])
 @pytest.mark.parametrize("wish", ["", "~"])
-def test_the_nearest_point_among_hills(
-    x: float, y: float, z: float, target: Literal["c", "python"], wish: str
-) -> None:
+def test_the_nearest_point_among_hills(x: float, y: float, z: float, wish: str) -> None:
     """Without the condition, and with one that is wished: two directions are left, of second derivatives of their own."""
     text = HILLS.format(x=x, y=y, z=z)
     condition = "initial 0.2*x + y - z = 0.4 m;"
     text = text.replace(condition, condition.replace("=", "~") if wish else "")
-    solution = mechc.loads(text).simulate(stop=1e-9, target=target, estimate_error=False)
+    solution = mechc.loads(text).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     at = np.array([float(solution["x"][0]), float(solution["y"][0])])
 
@@ -409,10 +396,9 @@ constraint held: p = q;
 """
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_what_no_constraint_moves_keeps_every_bit(target: Literal["c", "python"]) -> None:
+def test_what_no_constraint_moves_keeps_every_bit() -> None:
     """Neither what no row turns on, nor what rows connect that hold to the last bit: conditions may be at their edge."""
-    solution = mechc.loads(BESIDE).simulate(stop=1e-9, target=target, estimate_error=False)
+    solution = mechc.loads(BESIDE).simulate(stop=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     first = {q.name: float(solution[q.name][0]) for q in solution.problem.states}
     assert first["a[3]"] == pytest.approx(0.75 * first["c"], abs=1e-14) and first["a[3]"] != 0.79

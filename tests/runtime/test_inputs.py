@@ -19,7 +19,7 @@ from mechc.runtime.sheets import read_sheet
 from mechc.runtime.studies.kinds.motion import simulate
 
 Make = Callable[[], Problem]
-BOTH = pytest.mark.parametrize("make", [compiled_driven, driven], ids=["kernel", "scipy"])
+BOTH = pytest.mark.parametrize("make", [compiled_driven, driven], ids=["compiled", "called"])
 
 TIMES = np.array([0.5, 1.25, 2.0, 3.5])
 VALUES = np.array([1.0, -2.0, 4.0, 3.0])

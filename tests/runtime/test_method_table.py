@@ -75,7 +75,7 @@ def test_parts_bring_their_methods() -> None:
     assert methods_for({"momenta"}) == ["rattle", "lobatto4", "lobatto6"]
     assert methods_for({"jacobian"})[:3] == ["auto", "dop853", "radau5"]
     assert methods_for({"projection"}) == []
-    assert parts_for("scipy:LSODA") == frozenset()
+    assert parts_for("no method") == frozenset()
 
 
 @EVERY

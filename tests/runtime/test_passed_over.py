@@ -84,7 +84,7 @@ def test_models_without_such_formulas_are_not_looked_at() -> None:
     plain = mechc.loads(
         "parameter a = 2;coordinate x = 1 m;kinetic 1/2*exp(-a)*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;"
     )
-    assert not plain.problem("c").narrow
+    assert not plain.problem().narrow
     assert not np.any(["narrow" in remark for remark in plain.simulate(stop=5).remarks])
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.measurement.peers.scipy import METHODS, run_peer
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.integrate.scipy_compiled import METHODS, run_peer
 from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.outcome import SimulationError
 
@@ -39,7 +39,7 @@ end Driven;
 
 @pytest.mark.parametrize("method", METHODS)
 def test_ball_bounces_as_the_closed_solution_says(method: str) -> None:
-    problem = mechc.loads(BALL).problem("c")
+    problem = mechc.loads(BALL).problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=41))
     options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny))
@@ -61,7 +61,7 @@ def test_evaluations_are_counted_and_constrained_models_run() -> None:
         "import mech.planar.*;gravity {0, -9.81 m/s^2};Bar bar;Revolute pin(world -> bar.a, angle = 60 deg);"
         "Bar other;Revolute hinge(bar.b -> other.a, angle ~ -120 deg);cut Revolute last(other.b -> world * trans({1, 0} m));"
     )
-    problem = model.problem("c")
+    problem = model.problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=11, stop=1.0))
     done = run_peer(case, SolverOptions("scipy:DOP853", 1e-9, np.ones(problem.ny)))
@@ -72,7 +72,7 @@ def test_evaluations_are_counted_and_constrained_models_run() -> None:
 
 
 def test_models_with_inputs_are_refused_with_the_reason() -> None:
-    problem = mechc.loads(DRIVEN).problem("c")
+    problem = mechc.loads(DRIVEN).problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     with pytest.raises(SimulationError, match="without inputs"):
@@ -81,7 +81,7 @@ def test_models_with_inputs_are_refused_with_the_reason() -> None:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_run_that_takes_too_long_is_given_up_with_its_evaluations(method: str) -> None:
-    problem = mechc.loads(BALL.replace("potential 1 kg*g*h", "potential 1e10 N/m*h^2")).problem("c")
+    problem = mechc.loads(BALL.replace("potential 1 kg*g*h", "potential 1e10 N/m*h^2")).problem()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny), seconds=0.05)

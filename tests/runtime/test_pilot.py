@@ -9,7 +9,7 @@ import pytest
 import mechc
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.integrate import nominal_run
+from mechc.runtime.integrate.nominal_run import takes_pilot
 
 FORCED = """
 model Forced
@@ -60,28 +60,8 @@ def test_a_small_motion_beside_a_large_one_keeps_its_size() -> None:
     assert solution["y"][-1] == pytest.approx(1e-4 * math.cos(1000), abs=1e4 * 1e-9 * 1e-4)  # 160 periods
 
 
-STARTS = {
-    "two lengths": "coordinate Length x = 3 km; coordinate Length y = 5 m; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
-    "potential 1/2*2 N/m*(x - y)^2;",
-    "a length at rest": "parameter a = 3 m; parameter b = 7 m; coordinate Length x = 0 m; initial der(x) = 1e-3 m/s;"
-    "kinetic 1/2*1 kg*der(x)^2; potential 1/2*(2 N/m)*(x - a*b/(1 m))^2;",
-    "losses and an input": "coordinate Angle phi = 40 deg; input Torque push = 0.3 N.m*(1 + time/(1 s));"
-    "kinetic 1/2*1 kg.m^2*der(phi)^2; potential -9.81 J*cos(phi); damping 0.1 N.m.s on phi; force push on phi;",
-    "a range and a declared size": "coordinate Length x(nominal = 2 cm) = 0 m; coordinate Length y(max = 9 m) = 0 m;"
-    "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1/2*(2 N/m)*((x - 1 m)^2 + y^2);",
-}
-
-
-@pytest.mark.parametrize("text", STARTS.values(), ids=STARTS)
-def test_the_kernel_goes_by_the_same_rules_to_the_last_bit(text: str) -> None:
-    problem = mechc.loads(f"{text} experiment(stop = 7 s);").problem("c")
-    case = prepare(problem, load_functions(problem), SimulationOptions())
-    found = nominal_run._by_kernel(case)
-    assert found is not None
-    assert found.tolist() == nominal_run._nominal(case, None).tolist()
-
-
-def test_where_a_first_run_tells_more_the_kernel_leaves_it_to_that() -> None:
-    problem = mechc.loads(FORCED.format(m="1 kg", k="1 N/m", f="1 N")).problem("c")
-    case = prepare(problem, load_functions(problem), SimulationOptions())
-    assert nominal_run._by_kernel(case) is None and nominal_run.takes_pilot(case)
+def test_only_where_nothing_gives_a_size_a_first_run_is_made() -> None:
+    text = FORCED.format(m="1 kg", k="1 N/m", f="1 N")
+    for stated, takes in ((text, True), (text.replace("x = 0 m", "x = 1 m"), False)):
+        problem = mechc.loads(stated).problem()
+        assert takes_pilot(prepare(problem, load_functions(problem), SimulationOptions())) is takes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any
 
 import pytest
 
@@ -18,12 +18,10 @@ def slider(push: str, speed: float = 0.0) -> str:
     return f"coordinate Length x = 0 m; initial der(x) = {speed} m/s; kinetic 1/2*1 kg*der(x)^2; {push}"
 
 
-@pytest.mark.parametrize(
-    ("target", "speed"), [("c", 0.0), ("c", 2.0), pytest.param("python", 2.0, marks=pytest.mark.slow)]
-)
-def test_push_after_rest(target: Literal["c", "python"], speed: float) -> None:
+@pytest.mark.parametrize("speed", [0.0, 2.0])
+def test_push_after_rest(speed: float) -> None:
     """The step has grown to ten seconds when a push of ten milliseconds comes."""
-    solution = mechc.loads(slider(PUSH, speed)).simulate(stop=100, target=target, tolerance=1e-9)
+    solution = mechc.loads(slider(PUSH, speed)).simulate(stop=100, tolerance=1e-9)
     assert solution.outcome is Outcome.COMPLETED
     assert solution["der(x)"][-1] == pytest.approx(speed + IMPULSE, rel=1e-7)
     assert solution["x"][-1] == pytest.approx(100 * speed + 45 * IMPULSE, rel=1e-7)

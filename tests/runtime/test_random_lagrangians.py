@@ -115,7 +115,7 @@ def judged(seed: int) -> Judged:
     """Find symmetries and constants of a random Lagrangian, and look at each of them."""
     random = lagrangian(seed)
     model = mechc.loads(random.text)
-    symmetries, invariants = model.symmetries(target="python"), model.invariants(target="python")
+    symmetries, invariants = model.symmetries(), model.invariants(target="python")
     told, constants = symmetries.details["symmetries"], invariants.details["invariants"]
     motions = Motions(random.kinetic, random.potential, random.damping, seed)
     false, missed = [], []
@@ -173,7 +173,7 @@ def test_nearly_dependent_functions_are_no_part_of_a_momentum(seed: int) -> None
     numbers = re.search(r"kinetic 1/2\*(\S+)\*der\(x\)\^2 .* \+ (\S+)\*der\(x\)\*der\(y\);", text)
     assert numbers is not None
     a, c = map(float, numbers.groups())
-    formula = mechc.loads(text).invariants(target="python").details["invariants"][0]["formula"]
+    formula = mechc.loads(text).invariants().details["invariants"][0]["formula"]
     first, _, second = formula.partition(" + ")
     assert first == "der(x)" and second.endswith("*der(y)")
     assert float(second.removesuffix("*der(y)")) == pytest.approx(c / a, rel=1e-6)

@@ -9,7 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from written_problems import compiled_kepler, compiled_pendulum, kepler, kepler_position, pendulum, rigid_body
+from written_problems import (
+    called,
+    compiled_kepler,
+    compiled_pendulum,
+    kepler,
+    kepler_position,
+    pendulum,
+    rigid_body,
+)
 
 import mechc
 from mechc.runtime.case import Case, SimulationOptions
@@ -59,7 +67,7 @@ def test_output_times() -> None:
     assert np.abs(early["theta"] - full["theta"][[0, 2, 4]]).max() < 1e-7
 
 
-@pytest.mark.parametrize("make", [compiled_kepler, kepler], ids=["kernel", "scipy"])
+@pytest.mark.parametrize("make", [compiled_kepler, kepler], ids=["compiled", "called"])
 def test_between_output_points_dense_output_is_as_good_as_the_steps(make: object) -> None:
     assert callable(make)
     times = np.linspace(0, 6, 333)
@@ -150,7 +158,7 @@ def test_hermite_interpolation_follows_events() -> None:
         "coordinate Length h = 1 m; kinetic 1/2*(1 kg)*der(h)^2; potential (9.81 N)*h;"
         "contact floor: h restitution 0.8;"
     )
-    problem = mechc.loads(text).problem("c")
+    problem = mechc.loads(text).problem()
     dense, hermite = (
         simulate(problem, SimulationOptions(stop=2, points=30, dense=keep)) for keep in (True, False)
     )
@@ -273,7 +281,7 @@ def test_summary_writes_null_for_what_is_not_a_number() -> None:
     def undefined(t: float, y: Array, u: Array, z: Array, q: Array) -> Array:
         return np.array([np.nan, np.inf, 0.0])
 
-    p = replace(p, functions={**p.functions, "outputs": undefined}, energy_balance=(), conserved=())
+    p = called(replace(p, functions={**p.functions, "outputs": undefined}, energy_balance=(), conserved=()))
     summary = simulate(p, SimulationOptions(stop=1)).summary()
     assert summary["final"]["kinetic"] is None
     assert summary["final"]["potential"] is None

@@ -83,7 +83,7 @@ def test_saved_and_restored_run_goes_on_bit_for_bit(index: int) -> None:
 def test_a_saved_run_goes_on_in_another_solver(method: str) -> None:
     """Nothing of the first one is used: its memory has been overwritten by a third."""
     text = "dimensionless;\nstate x = 2;\nstate v = 0;\nequation der(x) = v;\nequation der(v) = 5*(1 - x^2)*v - x;\n"
-    problem = mechc.loads(text).problem("c", method=method)
+    problem = mechc.loads(text).problem(method=method)
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(stop=STOP, points=2))
 

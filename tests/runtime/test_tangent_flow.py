@@ -42,10 +42,9 @@ def flowing(plan: Plan, names: Sequence[str], initial: Array | None = None) -> T
     return tangent_flow(plan.case, plan.method, plan.nominal, names, initial=initial)
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_an_oscillator_has_the_derivatives_of_its_closed_solution(target: str) -> None:
+def test_an_oscillator_has_the_derivatives_of_its_closed_solution() -> None:
     """x = F/k + (x0 - F/k) cos(wt) + v0/w sin(wt), w = sqrt(k/m); bound: tolerance 1e-12 times 100 for its growth."""
-    problem = mechc.loads(OSCILLATOR).problem(target)  # type: ignore[arg-type]
+    problem = mechc.loads(OSCILLATOR).problem()
     flow = flowing(planned(problem), ["k", "x", "F", "m", "der(x)"])
     t, (m, k, x0, force) = flow.time, (2.0, 8.0, 0.3, 0.5)
     w, away = np.sqrt(k / m), x0 - force / k

@@ -143,7 +143,7 @@ def test_order_follows_the_tolerance(tolerance: float, order: int) -> None:
 @pytest.mark.parametrize(("tolerance", "order"), [(1e-6, 14), (1e-9, 21), (1e-14, 31)])
 def test_steps_of_few_slots(tolerance: float, order: int) -> None:
     """ln(1/tolerance) orders, upwards; and each step is the difference of its times to the last digit."""
-    problem = load("kepler").problem("c", method="taylor")
+    problem = load("kepler").problem(method="taylor")
     case = prepare(problem, load_functions(problem), SimulationOptions(points=2, stop=20.0, max_step=20.0))
     with Solver(load_kernel(), case, "taylor", tolerance, np.full(4, tolerance)) as solver:
         solver.start_record(200)

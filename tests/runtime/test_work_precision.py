@@ -82,7 +82,7 @@ def test_chaotic_motion_is_measured_up_to_where_the_reference_is_known(
 
 def test_reference_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MECHC_CACHE", str(tmp_path))
-    problem = mechc.loads(OSCILLATOR).problem("c")
+    problem = mechc.loads(OSCILLATOR).problem()
     functions = load_functions(problem)
     made: list[float] = []
 

@@ -94,7 +94,7 @@ def both(joint: Joint, settings: str) -> list[mechc.Solution]:
             pytest.fail(
                 f"{joint.name} in {joint.file} needs a closure for each of {joint.coordinates}: {error}"
             )
-        solution = compiled.simulate(stop=0.4, tolerance=1e-10, target="python")
+        solution = compiled.simulate(stop=0.4, tolerance=1e-10)
         assert isinstance(solution, mechc.Solution)
         assert solution.outcome.value == "completed", solution.message
         solutions.append(solution)
@@ -150,7 +150,7 @@ def test_a_weld_that_closes_a_loop_is_not_put_on_back_to_front(angle: int) -> No
     output axis = direction(b.a, {{1, 0, 0}});
     """
     for text in (planar, spatial):
-        s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+        s = mechc.loads(text).simulate(stop=1e-3, estimate_error=False)
         assert s["axis[1]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
         assert s["axis[2]"][0] == pytest.approx(math.sin(math.radians(angle)), abs=1e-9)
 
@@ -165,7 +165,7 @@ def test_axes_of_a_joint_that_closes_a_loop_point_the_same_way(joint: str, angle
     cut {joint} closing(world * rotx({angle} deg) -> b.a);
     output axis = direction(b.a, {{0, 0, 1}});
     """
-    s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+    s = mechc.loads(text).simulate(stop=1e-3, estimate_error=False)
     assert s["axis[2]"][0] == pytest.approx(-math.sin(math.radians(angle)), abs=1e-9)
     assert s["axis[3]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
 
@@ -181,7 +181,7 @@ def test_a_screw_that_closes_a_loop_is_not_half_a_turn_off_its_thread(angle: int
     output axis = direction(nut.a, {{1, 0, 0}});
     output turned = thread.angle;
     """
-    s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+    s = mechc.loads(text).simulate(stop=1e-3, estimate_error=False)
     assert s["axis[1]"][0] == pytest.approx(math.cos(s["turned"][0]), abs=1e-9)
     assert s["axis[2]"][0] == pytest.approx(math.sin(s["turned"][0]), abs=1e-9)
     assert abs(math.remainder(s["turned"][0] - math.radians(angle), 2 * math.pi)) < math.pi / 2

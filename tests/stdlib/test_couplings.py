@@ -20,7 +20,7 @@ torque 2 N.m on first.a;
 
 
 def run(text: str, stop: float = 1.0) -> mechc.Solution:
-    solution = mechc.loads(text).simulate(stop=stop, tolerance=1e-11, target="python")
+    solution = mechc.loads(text).simulate(stop=stop, tolerance=1e-11)
     assert isinstance(solution, mechc.Solution)
     assert solution.outcome.value == "completed", solution.message
     return solution

@@ -64,7 +64,7 @@ def run(text: str, joints: list[tuple[str, str, str]], cut: int) -> dict[str, li
         text += f"output F{i} = reaction({name});\noutput M{i} = moment({name});\n"
     for i in range(len(joints) - 1):
         text += f"output p{i} = pos(b{i}.a * trans(b{i}.com));\n"
-    solution = mechc.loads(text).simulate(stop=0.2, tolerance=1e-11, estimate_error=False, target="python")
+    solution = mechc.loads(text).simulate(stop=0.2, tolerance=1e-11, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution.outcome.value == "completed", solution.message
     return {n: solution[n][::100].tolist() for n in solution if n[0] in "FMp" and n[1].isdigit()}
@@ -106,9 +106,7 @@ cut Planar c(b4.a * trans({0.770, 0.152, 0.227} m)*rotx(1.59 rad)*rotz(-0.43 rad
 @pytest.mark.slow
 def test_long_loop_whose_definitions_lose_their_order() -> None:
     """Unknowns that exchange rows leave definitions that depend on younger ones; sweeps may meet one of them twice."""
-    solution = mechc.loads(LONG_LOOP).simulate(
-        stop=0.2, tolerance=1e-9, estimate_error=False, target="python"
-    )
+    solution = mechc.loads(LONG_LOOP).simulate(stop=0.2, tolerance=1e-9, estimate_error=False)
     assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
     balance = solution.accuracy.energy
     assert balance is not None and balance.relative is not None and balance.relative < 1e-7

@@ -1,16 +1,18 @@
-"""Modules for CasADi and JAX, written and loaded."""
+"""Modules for NumPy, CasADi and JAX, written and loaded."""
 
 from __future__ import annotations
 
 import importlib.util
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 import pytest
 
 from mechc.compiler.program import Program
 from mechc.compiler.targets.differentiable import CASADI, EXPORTED, JAX, Begin, emit_differentiable
+from mechc.compiler.targets.python import emit_python
 
 LIBRARIES = {"casadi": CASADI, "jax": JAX}
 NOWHERE = Begin(0.0, (), (), {})
@@ -29,6 +31,18 @@ def module(path: Path) -> ModuleType:
     found = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(found)
     return found
+
+
+def plain_text(program: Program) -> str:
+    """Return the text of the Python module of a program that begins nowhere."""
+    return emit_python(program, NOWHERE)
+
+
+def plain_module(program: Program) -> Any:
+    """Return what that module holds."""
+    namespace: dict[str, Any] = {"__name__": "generated"}
+    exec(plain_text(program), namespace)
+    return SimpleNamespace(**namespace)
 
 
 def module_of(program: Program, library: str, folder: Path, exported: Sequence[str] = EXPORTED) -> ModuleType:

@@ -81,7 +81,7 @@ HYBRID = ("contact", "contact in a tree", "friction", "impacts at once", "discre
 def packed(source: str | Path, fmi: int, method: str = "dop853") -> tuple[Package, Start]:
     """Return the FMU of a text or of the model in a file, with what it begins with."""
     model = (load(source) if isinstance(source, Path) else loads(source)).for_experiment(None)
-    start = start_of(model.problem("c", reproducible=True, method=method))
+    start = start_of(model.problem(reproducible=True, method=method))
     return make_package(equations_for(model, method), start, fmi=fmi, method=method), start
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
+from written_problems import called
 
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array, Assertion, Experiment, Origin, Problem, Quantity, Setting
@@ -37,53 +38,57 @@ def _parameters(p: Array, given: NDArray[np.uint8]) -> None:
 
 def pendulum_problem() -> Problem:
     """Unit mass; states theta, its rate and the dissipated energy as an account."""
-    return Problem(
-        name="Pendulum",
-        doc="pendulum with friction",
-        nq=1,
-        nv=1,
-        nx=1,
-        nh=0,
-        time=Quantity("time", "time", "s"),
-        states=(
-            Quantity("theta", "coordinate", "rad", display="deg", origin=PLACE),
-            Quantity("der(theta)", "rate", "rad/s", origin=PLACE),
-            Quantity("energy.lost", "account", "J"),
-        ),
-        parameters=(
-            Quantity("l", "parameter", "m"),
-            Quantity("g", "parameter", "m/s^2"),
-            Quantity("c", "parameter", ""),
-        ),
-        inputs=(),
-        discretes=(),
-        outputs=(
-            Quantity("bob[1]", "output", "m"),
-            Quantity("bob[2]", "output", "m"),
-            Quantity("energy.kinetic", "energy", "J"),
-            Quantity("energy.potential", "energy", "J"),
-            Quantity("energy.total", "energy", "J"),
-            Quantity("energy.dissipated", "energy", "J"),
-        ),
-        known=(True, True, True),
-        rotations=(),
-        assertions=(
-            Assertion("the bob stays below", Origin("pendulum.mech", 9, 3, '  assert theta < 2, "stay";')),
-        ),
-        experiments=(
-            Experiment("", "", "experiment_1", ("stop",), {}, ()),
-            Experiment("high", "", "experiment_2", ("stop",), {"display": "rad"}, (Setting("y", 0),)),
-        ),
-        energy_balance=(4, 5, -1),
-        functions={
-            "rhs": _rhs,
-            "initial": lambda t, y, u, z, p: np.array([np.pi / 3, 0.0, 0.0]),
-            "outputs": _outputs,
-            "assertions": lambda t, y, u, z, p: np.array([float(y[0] < 2)]),
-            "experiment_1": lambda t, y, u, z, p: np.array([5.0]),
-            "experiment_2": lambda t, y, u, z, p: np.array([5.0, 1.9]),
-        },
-        parameters_function=_parameters,
+    return called(
+        Problem(
+            name="Pendulum",
+            doc="pendulum with friction",
+            nq=1,
+            nv=1,
+            nx=1,
+            nh=0,
+            time=Quantity("time", "time", "s"),
+            states=(
+                Quantity("theta", "coordinate", "rad", display="deg", origin=PLACE),
+                Quantity("der(theta)", "rate", "rad/s", origin=PLACE),
+                Quantity("energy.lost", "account", "J"),
+            ),
+            parameters=(
+                Quantity("l", "parameter", "m"),
+                Quantity("g", "parameter", "m/s^2"),
+                Quantity("c", "parameter", ""),
+            ),
+            inputs=(),
+            discretes=(),
+            outputs=(
+                Quantity("bob[1]", "output", "m"),
+                Quantity("bob[2]", "output", "m"),
+                Quantity("energy.kinetic", "energy", "J"),
+                Quantity("energy.potential", "energy", "J"),
+                Quantity("energy.total", "energy", "J"),
+                Quantity("energy.dissipated", "energy", "J"),
+            ),
+            known=(True, True, True),
+            rotations=(),
+            assertions=(
+                Assertion(
+                    "the bob stays below", Origin("pendulum.mech", 9, 3, '  assert theta < 2, "stay";')
+                ),
+            ),
+            experiments=(
+                Experiment("", "", "experiment_1", ("stop",), {}, ()),
+                Experiment("high", "", "experiment_2", ("stop",), {"display": "rad"}, (Setting("y", 0),)),
+            ),
+            energy_balance=(4, 5, -1),
+            functions={
+                "rhs": _rhs,
+                "initial": lambda t, y, u, z, p: np.array([np.pi / 3, 0.0, 0.0]),
+                "outputs": _outputs,
+                "assertions": lambda t, y, u, z, p: np.array([float(y[0] < 2)]),
+                "experiment_1": lambda t, y, u, z, p: np.array([5.0]),
+                "experiment_2": lambda t, y, u, z, p: np.array([5.0, 1.9]),
+            },
+            parameters_function=_parameters,
+        )
     )
 
 
@@ -99,5 +104,5 @@ def failing_solution() -> Solution:
     def rhs(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
         return _rhs(t, y, u, z, p) if t <= 1 else np.array([y[1], np.nan, 0.0])
 
-    problem = replace(problem, functions={**problem.functions, "rhs": rhs})
+    problem = called(replace(problem, functions={**problem.functions, "rhs": rhs}))
     return Solution(simulate(problem).motion)

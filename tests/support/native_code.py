@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from python_functions import load_python
 
 import mechc.runtime
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.program import Program, lower, verify
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.model_data import MODEL_FUNCTIONS
-from mechc.compiler.targets.python import load_python
 from mechc.runtime.native.build import model_flags
 from mechc.runtime.native.contract import ModelStruct
 

@@ -1,9 +1,13 @@
-"""Problems written by hand for the tests of the runtime, each as Python functions and as a C model."""
+"""Problems written by hand for the tests of the runtime: as C models, or as Python functions that the kernel calls."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import ctypes
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,7 +66,8 @@ def problem(
     }
     fields.update(more)
     fields["known"] = (True,) * len(fields["states"])
-    return Problem(name=name, doc="", **fields)
+    made = Problem(name=name, doc="", **fields)
+    return called(made) if "rhs" in functions else made
 
 
 def compiled(
@@ -75,33 +80,126 @@ def compiled(
 
     ``jacobian`` are the rows and columns that the function ``jacobian`` fills.
     """
-    if find_compiler() is None:
-        pytest.skip("no C compiler")
     values = ", ".join(repr(float(value)) for value in defaults) or "0"
-    rotations = ", ".join(map(str, problem.rotations)) or "0"
-    functions = "".join(f"static void {name}{SIGNATURE} {{ {body} }}\n" for name, body in bodies.items())
-    members = "".join(f", .{name} = {name}" for name in bodies)
-    text = f"""#include <math.h>
-#include "model.h"
-{functions}
-static const int rotation_indices[] = {{{rotations}}};
-static const int rows[] = {{{", ".join(str(i) for i, _ in jacobian) or 0}}};
-static const int columns[] = {{{", ".join(str(j) for _, j in jacobian) or 0}}};
-static void parameters(mech_real *p, const unsigned char *set) {{
+    fill = f"""
     static const double values[] = {{{values}}};
     for (int i = 0; i < {len(defaults)}; i++) if (!set[i]) p[i] = values[i];
-}}
+"""
+    library = build_shared(_sources(problem, "", fill, bodies, jacobian), model_flags(reproducible=True))
+    return replace(problem, library=library, functions={}, parameters_function=None)
+
+
+def _sources(
+    problem: Problem,
+    head: str,
+    fill: str,
+    bodies: Mapping[str, str],
+    jacobian: Sequence[tuple[int, int]] = (),
+) -> dict[str, str]:
+    """Return the C files of a model: ``bodies`` of its functions, ``fill`` that of the parameters."""
+    if find_compiler() is None:
+        pytest.skip("no C compiler")
+    outside = {e.function for e in problem.experiments}
+    functions = "".join(
+        f"{EXPORT if name in outside else 'static'} void {name}{SIGNATURE} {{ {body} }}\n"
+        for name, body in bodies.items()
+    )
+    members = "".join(f", .{name} = {name}" for name in bodies if name not in outside)
+    positions = sum(c.level == "position" for c in problem.constraints)
+    text = f"""#include <math.h>
+#include "model.h"
+{head}
+{functions}
+static const int rotation_indices[] = {{{", ".join(map(str, problem.rotations)) or "0"}}};
+static const int rows[] = {{{", ".join(str(i) for i, _ in jacobian) or 0}}};
+static const int columns[] = {{{", ".join(str(j) for _, j in jacobian) or 0}}};
+static void parameters(mech_real *p, const unsigned char *set) {{{fill}}}
 static const mech_model model = {{.version = MECH_MODEL_VERSION, .nq = {problem.nq}, .nv = {problem.nv},
-    .nx = {problem.nx}, .nu = {len(problem.inputs)}, .nz = 0, .np = {len(problem.parameters)}, .nh = 0,
-    .n_outputs = {len(problem.outputs)}, .n_assertions = {len(problem.assertions)},
+    .nx = {problem.nx}, .nu = {len(problem.inputs)}, .nz = {len(problem.discretes)}, .np = {len(problem.parameters)},
+    .nh = {problem.nh}, .n_outputs = {len(problem.outputs)}, .n_assertions = {len(problem.assertions)},
     .n_rotations = {len(problem.rotations)}, .rotations = rotation_indices,
+    .n_position = {positions}, .n_velocity = {len(problem.constraints)},
     .n_jacobian = {len(jacobian)}, .jac_row = rows, .jac_col = columns,
     .parameters = parameters{members}}};
-__attribute__((visibility("default"))) const mech_model *mech_model_get(void) {{ return &model; }}
+{EXPORT} const mech_model *mech_model_get(void) {{ return &model; }}
 """
-    sources = {"model.c": text, "model.h": kernel_sources()["model.h"]}
-    library = build_shared(sources, model_flags(reproducible=True))
-    return replace(problem, library=library, functions={}, parameters_function=None)
+    return {"model.c": text, "model.h": kernel_sources()["model.h"]}
+
+
+EXPORT = '__attribute__((visibility("default")))'
+_ALIVE: list[object] = []
+"""Libraries, and the functions that they call."""
+
+
+def called(problem: Problem) -> Problem:
+    """Return a problem whose functions in Python the kernel calls."""
+    functions = {name: f for name, f in problem.functions.items() if _size(problem, name)}
+    head = f"""typedef void call{SIGNATURE};
+typedef void filling(mech_real *p, const unsigned char *set);
+static call *calls[{len(functions)}];
+static filling *filled;
+{EXPORT} void set_call(int k, call *f) {{ calls[k] = f; }}
+{EXPORT} void set_filling(filling *f) {{ filled = f; }}"""
+    bodies = {name: f"calls[{k}](t, y, u, z, p, out);" for k, name in enumerate(functions)}
+    made = build_shared(_sources(problem, head, "filled(p, set);", bodies), model_flags(reproducible=True))
+    own = Path(tempfile.mkdtemp()) / made.name  # each problem has functions of its own
+    shutil.copy(made, own)
+    library = ctypes.CDLL(str(own))
+    kind, filling = (
+        ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 5),
+        ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p),
+    )
+    calls = [kind(_caller(problem, f, _size(problem, name))) for name, f in functions.items()]
+    for k, call in enumerate(calls):
+        library.set_call(k, call)
+    count = len(problem.parameters)
+
+    def fill(p: int, given: int) -> None:
+        if problem.parameters_function is not None:
+            set = (
+                np.ctypeslib.as_array((ctypes.c_uint8 * count).from_address(given))
+                if count
+                else np.empty(0, np.uint8)
+            )
+            problem.parameters_function(_at(p, count + problem.nh), set)
+
+    filled = filling(fill)
+    library.set_filling(filled)
+    _ALIVE.extend((library, calls, filled))
+    return replace(problem, library=own)
+
+
+def _size(problem: Problem, name: str) -> int:
+    sizes = {
+        "rhs": problem.ny,
+        "initial": problem.ny,
+        "inputs": len(problem.inputs),
+        "discretes": len(problem.discretes),
+        "outputs": len(problem.outputs),
+        "assertions": len(problem.assertions),
+        "displace": problem.nq,
+        "project_position": problem.nv + sum(c.level == "position" for c in problem.constraints),
+        "project_velocity": problem.nv + len(problem.constraints),
+        **{e.function: len(e.options) + len(e.settings) for e in problem.experiments},
+    }
+    return sizes[name]
+
+
+def _at(address: int | None, size: int) -> Array:
+    if not size or not address:
+        return np.empty(0)
+    return np.ctypeslib.as_array((ctypes.c_double * size).from_address(address))
+
+
+def _caller(problem: Problem, function: ModelFunction, size: int) -> Callable[..., None]:
+    sizes = (problem.ny, len(problem.inputs), len(problem.discretes), len(problem.parameters) + problem.nh)
+
+    def call(t: float, *addresses: int) -> None:
+        with np.errstate(all="ignore"):
+            given = [_at(a, n).copy() for a, n in zip(addresses[:4], sizes, strict=True)]
+            _at(addresses[4], size)[:] = function(t, *given)
+
+    return call
 
 
 PENDULUM_DEFAULTS = (1.0, 9.81)

@@ -13,9 +13,10 @@ import numpy as np
 from msgspec import Struct
 
 from ...compiler.problem import HEADER, header
-from ...runtime.integrate.scipy_compiled import peer_lacks
+from ...runtime.functions import Functions
 from ...runtime.integrate.solver_options import SolverOptions
 from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
+from ...runtime.native import contract
 from ...runtime.native.build import build_shared, kernel_flags
 from ...runtime.outcome import Failure, SimulationError, given_up
 from ...runtime.reference.work_precision import Peer
@@ -23,7 +24,7 @@ from ...runtime.reference.work_precision import Peer
 if TYPE_CHECKING:
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.problem import Array
+    from ...runtime.problem import Array, Problem
 
 RATES = Path(__file__).parent / "rates.c"
 SLICE = 20_000
@@ -60,13 +61,28 @@ def rates() -> ctypes.CDLL:
     return ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="peer")))
 
 
+def peer_lacks(problem: Problem, functions: Functions) -> str:
+    """Return why others cannot run a problem here; an empty text if it can."""
+    if problem.inputs:
+        return "is compared on models without inputs"
+    hybrid = problem.hybrid
+    if hybrid is not None and (hybrid.rows or hybrid_of(functions).n_times or hybrid_of(functions).n_clocks):
+        return "has no contacts, friction or events at known times"
+    return ""
+
+
+def hybrid_of(functions: Functions) -> contract.HybridStruct:
+    """Return what the code of a model that switches offers the kernel."""
+    assert functions.struct.hybrid
+    return contract.HybridStruct.from_address(functions.struct.hybrid)
+
+
 def peer_model(case: Case, nominal: Array) -> tuple[PeerModel, list[Array]]:
     """Return a model as rates.c reads it, and the arrays that must stay alive with it. Raises SimulationError."""
     lacks = "has no contacts, friction or other events here" if case.problem.hybrid is not None else ""
     if lacks := lacks or peer_lacks(case.problem, case.functions):
         raise SimulationError(lacks)
     struct = case.functions.struct
-    assert struct is not None
     sizes, state, values = np.ascontiguousarray(nominal), np.empty(case.y0.size), np.empty(struct.n_jacobian)
     made = PeerModel(
         rhs=struct.rhs,

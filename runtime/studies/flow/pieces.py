@@ -16,7 +16,7 @@ from ...integrate.solver import Solver
 from ...integrate.trajectory import DenseOutput
 from ...native import kernel as native
 from ...native.status import Status
-from ...outcome import Failure, SimulationError
+from ...outcome import Failure
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ..runs.simulate import Plan
@@ -63,10 +63,6 @@ def pieces(
     ``looked_at``: within the steps; else a piece has its first and its last time alone. ``ending`` is filled when the last piece was given. Raises SimulationError where there is no kernel.
     """
     case, kernel = plan.case, native.load_kernel(plan.options.reproducible)
-    if not plan.method.in_kernel:
-        raise SimulationError(
-            f"a long motion in pieces needs the compiled kernel, and '{plan.method.name}' is no method of it"
-        )
     with Solver(
         kernel, case, plan.method.name, case.tolerance, case.tolerance * plan.nominal, case.step or 0.0
     ) as solver:

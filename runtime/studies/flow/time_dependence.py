@@ -19,7 +19,7 @@ def depends_on_time(plan: Plan) -> bool:
 
     functions: list[tuple[ModelFunction, Array]] = [(rates, case.z)]
     struct = case.functions.struct
-    if struct is not None and struct.hybrid:
+    if struct.hybrid:
         hybrid = contract.HybridStruct.from_address(struct.hybrid)
         if hybrid.n_times or hybrid.n_clocks:
             return True

@@ -197,11 +197,6 @@ class _Rest:
         self.u = inputs_at(case, case.begin)
         site = Site(case, chart_of(problem), case.begin, self.u, case.z, case.y0, case.p)
         self.site = switched(site, case.y0)
-        if problem.hybrid is not None and case.functions.struct is None:
-            raise SimulationError(
-                f"'{problem.name}' switches, and what holds at a state is found by the compiled kernel",
-                help="leave out target = python",
-            )
 
     def energy(self, y: Array) -> float:
         case = self.case

@@ -172,8 +172,6 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
 
     def _sizes(self, problem: Problem, members: Members) -> dict[str, float]:
         """Give the nominal values of states that stay far below those of others in the first member that can run."""
-        if problem.library is None:
-            return {}
         for k in range(min(TRIED, members.count)):
             row = members.values(k, k + 1)[0].tolist()
             values = {**self.values, **dict(zip(members.names, row, strict=True))}

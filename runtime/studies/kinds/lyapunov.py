@@ -179,7 +179,7 @@ class _Carrier:
 
     def begin(self, w: Array) -> None:
         self.w = w
-        if not self.tangents.method.in_kernel or self.problem.hybrid is not None:
+        if self.problem.hybrid is not None:
             return
         augmented, case = self.tangents.augmented, self.plan.case
         row = augmented.joined(self.y, w)

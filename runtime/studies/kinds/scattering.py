@@ -132,10 +132,10 @@ class _Beam:
                 help="of two bodies, write the relative motion with the reduced mass",
             )
         plan = plan_run(problem, options)
-        if plan.method.fixed_step or not plan.method.in_kernel:
+        if plan.method.fixed_step:
             raise SimulationError(
                 f"scattering takes steps that grow with the distance, and '{plan.method.name}' is no method that does",
-                help="take one of the kernel that chooses its steps: --method dop853, taylor or radau5",
+                help="take one that chooses its steps: --method dop853, taylor or radau5",
             )
         random = np.random.default_rng(2)
         here = mass_matrix(plan, plan.case.begin, plan.case.y0)

@@ -193,9 +193,7 @@ class _Follower:
             stop = self.given_stop
         elif math.isnan(self.interval):
             stop = math.inf
-        source = (
-            self._smooth if self.plan.method.in_kernel and self.case.problem.hybrid is None else self._whole
-        )
+        source = self._smooth if self.case.problem.hybrid is None else self._whole
         self.reached = self.case.begin
         for piece in source(max(stop, self.first), ending, plan):
             t, y = self._in(piece)

@@ -13,7 +13,6 @@ from msgspec.structs import replace
 from ...case import Case, Progress, SimulationOptions, part_of
 from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel, slice_of
-from ...integrate.scipy_methods import run_scipy
 from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import Reader, Statistics, Trajectory
 from ...outcome import Failure
@@ -109,7 +108,6 @@ def trajectory_of(
 ) -> Trajectory:
     """Run a plan; ``before``: a run of the same case and method, but for the longest step."""
     problem = plan.case.problem
-    run = run_kernel if plan.method.in_kernel else run_scipy
     options = SolverOptions(
         plan.method.name,
         tolerance,
@@ -126,7 +124,7 @@ def trajectory_of(
         interrupted=plan.interrupted,
         like=None if before is None else before.solver,
     )
-    return run(plan.case, options, reader)
+    return run_kernel(plan.case, options, reader)
 
 
 def estimate(

@@ -17,7 +17,7 @@ from ...integrate.interruption import NotedInterruptions
 from ...integrate.nominal_run import nominal_of
 from ...integrate.trajectory import Trajectory, with_unit_rotations
 from ...memo import once
-from ...outcome import ENDED, Outcome, SimulationError, time_text
+from ...outcome import ENDED, Outcome, time_text
 from ...problem import Array, Problem
 from ...results.accuracy import (
     Accuracy,
@@ -135,11 +135,6 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     functions = load_functions(problem)
     case = prepare(problem, functions, options)
     method = choose_method(case, options.reproducible)
-    if problem.hybrid is not None and not method.in_kernel:
-        raise SimulationError(
-            f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
-            "Only the compiled kernel locates these: take one of its methods, and leave out target = python"
-        )
     nominal = nominal_of(case)
     return Plan(options, case, method, nominal)
 
@@ -184,7 +179,7 @@ class _Done(Struct, frozen=True, eq=False):
 def _waits(plan: Plan, main: Trajectory) -> bool:
     """Whether a run may be judged later: where its rows are few, nobody writes them down, and nothing has to run again."""
     few = main.y.size <= FEW_NUMBERS and plan.options.follower is None
-    return few and plan.method.in_kernel and not plan.method.fixed_step
+    return few and not plan.method.fixed_step
 
 
 def _solve(plan: Plan, as_stated: bool) -> Solution:

@@ -45,8 +45,6 @@ class Stepper:
     ) -> None:
         """Begin a run. ``moving``: inputs that the model gives as functions of time, so that they cannot be set;
         ``at_singular_positions``: what helps where constraints become dependent on its way."""
-        if problem.library is None:
-            raise SimulationError("a run step by step needs the compiled kernel: leave out target = python")
         stop = math.inf if options.stop is None else options.stop
         options = replace(options, stop=stop if math.isfinite(stop) else 1.0, points=2)
         plan = plan_run(problem, options)

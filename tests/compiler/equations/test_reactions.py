@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import pytest
 
@@ -17,9 +15,9 @@ SPACE = (
 ASKED = "output F = reaction(hinge);\noutput M = moment(hinge);\n"
 
 
-def outputs(text: str, target: Literal["c", "python"] = "python") -> np.ndarray:
+def outputs(text: str) -> np.ndarray:
     """The last values of force and moment, after half a second from rest."""
-    solution = mechc.loads(text).simulate(stop=0.5, tolerance=1e-11, target=target, estimate_error=False)
+    solution = mechc.loads(text).simulate(stop=0.5, tolerance=1e-11, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     names = [n for n in solution if n.split("[")[0] in ("F", "M")]
     return np.array([solution[n][-1] for n in sorted(names)])
@@ -125,10 +123,9 @@ def test_what_acts_on_the_coordinate_of_a_joint_is_part_of_its_load(
     text = f"{bodies}{LOADED[load]}\n{ASKED}"
     for word, unit in UNITS[joint].items():
         text = text.replace(word, unit)
-    target: Literal["c", "python"] = "c" if load == "friction" else "python"  # it switches
-    in_the_tree = outputs(f"{text.replace('MOVE', 'drive')}{joint} hinge(world -> body.a);\n", target)
+    in_the_tree = outputs(f"{text.replace('MOVE', 'drive')}{joint} hinge(world -> body.a);\n")
     free = f"Free free(world -> body.a);\ncut {joint} hinge(world -> body.a);\n"
-    of_a_loop = outputs(f"{text.replace('MOVE', 'constraint')}{free}", target)
+    of_a_loop = outputs(f"{text.replace('MOVE', 'constraint')}{free}")
     assert np.max(np.abs(of_a_loop)) > 1
     # the loop is held to some 1e-11, and drifts within that
     assert in_the_tree == pytest.approx(of_a_loop, abs=1e-8)
@@ -142,7 +139,7 @@ def test_moment_of_a_hinge_that_a_torque_turns(cut: str, sides: str, sign: int) 
         f"Bar fore(m = 0.5 kg, l = 0.7 m); {cut}Revolute hinge({sides}); force {sign}*3 N.m on hinge.angle;\n"
     )
     solution = mechc.loads(f"import mech.planar.*;\n{text}output N = moment(hinge);").simulate(
-        stop=0.1, target="python", estimate_error=False
+        stop=0.1, estimate_error=False
     )
     assert isinstance(solution, mechc.Solution)
     assert solution["N"] == pytest.approx(np.full(len(solution["N"]), sign * 3.0), abs=1e-7)

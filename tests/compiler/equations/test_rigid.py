@@ -112,7 +112,7 @@ def test_moments_that_are_rounding_are_none(tensor: str) -> None:
     """What is left of turning and shifting is lost in the moments about the joints: a compound pendulum, by its energy."""
     model = mechc.loads(SWING.format(tensor=tensor))
     assert not model.diagnostics
-    solution = model.simulate(estimate_error=False, target="python")
+    solution = model.simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     angle, rate = solution["j.angle"], solution["der(j.angle)"]
     moment = 0.1**2 + 0.1 + 0.1**2

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from differentiable_modules import plain_text
 
 import mechc
 from mechc.compiler.compilation import Compilation
@@ -14,7 +15,6 @@ from mechc.compiler.flat.names import files
 from mechc.compiler.pipeline import compile_source, program_for
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.fmu.export import start_of, write_program
-from mechc.compiler.targets.python import emit_python
 from mechc.lang import ast
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.parser import parse
@@ -226,8 +226,8 @@ def without_draws(node: ast.File | ast.Statement) -> ast.File | ast.Statement:
 
 def texts(compilation: Compilation, path: Path) -> list[str]:
     """Return the C code with and without Jacobian, the Python module and the code of an FMU."""
-    problem = mechc.load(path).problem("python")
-    python = emit_python(compilation.program) if compilation.program.switching is None else ""
+    problem = mechc.load(path).problem(quick=True)
+    python = plain_text(compilation.program)
     implicit = emit_c(program_for(compilation, implicit=True))
     fmu = write_program(compilation.equations, start_of(problem)).code
     return [emit_c(compilation.program), implicit, python, fmu]

@@ -342,7 +342,7 @@ def test_a_motion_with_events() -> None:
 
 def test_a_motion_by_the_python_target() -> None:
     text = "\n".join(line for line in MODEL.splitlines() if "hits" not in line)
-    solution: Any = mechc.loads(text).simulate(target="python")
+    solution: Any = mechc.loads(text).simulate()
     assert np.abs(solution["x"] - by_scipy(solution.time)[0]).max() < 1e-8
 
 

@@ -35,7 +35,7 @@ end Integrals;
 
 def solved(integral: str, k: float = 3.0, c: float = 0.3, x: float = 0.7, **values: float) -> mechc.Solution:
     model = mechc.loads(TEXT.format(integral=integral, k=k, c=c, x=x))
-    return model.simulate(target="python", set=values)
+    return model.simulate(set=values)
 
 
 def told(solution: mechc.Solution) -> float:
@@ -69,7 +69,7 @@ def test_integrals_that_are_known(integral: str) -> None:
     for _ in range(3):
         k, c, x = source.uniform(1, 9), source.uniform(0.1, 0.45), source.uniform(0.5, 0.9)
         model = mechc.loads(TEXT.format(integral=integral, k=k, c=c, x=x))
-        solution = model.simulate(target="python")
+        solution = model.simulate()
         expected = CLOSED[integral](k, c, x)
         assert solution["I"][0] == pytest.approx(expected, rel=2e-10)
         assert told(solution) < 1e-8
@@ -85,7 +85,7 @@ def test_a_rule_is_chosen_by_what_the_integrand_does(k: float) -> None:
 def test_a_value_that_outgrows_the_rule_is_told_by_the_run() -> None:
     """The rule was chosen for k = 3; the estimate is at least as large as the error."""
     solution = mechc.loads(TEXT.format(integral="integral(cos(k*s) for s in 0:1)", k=3, c=0, x=1)).simulate(
-        target="python", set={"k": 300.0}
+        set={"k": 300.0}
     )
     error = abs(solution["I"][0] - math.sin(300) / 300)
     assert error > 1e-3
@@ -97,7 +97,7 @@ def test_an_integral_inside_of_another_tells_its_error() -> None:
     """The outer one is exact: all that is wrong comes from within."""
     inner = "integral(cos(k*r*s) for r in 0:1)"
     text = TEXT.format(integral=f"integral(s*{inner} for s in 1:2)", k=3, c=0, x=1)
-    solution = mechc.loads(text).simulate(target="python", set={"k": 400.0})
+    solution = mechc.loads(text).simulate(set={"k": 400.0})
     error = abs(solution["I"][0] - (math.cos(400) - math.cos(800)) / 400**2)
     assert told(solution) * 0.64 >= 0.1 * error > 1e-4
     assert any(inner in remark and "is known to about" in remark for remark in solution.remarks)
@@ -108,7 +108,7 @@ def test_integrals_inside_of_each_other_take_no_more_places_than_can_be_written(
 ) -> None:
     monkeypatch.setattr(integrals, "PLACES", 2000)
     text = TEXT.format(integral="integral(integral(exp(s*r) for r in 0:1) for s in 0:9)", k=1, c=0, x=1)
-    solution = mechc.loads(text).simulate(target="python")
+    solution = mechc.loads(text).simulate()
     exact = quad(lambda s: math.expm1(s) / s, 0, 9)[0]
     assert 1e-9 < abs(solution["I"][0] / exact - 1) < told(solution) < 0.1
 
@@ -126,7 +126,7 @@ def test_what_no_rule_gives_is_told_when_compiling(integral: str, value: float |
     model = mechc.loads(TEXT.format(integral=integral, k=3, c=0.3, x=1))
     (warning,) = (d for d in model.diagnostics if d.code == "W0538")
     assert words in warning.message
-    solution = model.simulate(target="python")
+    solution = model.simulate()
     if value is not None:
         assert abs(solution["I"][0] - value) <= told(solution) * value < 1e-6
 
@@ -163,7 +163,7 @@ def test_what_bends_elsewhere_is_known_as_well_as_is_told(
     )
     shares = []
     for c in random.Random(integral).sample(range(100, 500), 60):
-        solution = model.simulate(target="python", stop=0.0, set={"c": c / 1000})
+        solution = model.simulate(stop=0.0, set={"c": c / 1000})
         places = [0.0, *bends(c / 1000), end]
         parts = [quad(body, a, b, (c / 1000,), epsabs=1e-13)[0] for a, b in pairwise(places)]
         shares.append(abs(solution["I"][0] - math.fsum(parts)) / (told(solution) * math.fsum(parts)))
@@ -234,7 +234,7 @@ def test_an_integral_of_a_table_bends_at_its_points() -> None:
     )
     curve = PchipInterpolator([-0.5, 0.1, 0.9], [-0.95, -0.57, 0.1])
     for x in (0.21, 0.33, 0.45):
-        solution = model.simulate(target="python", set={"x": x}, estimate_error=False)
+        solution = model.simulate(set={"x": x}, estimate_error=False)
         assert solution["a"][0] == pytest.approx(float(curve(1 - x) - curve(-x)), rel=1e-12)
 
 
@@ -261,7 +261,7 @@ def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> N
             quad(lambda s, x=x, w=w: curve(s + 0.1 * x) * math.cos(w * s), a, b, epsabs=1e-14, limit=200)[0]
             for a, b in pairwise(ends)
         )
-        found = mechc.loads(text).simulate(target="python", stop=0.01, set={"x": x})["I"][0]
+        found = mechc.loads(text).simulate(stop=0.01, set={"x": x})["I"][0]
         assert found == pytest.approx(exact, rel=1e-11, abs=1e-12)
 
 

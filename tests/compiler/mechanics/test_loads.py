@@ -159,9 +159,7 @@ frame F = world * {"rotz(a)" if three else "rot(a)"};
 {space or "inertia 1 kg.m^2 on F;"}
 force {{3, 4{", 0" if three else ""}}} N on F at F * ({{0.7*der(x)/(1 m/s) + kinetic_energy()/(9 J), 0{", 0" if three else ""}}}*1 m);
 """
-    solution = mechc.loads(text + "output A = der(a, 2); output X = der(x, 2);").simulate(
-        target="python", stop=0.0
-    )
+    solution = mechc.loads(text + "output A = der(a, 2); output X = der(x, 2);").simulate(stop=0.0)
     arm = 0.7 * 0.5 + (0.5 * 4 + 0.25) / 9
     moment = arm * (math.cos(0.3) * 4 - math.sin(0.3) * 3)
     assert solution["A"][0] == pytest.approx(moment, rel=1e-12)
@@ -184,7 +182,7 @@ def test_joints_on_whose_rates_an_arm_depends_carry_nothing_of_its_force(arm: st
     output load[2] = reaction(guide);
     output moment = moment(guide);
     """
-    solution = mechc.loads(text).simulate(target="python", stop=0.0)
+    solution = mechc.loads(text).simulate(stop=0.0)
     assert [*solution["load"][0], solution["moment"][0]] == pytest.approx([0, 0, 0], abs=1e-15)
 
 
@@ -198,6 +196,6 @@ def test_what_brakes_does_so_whether_its_joint_is_asked_or_not(question: str) ->
     force 1 kg/s*der(pos(slide.a)[2]) on guide.position;
     {question}
     """
-    solution = mechc.loads(text).simulate(target="python", stop=1.0)
+    solution = mechc.loads(text).simulate(stop=1.0)
     lost = 0.5 * 2 * 0.9**2 * (1 - math.exp(-1.0))
     assert solution["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-8)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from native_code import NativeModel, bits
+from python_functions import load_python
 from sample_equations import equations
 
 from mechc.compiler import pipeline
@@ -24,7 +25,6 @@ from mechc.compiler.program.loops.roll import roll
 from mechc.compiler.program.model import Load, Store
 from mechc.compiler.targets import c_loops
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.python import load_python
 from mechc.lang.source import SourceFile
 from mechc.runtime.interface import Quantity
 from mechc.runtime.native.build import model_flags

@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from python_functions import load_python
 from sample_equations import chain, equations, every_operation, pendulum
 
 from mechc.compiler.equations.model import Function
@@ -20,7 +21,6 @@ from mechc.compiler.program.hoist import hoistable, rule_order
 from mechc.compiler.program.model import Load, Operate, Statement, Store
 from mechc.compiler.program.names import identifiers
 from mechc.compiler.program.schedule import schedule
-from mechc.compiler.targets.python import load_python
 from mechc.runtime.interface import Quantity
 
 

@@ -83,7 +83,7 @@ def states_near(module: ModuleType, count: int = 3) -> list[Any]:
 
 def begun(model: Any) -> tuple[Case, Functions]:
     """Return the case of the default experiment and the functions of the C kernel."""
-    functions = load_functions(problem := model.problem("c"))
+    functions = load_functions(problem := model.problem())
     return prepare(problem, functions, SimulationOptions(stop=1.0)), functions
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,9 +66,8 @@ def by_scipy(times: Any) -> Any:
     return solve_ivp(rates, (0, 2), start, "DOP853", rtol=1e-12, atol=1e-13, dense_output=True).sol(times)
 
 
-@pytest.mark.parametrize("target", ["c", "python"])
-def test_motions(target: Literal["c", "python"]) -> None:
-    solution: Any = mechc.loads(MODEL).simulate(target=target)
+def test_motions() -> None:
+    solution: Any = mechc.loads(MODEL).simulate()
     wanted = by_scipy(solution.time)
     for k in range(2):
         assert np.abs(solution[f"x[{k + 1}]"] - wanted[k]).max() < 1e-8

@@ -39,7 +39,7 @@ def test_singular_positions() -> None:
 
 
 def test_library() -> None:
-    tree, loop = (mechc.loads(text).problem("c") for text in (TREE, LOOP))
+    tree, loop = (mechc.loads(text).problem() for text in (TREE, LOOP))
     for problem, present in ((tree, False), (loop, True)):
         assert hasattr(ctypes.CDLL(str(problem.library)), "assembly") is present
         functions = load_functions(problem)
@@ -56,7 +56,7 @@ def test_symbols() -> None:
     """What the model itself defines: a tree has the functions that every model has, and nothing else."""
     found = []
     for text in (TREE, LOOP):
-        library = mechc.loads(text).problem("c").library
+        library = mechc.loads(text).problem().library
         listed = subprocess.run(["nm", str(library)], capture_output=True, text=True, check=True).stdout
         found.append(set(re.findall(r" [tT] (\w+?)(?:\.\w+)*$", listed, re.M)))
     tree, loop = found
@@ -73,7 +73,7 @@ def test_run() -> None:
     assert tree.statistics.drift_position is None and tree.statistics.drift_velocity is None
     assert loop.statistics.drift_position is not None and loop.statistics.drift_velocity is not None
     assert (tree.accuracy.constraints, tree.events) == ((), ())
-    struct = load_functions(mechc.loads(TREE).problem("c")).struct
+    struct = load_functions(mechc.loads(TREE).problem()).struct
     assert struct is not None and not struct.hybrid
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from native_code import NativeModel, bits, random_states
+from python_functions import load_python
 from sample_equations import equations
 
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.program import chunk, lower, verify
-from mechc.compiler.targets.python import load_python
 from mechc.runtime.interface import Quantity
 
 CONSTANTS = [

@@ -106,7 +106,7 @@ def published(system: System) -> float:
         inverse = np.linalg.inv(M)
         K, C = 9.81 * K0 + speed**2 * K2, speed * C1
         expected = np.block([[np.zeros((2, 2)), np.eye(2)], [-inverse @ K, -inverse @ C]])
-        found = model.study("linearize", set={"v": speed}, target="python")
+        found = model.study("linearize", set={"v": speed})
         assert isinstance(found, Linearization)
         worst = max(worst, poles_apart(nonzero(found.poles), np.linalg.eigvals(expected)))
     return worst

@@ -88,7 +88,7 @@ class Twin:
         self.d = mujoco.MjData(self.m)
         for name in off:
             self.m.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"))
-        self.problem = model.problem("python")
+        self.problem = model.problem(quick=True)
         self.functions = load_functions(self.problem)
         self.case = prepare(self.problem, self.functions, SimulationOptions(stop=1))
         self.states = [q.name for q in self.problem.states]

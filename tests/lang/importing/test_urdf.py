@@ -170,7 +170,7 @@ def test_energies_of_an_arm(tmp_path: Path) -> None:
             {name: float(x) for name, x in zip(JOINTS, random.normal(size=3), strict=True)} for _ in range(2)
         )
         values = {JOINTS[n]: q[n] for n in q} | {f"der({JOINTS[n]})": v[n] for n in q}
-        motion = model.simulate(set=values, stop=1e-3, estimate_error=False, target="python")
+        motion = model.simulate(set=values, stop=1e-3, estimate_error=False)
         kinetic, potential = own.energies(q, v)
         first = first if first is not None else motion["energy.potential"][0] - potential
         assert motion["energy.kinetic"][0] == pytest.approx(kinetic, rel=1e-13)
@@ -192,7 +192,7 @@ def test_a_floating_root(tmp_path: Path) -> None:
         values: dict[str, Any] = {JOINTS[n]: q[n] for n in q} | {f"der({JOINTS[n]})": v[n] for n in q}
         values |= {"root_joint.position": place, "der(root_joint.position)": rate}
         values |= {"root_joint.orientation": half, "der(root_joint.orientation)": spin}
-        motion = model.simulate(set=values, stop=1e-3, estimate_error=False, target="python")
+        motion = model.simulate(set=values, stop=1e-3, estimate_error=False)
         kinetic, _ = own.energies(q, v, root)
         assert motion["energy.kinetic"][0] == pytest.approx(kinetic, rel=1e-12)
 
@@ -247,7 +247,7 @@ def test_joints_end_at_their_ranges(tmp_path: Path) -> None:
     assert "world" in model and "frame world" not in model
     stopped = mechc.loads(model).with_values({"stops": True}).simulate(stop=2, estimate_error=False)
     assert stopped["hinge.angle"][-1] == pytest.approx(0.4, abs=1e-9)
-    free = mechc.loads(model).simulate(stop=2, estimate_error=False, target="python")
+    free = mechc.loads(model).simulate(stop=2, estimate_error=False)
     assert free["hinge.angle"].max() > 1
 
 
@@ -269,7 +269,7 @@ def test_joints_of_several_freedoms(tmp_path: Path) -> None:
     robot += joint("p", "planar", "a", "b", '<axis xyz="0 1 0"/>') + joint("f", "floating", "b", "c")
     robot += joint("s", "spherical", "c", "d") + "</robot>"
     model = mechc.loads(made(tmp_path, robot).text)
-    motion = model.simulate(stop=0.5, tolerance=1e-10, estimate_error=False, target="python")
+    motion = model.simulate(stop=0.5, tolerance=1e-10, estimate_error=False)
     fall = -9.81 / 2 * 0.25
     heights = motion["energy.potential"][-1] - motion["energy.potential"][0]
     assert heights == pytest.approx(3 * 9.81 * fall, rel=1e-9)

@@ -20,7 +20,7 @@ def test_a_completed_run() -> None:
     solution = pendulum_solution()
     rows = report(solution).splitlines()
     assert rows[0] == "Pendulum: completed at time = 5 s"
-    assert rows[2] == "  method     scipy:DOP853, Python"
+    assert rows[2] == "  method     dop853, compiled C"
     assert re.fullmatch(r"  steps      \d+(, \d+ rejected)?, [\d ]+ evaluations", rows[3])
     theta = next(row for row in rows if row.startswith("  theta "))
     error = r"\d\.\de-\d\d"

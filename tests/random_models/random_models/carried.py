@@ -85,9 +85,7 @@ def _told(base: Compiled, names: list[str], state: Values) -> Values | None:
     lines = [f"  output carried{k} = {name};\n" for k, name in enumerate(names)]
     head, end, tail = base.text.rpartition("end M;")
     try:
-        asked = compiled(
-            head + "".join(lines) + end + tail, "python" if base.problem.library is None else "c"
-        )
+        asked = compiled(head + "".join(lines) + end + tail, quick=base.problem.quick)
     except Refused:
         return None
     asked.z = base.z

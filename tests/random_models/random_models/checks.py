@@ -11,7 +11,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from msgspec import structs
+from python_functions import load_python
 
+from mechc.compiler.program.series import without_series
 from random_models.another_library import another_library
 from random_models.carried import (
     assembled_alike,
@@ -45,7 +48,7 @@ from random_models.hidden import misjudged
 from random_models.lists import element_by_element
 from random_models.meaning import Meaning
 from random_models.members import members_differ, sweep_differs
-from random_models.modes import MODES, Target
+from random_models.modes import MODES
 from random_models.motions import Edged, by_another_method, difference, doubts, ended, errors, run
 from random_models.narrow import is_marked
 from random_models.nesting import NESTED, by_element
@@ -98,9 +101,7 @@ def examined(
     """Compile a model and compare it with its meaning and its twins; ``only``, ``without``: names of checks."""
     chosen = MODES[mode]
     try:
-        base = compiled(model.text(), chosen.target)
-        if base.switches and chosen.recompiled:
-            base = compiled(model.text(), "c")
+        base = compiled(model.text(), quick=chosen.quick)
     except Refused as refused:
         return Report(refused.codes)
     except Exception as error:
@@ -181,7 +182,7 @@ def composed_of(model: Model, seed: int) -> Twin | None:
 
 def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with several twins in one; where that disagrees, find out which of them does."""
-    whole = composed_of(model, seed) if base.settles else None
+    whole = composed_of(model, seed)
     if whole is None:
         return None
     try:
@@ -207,8 +208,6 @@ def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | N
 
 def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
     def check(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-        if not base.settles:
-            return None
         twin = make(model, Random(seed))
         return None if twin is None else compare_twin(base, twin, seed)
 
@@ -232,10 +231,10 @@ def _elsewhere_closed(make: Callable[[Model, Random], Twin | None]) -> Check:
 
 def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | None:
     """Compare a model with a twin at random states."""
-    target: Target = "python" if not base.switches or base.problem.library is None else "c"
-    other = compiled(twin.model.text(), target)
+    quick = not base.switches or base.problem.quick
+    other = compiled(twin.model.text(), quick=quick)
     if twin.base is not None:
-        base = compiled(twin.base.text(), target)
+        base = compiled(twin.base.text(), quick=quick)
     mine = {renamed_name(twin, n): v for n, v in base.parameters().items()}
     wrong = differences(mine, other.parameters(), relative=1e-12)
     if assembled_alike(twin, base, other):
@@ -244,7 +243,7 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
         wrong += [] if off and is_nearest(other, mine) and is_nearest(other, other.start()) else off
     if wrong:
         return [Disagreement(twin.name, "given", _lines(wrong) + twin.model.text())]
-    if not (other.settles and base.settles) or momenta_differ(twin, base, other):
+    if momenta_differ(twin, base, other):
         return None
     rng = np.random.default_rng(seed)
     for k, state in enumerate(base.random_states(rng, 3)):
@@ -295,13 +294,15 @@ def _kind(base: Compiled, name: str) -> str:
 
 
 def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare the compiled C functions with those in Python."""
-    other = compiled(model.text(), "c" if base.problem.library is None else "python")
-    one, two = (base, other) if base.problem.library is not None else (other, base)
+    """Compare the compiled functions with their statements in Python."""
+    program = without_series(base.model.compilation.program)
+    if program.switching is not None and program.switching.crowd is not None:
+        return None  # the forces of many contacts are found by the kernel
+    functions, _ = load_python(program)
+    own = {name: functions[name] for name in ("rhs", "outputs") if name in functions}
+    one, two = base, replace(base, functions=structs.replace(base.functions, **own))
     rng = np.random.default_rng(seed)
     found: list[Disagreement] = []
-    wrong = differences(base.start(), other.start())
-    found += [Disagreement("targets", "start", str(wrong[:3]))] if wrong else []
     for state in base.random_states(rng, 5):
         try:
             state = one.settle(state)
@@ -318,8 +319,6 @@ def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
 
 def _loops(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with C code that has loops for what repeats itself."""
-    if base.problem.library is None:
-        return None
     other = in_loops(model.text())
     found = (
         [Disagreement("loops", "start", str(wrong[:3]))]
@@ -401,7 +400,7 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
 
 def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with the definition at states; those at random are far outside of what is small."""
-    if not base.settles or is_marked(model, "sized"):
+    if is_marked(model, "sized"):
         return None
     return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed, 2, ignored(model))]
 
@@ -419,7 +418,7 @@ def _followers(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
 def _integrals(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Look at what a model says of its integrals."""
     found = [Disagreement("integrals", "untold", said) for said in untold(model, base)]
-    if exact(model) and base.settles:
+    if exact(model):
         found += [Disagreement("integrals", "badly known", said) for said in badly_known(model, base, seed)]
     return found
 

@@ -6,7 +6,7 @@ import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -55,11 +55,6 @@ class Compiled:
     def switches(self) -> bool:
         """Whether flags that a run owns enter the functions."""
         return self.problem.hybrid is not None
-
-    @property
-    def settles(self) -> bool:
-        """Whether its flags at a state are known: there are none, or it is compiled, so that a run can begin there."""
-        return not self.switches or self.problem.library is not None
 
     def settle(self, state: Values) -> Values:
         """Let a run begin at a state, and keep what it decides: what touches, sticks, on which side all is, and what ticks then.
@@ -176,22 +171,20 @@ class Compiled:
         return states
 
 
-def compiled(
-    text: str, target: Literal["c", "python"] = "python", values: Mapping[str, float] | None = None
-) -> Compiled:
-    """Compile a text and find its start; raises ``Refused`` where mechc says what is wrong."""
-    return prepared(lambda: mechc.loads(text), target, values, text)
+def compiled(text: str, *, quick: bool = True) -> Compiled:
+    """Compile a text and find its start; raises ``Refused`` where mechc says what is wrong. ``quick``: by libtcc."""
+    return prepared(lambda: mechc.loads(text), None, text, quick=quick)
 
 
 def prepared(
-    made: Callable[[], Any], target: Literal["c", "python"], values: Mapping[str, float] | None, text: str
+    made: Callable[[], Any], values: Mapping[str, float] | None, text: str, *, quick: bool = True
 ) -> Compiled:
     """Make a model, and find its start; raises ``Refused``."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             model = made()
-            problem = model.problem(target)
+            problem = model.problem(quick=quick)
             functions = load_functions(problem)
             case = prepare(problem, functions, SimulationOptions(values=dict(values or {})))
     except mechc.CompileError as error:

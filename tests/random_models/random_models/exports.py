@@ -7,7 +7,6 @@ import hashlib
 import re
 import shutil
 import subprocess
-import sys
 import warnings
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -76,7 +75,7 @@ def exported(
         if units:
             return _units(text, native, here, given, own, sizes)
         if native.events == () or not native.events:
-            found += _said("python", native, _python(model, here, {}), edges(native), sizes)
+            found += _said("python", native, _python(model, here, {}, native), edges(native), sizes)
             found += [] if sizes else _with_parameters(model, text, here)
         found += _said("c", native, _program(model, here), edges(native), sizes)
     return found
@@ -97,12 +96,12 @@ def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]
         return []
     if not given or native.events or str(native.outcome) != "Outcome.COMPLETED":
         return []
-    return _said("python", native, _python(model, here, given))
+    return _said("python", native, _python(model, here, given, native))
 
 
 def _set_otherwise(model: Any, text: str, given: dict[str, float]) -> str:
     """Let the experiment of a text set what is given, too, to other values."""
-    problem = model.problem("python")
+    problem = model.problem(quick=True)
     units = {q.name: q.unit for q in (*problem.parameters, *problem.states)}
     told = "".join(f", {name} = {_quantity(0.9 * value, units[name])}" for name, value in given.items())
     return re.sub(r"^( *experiment\(.*)\);", rf"\1{told});", text, count=1, flags=re.M)
@@ -151,36 +150,25 @@ def _table(text: str) -> dict[str, Any]:
     return {n: numbers[:, k] for k, n in enumerate(names)}
 
 
-def _python(model: Any, here: Path, given: dict[str, float]) -> dict[str, Any] | str:
+def _python(model: Any, here: Path, given: dict[str, float], native: Any) -> dict[str, Any] | str:
+    """Return the motion of the Python module, from where the run begins."""
     path = here / "m.py"
     try:
         model.compile("python", path)
     except mechc.CompileError as error:
         return f"refused: {mechc.render(error.diagnostics)[:300]}"
-    except mechc.UsageMistake:  # a model that switches has no such module
+    except mechc.UsageMistake:  # a module is told no derivatives of inputs
         return ""
-    ran = subprocess.run(
-        [
-            sys.executable,
-            str(path),
-            "--stop",
-            "1",
-            "--every",
-            "0.1",
-            "--tolerance",
-            "1e-9",
-            "-o",
-            str(here / "o.csv"),
-            *(word for name, value in given.items() for word in ("--set", f"{name}={value!r}")),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    if ran.returncode:
-        return f"fails: {ran.stderr[-300:]}{ran.stdout[-200:]}"
-    return _table((here / "o.csv").read_text())
+    module: dict[str, Any] = {"__name__": "m"}
+    exec(path.read_text(encoding="utf-8"), module)
+    parameters = dict(module["PARAMETERS"])
+    values = {name: value for name, value in given.items() if name in parameters}
+    start = [float(native[name][0]) for name, _ in module["STATES"]]
+    try:
+        found: dict[str, Any] = module["simulate"](1.0, values, start, points=11, tolerance=1e-9)
+    except RuntimeError as error:
+        return "" if "the model switches" in str(error) else f"fails: {error}"
+    return found
 
 
 def _program(model: Any, here: Path) -> dict[str, Any] | str:
@@ -228,13 +216,13 @@ def _cc(*words: str) -> None:
 
 def _given(model: Any, text: str) -> dict[str, float]:
     """Set every other input that has a name of its own, from the first or the second on; the others keep their defaults."""
-    return {q.name: 0.35 for q in model.problem("python").inputs[len(text) % 2 :: 2] if "[" not in q.name}
+    return {q.name: 0.35 for q in model.problem(quick=True).inputs[len(text) % 2 :: 2] if "[" not in q.name}
 
 
 def _parameter(model: Any, text: str, *, units: bool) -> dict[str, float]:
     """Choose a parameter of the model itself, one with which something begins or the last that is declared, and another value for it;
     for ``units`` one that is no formula."""
-    values = prepared(lambda: model, "python", None, text).parameters()
+    values = prepared(lambda: model, None, text).parameters()
     own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
     if units:
         numbers = set(_NUMBER.findall(text))
@@ -246,7 +234,7 @@ def _parameter(model: Any, text: str, *, units: bool) -> dict[str, float]:
 
 def _beginning(model: Any, text: str) -> dict[str, float]:
     """Choose a coordinate of the model itself, one that others follow or the first that is declared, and another start for it."""
-    made = prepared(lambda: model, "python", None, text)
+    made = prepared(lambda: model, None, text)
     start = made.start()
     own = [] if made.constrained else [name for name in start if re.fullmatch(r"q\d+", name)]
     followed = set(_FOLLOWED.findall(text))
@@ -327,7 +315,7 @@ def _ramps(given: dict[str, float], text: str) -> dict[str, tuple[float, float]]
 
 def _driven(text: str, ramps: dict[str, tuple[float, float]], values: dict[str, float], here: Path) -> Any:
     """Return the motion under these inputs, or nothing where it does not come to its end, or has events."""
-    units = {q.name: q.unit for q in mechc.loads(text).problem("python").inputs}
+    units = {q.name: q.unit for q in mechc.loads(text).problem(quick=True).inputs}
     paths = {name: here / f"ramp{k}.csv" for k, name in enumerate(ramps)}
     for name, (first, last) in ramps.items():
         paths[name].write_text(f"time [s],{name} [{units[name] or '1'}]\n0,{first!r}\n1,{last!r}\n")

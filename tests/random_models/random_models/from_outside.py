@@ -12,7 +12,6 @@ import mechc
 from random_models.carried import lengths_alike
 from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
 from random_models.meaning import Meaning
-from random_models.modes import Target
 from random_models.quantities import quantity
 from random_models.settings import is_number
 from random_models.starts import begun
@@ -56,8 +55,6 @@ def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str
     """List how a model with given parameters, or a given start, differs from one whose text says them."""
     random = Random(f"given to {seed}")
     given = chosen(model, random)
-    if not base.settles:
-        return None
     found = _differs(base, given, said_by_text(model, given).text(), seed) if given else []
     start, text = begun(base.text, random)
     found += _differs(base, start, text, seed) if start else []
@@ -65,9 +62,9 @@ def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str
 
 
 def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> list[tuple[str, str]]:
-    target: Target = "python" if base.problem.library is None else "c"
-    one = _refused(lambda: base.model, base.text, target, given)
-    other = _refused(lambda: mechc.loads(text), text, target)
+    quick = base.problem.quick
+    one = _refused(lambda: base.model, base.text, quick, given)
+    other = _refused(lambda: mechc.loads(text), text, quick)
     if isinstance(one, Refused) or isinstance(other, Refused):
         both = isinstance(one, Refused) and isinstance(other, Refused)
         return [] if both else [("refused", f"{given}: {one}\n{other}")]
@@ -86,10 +83,8 @@ def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> l
     return [("value", f"{given}\n{lines}")] if wrong else []
 
 
-def _refused(
-    made: Callable[[], Any], text: str, target: Target, values: dict[str, float] | None = None
-) -> Any:
+def _refused(made: Callable[[], Any], text: str, quick: bool, values: dict[str, float] | None = None) -> Any:
     try:
-        return prepared(made, target, values, text)
+        return prepared(made, values, text, quick=quick)
     except Refused as refused:
         return refused

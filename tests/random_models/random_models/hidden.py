@@ -17,7 +17,7 @@ def misjudged(model: Model, base: Compiled, seed: int) -> list[str]:
     if not base.problem.nq + base.problem.nv:
         return []
     following = {base.states[k] for k in base.problem.followers}
-    if not following or not base.settles:
+    if not following:
         return []
     found: list[str] = []
     rng = np.random.default_rng(seed)

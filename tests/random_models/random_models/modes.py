@@ -1,26 +1,21 @@
-"""Which checks a model gets in a run of the campaign, and on which target its functions are evaluated."""
+"""Which checks a model gets in a run of the campaign, and by which compiler."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from random_models.compiled import Compiled
 from random_models.starts import followed
 
-Target = Literal["c", "python"]
-
 
 @dataclass(frozen=True)
 class Mode:
-    """Which checks a model gets, on which target its functions are evaluated; ``share``: whether a seed gets a check."""
+    """Which checks a model gets, whether libtcc compiles it; ``share``: whether a seed gets a check."""
 
-    target: Target
+    quick: bool
     checks: tuple[str, ...]
     share: Callable[[str, int, Compiled], bool] = lambda name, seed, base: True
-    recompiled: bool = False
-    """Whether models that switch are compiled as C although others are not."""
 
     def wants(self, name: str, seed: int, base: Compiled) -> bool:
         """Return whether a model gets a check."""
@@ -91,14 +86,14 @@ AT_STATES = (
 _ALONG = ("motion", "motions of twins", "twins", "events", "tabled", "members", "exports")
 _TWINS = tuple(name for name in AT_STATES if name not in _ALWAYS)
 MODES = {
-    "mixed": Mode("c", (*AT_STATES, *_ALONG, "units"), _some),
-    "states": Mode("c", AT_STATES, _one),
-    "sparse": Mode("c", AT_STATES, _sparse),
-    "quick": Mode("python", AT_STATES, _one, recompiled=True),
-    "events": Mode("python", ("events", "tabled")),
-    "motions": Mode("c", _ALONG),
-    "runs": Mode("c", _ALONG, _in_turn),
-    "units": Mode("python", ("units",)),
+    "mixed": Mode(False, (*AT_STATES, *_ALONG, "units"), _some),
+    "states": Mode(False, AT_STATES, _one),
+    "sparse": Mode(False, AT_STATES, _sparse),
+    "quick": Mode(True, AT_STATES, _one),
+    "events": Mode(True, ("events", "tabled")),
+    "motions": Mode(False, _ALONG),
+    "runs": Mode(False, _ALONG, _in_turn),
+    "units": Mode(True, ("units",)),
 }
 """``states``: functions compiled as C, at states, a structured twin and at most one more of each model; ``sparse``: the definition and one twin in turn; ``motions``: short motions, Python modules, C programs;
 ``runs``: the same, of twins, by events and of ensembles in turn; ``units``: FMUs."""

@@ -15,4 +15,4 @@ def in_loops(text: str) -> Compiled:
     """Compile a text as if it were long."""
     lowering = importlib.import_module("mechc.compiler.program.lower")
     with patch.multiple(lowering, LONG=LONG, SHORT=SHORT):
-        return compiled(text, "c")
+        return compiled(text, quick=False)

@@ -19,7 +19,6 @@ from mechc.session import answered
 from random_models.carried import CLOSING
 from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
 from random_models.definition import edges_along
-from random_models.modes import Target
 from random_models.motions import Edged, asked
 
 AT_STATES = tuple(
@@ -42,8 +41,6 @@ MOST = 3
 
 def at_states(base: Compiled, seed: int) -> list[tuple[str, str]] | None:
     """Compare a model with one of its twins at random states."""
-    if not base.settles:
-        return None
     random = Random(seed)
     for name in random.sample(AT_STATES, len(AT_STATES)):
         try:
@@ -55,11 +52,8 @@ def at_states(base: Compiled, seed: int) -> list[tuple[str, str]] | None:
 
 
 def _compared(base: Compiled, twin: Twin, seed: int) -> list[str]:
-    target: Target = "python" if base.problem.library is None else "c"
     try:
-        other = prepared(lambda: base.model.of(twin.model, {}), target, None, base.text)
-        if not other.settles:  # what bends is a switch there
-            other = prepared(lambda: base.model.of(twin.model, {}), "c", None, base.text)
+        other = prepared(lambda: base.model.of(twin.model, {}), None, base.text, quick=base.problem.quick)
     except Refused as refused:
         return [f"refused {','.join(refused.codes)}: {refused.text}"]
     sizes = {q.name: _size(twin, q.unit) for q in (*base.problem.states, *base.problem.outputs)}

@@ -42,7 +42,7 @@ end Planted;
 @pytest.fixture(scope="module", params=[2, 3])
 def package(request: pytest.FixtureRequest) -> tuple[int, dict[str, bytes]]:
     model = loads(MODEL)
-    start = start_of(model.problem("c", reproducible=True))
+    start = start_of(model.problem(reproducible=True))
     made = make_package(model.compilation.equations, start, fmi=request.param, method="dop853")
     return request.param, dict(made.files)
 

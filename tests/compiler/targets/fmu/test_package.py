@@ -518,7 +518,7 @@ def test_a_file_that_is_no_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str
 
 def test_the_files_of_every_method_are_found() -> None:
     model = loads(ARM).keeping(EVERYTHING)
-    start = start_of(model.problem("python"))
+    start = start_of(model.problem(quick=True))
     equations = model.compilation.equations
     made = make_package(equations, start, fmi=3, method="gauss4", platforms=(), parts=EVERYTHING)
     text = "\n".join(data.decode() for name, data in made.files.items() if name.endswith(".c"))

@@ -43,7 +43,7 @@ FOLDERS_2 = {"linux64", "aarch64-linux", "win64", "aarch64-windows", "darwin64",
 
 def made(fmi: int, platforms: tuple[str, ...]) -> tuple[dict[str, bytes], str, bytes]:
     model = loads(PENDULUM)
-    start = start_of(model.problem("c", reproducible=True))
+    start = start_of(model.problem(reproducible=True))
     package = make_package(
         model.compilation.equations, start, fmi=fmi, method="dop853", platforms=chosen_platforms(platforms)
     )

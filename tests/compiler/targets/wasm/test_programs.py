@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from native_code import bits, random_states
+from python_functions import load_python
 from sample_equations import chain, every_operation, pendulum
 from wasm_module import Floats, WasmModel, WasmRun, needs_wasmtime
 
@@ -16,7 +17,6 @@ from mechc.compiler.equations.model import Equations
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.program import Program, lower
 from mechc.compiler.targets.c_loops import loops_of
-from mechc.compiler.targets.python import load_python
 from mechc.compiler.targets.wasm import functions
 from mechc.compiler.targets.wasm.link import linked
 from mechc.runtime.methods import parts_for
