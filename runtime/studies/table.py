@@ -58,6 +58,11 @@ STUDIES = {
             "What linear system is it near a state, between inputs and outputs?",
             "kinds.linearize:Linearize",
         ),
+        Kind(
+            "response",
+            "How strongly and how late does it answer sines, between inputs and outputs?",
+            "kinds.response:Response",
+        ),
         Kind("along", "What linear systems follow each other along the run?", "kinds.along:LinearizeAlong"),
         Kind(
             "equilibria",
@@ -110,6 +115,11 @@ STUDIES = {
         ),
         Kind(
             "spectrum", "Which frequencies does a motion hold, and how strongly?", "kinds.spectrum:Spectrum"
+        ),
+        Kind(
+            "rainflow",
+            "How many cycles of which range does a load go through, for its fatigue?",
+            "kinds.rainflow:Rainflow",
         ),
         Kind("diagram", "What does it settle to, over a parameter?", "kinds.diagram:Diagram"),
         Kind(

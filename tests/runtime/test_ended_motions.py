@@ -23,6 +23,7 @@ EXPECTED: dict[str, dict[str, str]] = {
         name: {"terminate": SAYS, "assert": SAYS, "failure": SAYS}
         for name in (
             "simulate", "sweep", "ensemble", "fit", "virial", "floquet", "scattering", "optimum", "hysteresis", "diagram", "spectrum",
+            "rainflow",
             "threshold", "lyapunov", "volume", "section", "symmetries", "invariants", "kinematics", "action",
         )
     },
@@ -31,7 +32,7 @@ EXPECTED: dict[str, dict[str, str]] = {
     **{name: {"terminate": SWITCHES, "assert": SAME} for name in ("steady", "period", "portrait")},
     **{
         name: {"terminate": SAME, "assert": SAME}
-        for name in ("linearize", "equilibria", "modes", "brackets", "hamilton", "field", "inertia", "energy")
+        for name in ("linearize", "response", "equilibria", "modes", "brackets", "hamilton", "field", "inertia", "energy")
     },
     "curves": {},
 }  # fmt: skip
