@@ -15,7 +15,7 @@ from msgspec import Meta, Struct, field
 KINDS = (
     *("time", "number", "count", "flag", "text", "names", "place", "ranges", "directions"),
     *("formula", "formulas", "surface", "interval", "energy", "free", "amounts", "data", "point"),
-    *("varying", "kept", "share", "matrix", "seconds", "cluster"),
+    *("varying", "kept", "share", "matrix", "seconds", "cluster", "frequencies"),
 )
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
 names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs, a
@@ -23,7 +23,7 @@ formula of the model (``Formula``), several with or without names, where a formu
 formula of it, an energy,
 what a search may change (``Free``), amounts of quantities, measured motions, a point by its coordinates, the members of an
 ensemble (``ensembles/members.py``), what is kept of them (``Kept``), all, none or a share, a matrix of numbers, seconds of a
-clock, a Dask cluster."""
+clock, a Dask cluster, frequencies (``Frequencies``)."""
 
 FORMULAS = ("formula", "formulas", "surface", "interval", "kept")
 """The kinds that may hold formulas, which are compiled with the model."""
@@ -49,6 +49,18 @@ class Range(Struct, frozen=True):
     low: float
     high: float
     count: int | None = None
+
+
+class Frequencies(Struct, frozen=True):
+    """Angular frequencies in rad per unit of time: ``values`` as they were listed, or from ``low`` to ``high``, ``count`` of them where that
+    was said. ``hertz``: they were given in cycles; ``bare``: without a unit."""
+
+    values: tuple[float, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    count: int | None = None
+    hertz: bool = False
+    bare: bool = False
 
 
 class Formula(Struct, frozen=True):

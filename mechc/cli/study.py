@@ -48,6 +48,7 @@ METAVARS |= {
     "matrix": '"{{A, B}, {B, C}}"',
     "seconds": "TIME",
     "cluster": "ADDRESS",
+    "frequencies": '"LOW .. HIGH, COUNT"|"{A, B}"',
 }
 
 

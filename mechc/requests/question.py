@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from os import PathLike
@@ -14,6 +15,7 @@ from ..runtime.settings import (
     START,
     Formula,
     Free,
+    Frequencies,
     Place,
     Range,
     Setting,
@@ -27,13 +29,15 @@ from .in_si import settings_in_si
 from .input_tables import input_tables
 from .parse_values import (
     UsageMistake,
+    Value,
     elements_of,
+    plain,
     read_point,
     read_value_of,
     tidy,
     unknown_name,
 )
-from .ranges import free, ranges
+from .ranges import free, ranges, unit_of_the_other
 from .request import Asked, known_of
 
 if TYPE_CHECKING:
@@ -294,6 +298,51 @@ def _energy(setting: Setting, given: object, problem: Problem) -> float:
     return value.in_unit(units[0], setting.name)[0]
 
 
+def _frequencies(setting: Setting, given: Any, problem: Problem) -> Frequencies:
+    """Read ``1 Hz .. 100 Hz, 50``, ``{1, 2, 5} Hz``, or numbers in rad per unit of time. Cycles are told from radians by ``Hz``."""
+    if not isinstance(given, str):
+        several = plain(given)
+        listed = several if isinstance(several, Iterable) else (several,)
+        return Frequencies(_sorted(setting, (_number(setting, one, problem) for one in listed)), bare=True)
+    low, dots, high = (part.strip() for part in given.partition(".."))
+    if not dots:
+        value = read_value_of(setting.name, given)
+        return Frequencies(
+            _sorted(setting, _angular(setting, value, problem)), hertz=_cycles(value), bare=value.unit is None
+        )
+    high, comma, many = (part.strip() for part in high.rpartition(",")) if "," in high else (high, "", "")
+    if comma and not (many.isdigit() and int(many) > 1):
+        raise UsageMistake(f"the number of '{setting.name}' is a whole number from 2 on, not {many}")
+    ends = [read_value_of(setting.name, end) for end in (unit_of_the_other(low, high), high)]
+    first, last = (_angular(setting, end, problem)[0] for end in ends)
+    if not 0 <= first < last:
+        raise UsageMistake(f"'{setting.name}' go from a lower to a higher value, not from {low} to {high}")
+    return Frequencies(
+        low=first,
+        high=last,
+        count=int(many) if many else None,
+        hertz=_cycles(ends[1]),
+        bare=ends[1].unit is None,
+    )
+
+
+def _cycles(value: Value) -> bool:
+    return value.unit is not None and value.unit.symbol.endswith("Hz")
+
+
+def _angular(setting: Setting, value: Value, problem: Problem) -> tuple[float, ...]:
+    per_time = f"1/{problem.time.unit}" if problem.time.unit else ""
+    numbers = value.in_unit(per_time, setting.name)
+    return tuple(2 * math.pi * number for number in numbers) if _cycles(value) else numbers
+
+
+def _sorted(setting: Setting, numbers: Iterable[float]) -> tuple[float, ...]:
+    found = tuple(sorted(set(numbers)))
+    if not found or not all(number >= 0 and math.isfinite(number) for number in found):
+        raise UsageMistake(f"'{setting.name}' are numbers from 0 on, such as \"1 Hz .. 100 Hz\"")
+    return found
+
+
 _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "time": _time,
     "number": _number,
@@ -313,6 +362,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "amounts": _amounts,
     "data": _data,
     "point": _point,
+    "frequencies": _frequencies,
     **OF_ENSEMBLES,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""

@@ -128,7 +128,7 @@ def _limits(item: Varied, unit: str) -> tuple[float, float]:
     assert item.ends is not None
     low, high = item.ends
     if isinstance(low, str) and isinstance(high, str):
-        low = _unit_of_the_other(low, high)
+        low = unit_of_the_other(low, high)
     ends = [settings_in_si({item.name: end}, {item.name: unit})[item.name] for end in (low, high)]
     if not ends[0] < ends[1]:
         raise UsageMistake(
@@ -137,7 +137,7 @@ def _limits(item: Varied, unit: str) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _unit_of_the_other(low: str, high: str) -> str:
+def unit_of_the_other(low: str, high: str) -> str:
     """Return ``0`` as ``0 rad/s`` where only the upper end has a unit."""
     unit = high.lstrip("+-.0123456789eE ").strip()
     bare = not low.strip("+-.0123456789eE ")

@@ -37,14 +37,6 @@ class LinearSystem(Struct, frozen=True, eq=False):
         """Return the parts of B or D side by side: all inputs, then rates, then accelerations of those that drive."""
         return np.hstack([parts[0], *(part[:, self.drives] for part in parts[1:])])
 
-    def at(self, s: Complex) -> Complex:
-        """Return the transfer functions [len(s)][k][m] at complex frequencies."""
-        identity = np.eye(len(self.a))
-        push, direct = (_polynomial(parts, s) for parts in (self.b, self.d))
-        inner = np.array([np.linalg.solve(x * identity - self.a, p) for x, p in zip(s, push, strict=True)])
-        found: Complex = self.c @ inner + direct
-        return found
-
     def zeros(self) -> Complex | None:
         """Return the transmission zeros; None where inputs and outputs are different in number.
 
@@ -96,7 +88,7 @@ def linear_system(
     derivatives moves a constraint."""
     problem, found = site.problem, with_held(site, found)
     free = independent(site.chart, found, before)
-    columns = _columns(problem, inputs)
+    columns = columns_of(problem, inputs)
     held = [_taken(found.constraints_by_inputs, order) for order in columns]
     drives = np.array([k >= 0 for k in columns[1]], dtype=bool)
     if held[0][:, ~drives].any():
@@ -145,13 +137,7 @@ def proper_form(system: LinearSystem) -> Form:
     )
 
 
-def _polynomial(parts: tuple[Array, ...], s: Complex) -> Complex:
-    """Return the sum of parts[k] s^k [len(s)][rows][columns]."""
-    found: Complex = np.tensordot(s[:, None] ** np.arange(len(parts)), np.array(parts), 1)
-    return found
-
-
-def _columns(problem: Problem, inputs: list[int]) -> tuple[list[int], list[int], list[int]]:
+def columns_of(problem: Problem, inputs: list[int]) -> tuple[list[int], list[int], list[int]]:
     """Return the columns of the inputs, of their rates, of their accelerations; -1 where they do not drive."""
     following = derived(problem)
     rates = [following.get(k, (-1, -1)) for k in inputs]

@@ -58,6 +58,11 @@ STUDIES = {
             "What linear system is it near a state, between inputs and outputs?",
             "kinds.linearize:Linearize",
         ),
+        Kind(
+            "response",
+            "How strongly and how late does it answer sines, between inputs and outputs?",
+            "kinds.response:Response",
+        ),
         Kind("along", "What linear systems follow each other along the run?", "kinds.along:LinearizeAlong"),
         Kind(
             "equilibria",

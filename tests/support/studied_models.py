@@ -60,6 +60,17 @@ model Lag
 end Lag;
 """,
     ),
+    "response": """\
+model Pushed
+  dimensionless;
+  input u = 0;
+  coordinate x = 1;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  damping 0.1 on x;
+  force u on x;
+end Pushed;
+""",
     "steady": """\
 model Orbit
   dimensionless;

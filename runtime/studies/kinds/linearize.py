@@ -10,22 +10,24 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from msgspec import field
+from msgspec import Struct, field
 from msgspec.structs import replace
 
+from ...case import SimulationOptions
 from ...driving_inputs import derived
 from ...local.chart import chart_of
 from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
+from ...local.frequency_response import Continuous, Sampled, Transfer, held
 from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
 from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem, Quantity
 from ...settings import EQUILIBRIUM, Place, settable
-from ..findings import Cell, Findings, Table
+from ..findings import Cell, Curve, Findings, Panel, Table
+from ..flow.linear_pictures import Shown, bode, seen_over, step_responses
 from ..study import OF_A_MOTION, Study, left_out
-from .response import pictures, sampled
 
 ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
 
@@ -111,33 +113,52 @@ class Linearize(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> Linearization:
         """Linearise. Raises SimulationError at states where derivatives do not exist."""
-        site = site_of(problem, self, self.at)
-        remarks = list(moving_inputs(site))
-        y = site.y
-        if self.at.word == EQUILIBRIUM:
-            site, rest = arrived(site, y)
-            y = rest.y
-        remarks += refuse_edges(site, y, "linearisation")
-        if self.at.word != EQUILIBRIUM and resting(site, y) is None:
-            remarks.append(
-                "this state is no equilibrium: the system tells how nearby motions part from this one"
-            )
-        return _linearized(self, site, y, remarks)
+        return _linearized(self, point_of(problem, self, self.at, self.driven, self.outputs))
 
 
-def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> Linearization:
-    problem = site.problem
-    inputs = chosen_inputs(problem, study.driven)
-    outputs = chosen_outputs(problem, study.outputs)
+class Point(Struct, frozen=True, eq=False):
+    """A linear system at a state ``y``: between ``inputs``, by their indices, and ``outputs``; with what there is to say of it."""
+
+    site: Site
+    y: Array
+    system: LinearSystem
+    inputs: list[int]
+    outputs: list[tuple[Quantity, tuple[str, int]]]
+    remarks: tuple[str, ...]
+
+
+def point_of(
+    problem: Problem,
+    options: SimulationOptions,
+    at: Place,
+    driven: tuple[str, ...],
+    observing: tuple[str, ...],
+) -> Point:
+    """Return the linear system at a place. Raises SimulationError at states where derivatives do not exist."""
+    site = site_of(problem, options, at)
+    remarks = list(moving_inputs(site))
+    y = site.y
+    if at.word == EQUILIBRIUM:
+        site, rest = arrived(site, y)
+        y = rest.y
+    remarks += refuse_edges(site, y, "linearisation")
+    if at.word != EQUILIBRIUM and resting(site, y) is None:
+        remarks.append("this state is no equilibrium: the system tells how nearby motions part from this one")
+    inputs, outputs = chosen_inputs(problem, driven), chosen_outputs(problem, observing)
     following = observed_followers(problem, outputs)
-    chart = chart_of(problem, following)
-    site = replace(site, chart=chart)
+    site = replace(site, chart=chart_of(problem, following))
     found = site.derivatives(y)
     system = linear_system(site, found, inputs, observed(site, y, outputs, found))
-    form = proper_form(system)
     remarks += [left] if (left := left_out(problem, following)) else []
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
+    return Point(site, y, system, inputs, outputs, tuple(remarks))
+
+
+def _linearized(study: Linearize, point: Point) -> Linearization:
+    site, y, system, inputs, outputs = point.site, point.y, point.system, point.inputs, point.outputs
+    problem, chart, remarks = site.problem, point.site.chart, list(point.remarks)
+    form = proper_form(system)
     values, errors = poles(form.a)
     nulls = system.zeros()
     told = tuple(q for q, _ in outputs)
@@ -164,7 +185,7 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
         tables=_tables(
             states, driven, told, matrices, values, bounds, nulls, problem.time.unit, study.sample
         ),
-        panels=pictures(driven, told, system, form, study.sample, problem.time),
+        panels=_pictures(driven, told, system, form, study.sample, problem.time),
         details=_details(site, y, states, driven, told, matrices, values, bounds, nulls, study.sample),
         arrays=matrices,
         A=form.a,
@@ -297,6 +318,12 @@ def _sampled(
     form: Form, outputs: tuple[Quantity, ...], period: float
 ) -> tuple[Form, Complex, list[float | None], Complex | None]:
     """Return the system from one sample to the next, for inputs that are held, with poles and zeros of that."""
+    form = held_form(form, outputs, period)
+    return form, *poles(form.a), zeros(form.a, form.b, form.c, form.d)
+
+
+def held_form(form: Form, outputs: tuple[Quantity, ...], period: float) -> Form:
+    """Return the system from one sample to the next, for inputs that are held. Raises SimulationError where they jump as they are."""
     if not period > 0:
         raise SimulationError(f"the period of sampling is positive, it is {period:g}")
     if form.improper:
@@ -305,8 +332,31 @@ def _sampled(
             f"an input that is held between samples jumps at each of them, and {_quoted(names)} follows its derivatives",
             help="leave out 'sample', or observe other outputs",
         )
-    a, b = sampled(form.a, form.b, period)
-    return replace(form, a=a, b=b), *poles(a), zeros(a, b, form.c, form.d)
+    a, b = held(form.a, form.b, period)
+    return replace(form, a=a, b=b)
+
+
+def _pictures(
+    inputs: tuple[Quantity, ...],
+    outputs: tuple[Quantity, ...],
+    system: LinearSystem,
+    form: Form,
+    period: float | None,
+    time: Quantity,
+) -> tuple[Panel, ...]:
+    """Return gain and phase over frequency and the response to a step of each input, of every pair; where there is no
+    input, the poles. ``form`` is that of the sampled system where there is a ``period``."""
+    values, _ = poles(form.a)
+    if not inputs or not outputs:
+        dots = Curve("poles", values.real.astype(float), values.imag.astype(float), style="points")
+        per = f"1/{time.unit}" if time.unit else ""
+        return (Panel("poles", "real part", per, "imaginary part", per, (dots,)),)
+    transfer: Transfer = Continuous(system) if period is None else Sampled(form, period, system.condition)
+    w = seen_over([(transfer, values)])
+    return (
+        *bode([Shown("", transfer, w)], inputs, outputs, time),
+        step_responses(inputs, outputs, form, period, values, time),
+    )
 
 
 def _at(problem: Problem, y: Array) -> dict[str, float]:

@@ -1,0 +1,295 @@
+"""A model that samples (`when sample(T)`) near a state of rest: linear between its samples, and at each of them.
+
+x' = A x + B(s) u + E z between samples, which change real discrete variables: z[k] = Gx x(kT) + Gz z[k-1] + Gu(s) u(kT), all from exact
+derivatives. With u = U exp(i w t) the states at the samples are X exp(i w k T), Z exp(i w k T); outputs are those just behind each sample.
+K. J. Åström, B. Wittenmark, Computer-Controlled Systems, Prentice Hall 1997.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ...case import Case
+from ...local.frequency_response import Amplitudes, held, polynomial
+from ...local.held import with_held
+from ...local.independent import independent
+from ...local.linear_system import LinearSystem, columns_of
+from ...local.operating_point import Site
+from ...native import contract
+from ...outcome import SimulationError
+from ...problem import Array, Problem, Quantity
+from ...tangent.augmented import Augmented, augment
+from ...tangent.directions import as_asked, named
+from ...tangent.instant import Instant
+
+CHANGED = 1e-9
+"""Of a value and one: what a sample changes by less rests."""
+SAME = 1e-12
+"""Relative difference of the periods and the first ticks of clocks that are one."""
+
+
+class SampledLoop(Struct, frozen=True, eq=False):
+    """``e`` [n][z], ``g_x`` [z][n], ``g_z`` [z][z], ``g_u`` for the inputs, their rates and accelerations [z][m] each, ``c_z`` [k][z] beside
+    the ``system`` of what moves between samples; ``discretes``: the names of z."""
+
+    system: LinearSystem
+    period: float
+    e: Array
+    g_x: Array
+    g_z: Array
+    g_u: tuple[Array, Array, Array]
+    c_z: Array
+    discretes: tuple[str, ...]
+    remarks: tuple[str, ...]
+
+    @property
+    def condition(self) -> float:
+        return max(1.0, self.system.condition)
+
+    @property
+    def states(self) -> int:
+        return 2 * len(self.system.a) + len(self.g_z)
+
+    @property
+    def matrix(self) -> Array:
+        """What takes x and z[k-1] from one sample to the next."""
+        move, push = held(self.system.a, self.e, self.period)
+        return np.block([[move + push @ self.g_x, push @ self.g_z], [self.g_x, self.g_z]])
+
+    def amplitudes(self, w: Array) -> Amplitudes:
+        a, n, s = self.system.a, len(self.system.a), 1j * w
+        z = np.exp(s * self.period)[:, None, None]
+        move, push = held(a, self.e, self.period)
+        whole = np.zeros((len(w), 2 * n, 2 * n), dtype=complex)
+        whole[:, :n, :n], whole[:, :n, n:] = a, np.eye(n)
+        whole[:, n:, n:] = s[:, None, None] * np.eye(n)
+        driven = scipy.linalg.expm(whole * self.period)[:, :n, n:] if n else whole
+        count = len(self.g_z)
+        m = np.zeros((len(w), n + count, n + count), dtype=complex)
+        m[:, :n, :n], m[:, :n, n:] = z * np.eye(n) - move, -push
+        m[:, n:, :n], m[:, n:, n:] = -self.g_x, np.eye(count) - self.g_z / z
+        sizes = np.abs(np.block([[move, push], [self.g_x, self.g_z]])) + np.eye(n + count)
+        p = np.concatenate([driven @ polynomial(self.system.b, s), polynomial(self.g_u, s)], axis=1)
+        c = np.hstack([self.system.c, self.c_z])
+        return Amplitudes(m, np.broadcast_to(sizes, m.shape), p, c, polynomial(self.system.d, s))
+
+
+def samples_itself(problem: Problem) -> str:
+    """Name what a model does at the ticks of its clocks; nothing where it has none."""
+    branches = problem.hybrid.branches if problem.hybrid is not None else ()
+    return ", ".join(dict.fromkeys(branch.text for branch in branches if branch.sampled))
+
+
+def sampled_loop(
+    site: Site,
+    y: Array,
+    system: LinearSystem,
+    inputs: list[int],
+    outputs: list[tuple[Quantity, tuple[str, int]]],
+) -> SampledLoop:
+    """Return the loop of a model that samples at one rate, near a state. Raises SimulationError where samples do more than change real
+    discrete variables, and where these move constraints."""
+    problem = site.problem
+    columns = columns_of(problem, inputs)
+    used = list(dict.fromkeys(k for order in columns for k in order if k >= 0))
+    case = site.case
+    listed = named(case, [problem.inputs[k].name for k in used])
+    augmented = augment(case, as_asked(case, listed, 1))
+    it = _Sampling(augmented, site, y)
+    period, remarks = it.period(), []
+    branches = it.due()
+    reals = augmented.reals
+    free = independent(site.chart, with_held(site, site.derivatives(y)))
+    directions = site.chart.of_entries(y) @ free.tangent
+    nothing = np.zeros(len(reals))
+    g_x = np.array([it.act(branches, column, nothing)[0][:, 0] for column in directions.T]).T
+    g_x = g_x.reshape(len(reals), directions.shape[1])
+    rest = np.zeros(problem.ny)
+    g_z = np.array([it.act(branches, rest, unit)[0][:, 0] for unit in np.eye(len(reals))]).T.reshape(
+        len(reals), len(reals)
+    )
+    by_inputs, after = it.act(branches, rest, nothing)
+    g_u = tuple(_picked(by_inputs[:, 1:], order, used) for order in columns)
+    e, c_z = it.felt(outputs, system)
+    kept = _read(g_x, g_z, g_u, e, c_z)
+    for j, k in enumerate(reals):
+        if j in kept and abs(after[k] - site.z[k]) > CHANGED * (1 + abs(site.z[k])):
+            remarks.append(
+                f"a sample changes '{problem.discretes[k].name}' here: this state is no rest, and small motions are those beside the motion"
+            )
+    counted = [
+        k
+        for k, q in enumerate(problem.discretes)
+        if q.kind == "discrete" and k not in reals and after[k] != site.z[k]
+    ]
+    for k in counted:
+        remarks.append(f"'{problem.discretes[k].name}' counts samples, and is taken as constant")
+    it.check_constraints([reals[j] for j in kept])
+    assert len(g_u) == 3
+    names = tuple(problem.discretes[reals[j]].name for j in kept)
+    remarks.append(
+        f"sampled by the model ({samples_itself(problem)}): outputs are those just behind each sample; inputs act in between as they are"
+    )
+    return SampledLoop(
+        system,
+        period,
+        e[:, kept],
+        g_x[kept],
+        g_z[np.ix_(kept, kept)],
+        (g_u[0][kept], g_u[1][kept], g_u[2][kept]),
+        c_z[:, kept],
+        names,
+        tuple(remarks),
+    )
+
+
+def _picked(matrix: Array, columns: list[int], used: list[int]) -> Array:
+    """Return the columns of inputs, zeros for -1."""
+    found = np.zeros((len(matrix), len(columns)))
+    for j, k in enumerate(columns):
+        if k >= 0:
+            found[:, j] = matrix[:, used.index(k)]
+    return found
+
+
+def _read(g_x: Array, g_z: Array, g_u: tuple[Array, ...], e: Array, c_z: Array) -> list[int]:
+    """Return the discrete variables that samples change and that the motion or an output reads, at once or later."""
+    count = len(g_z)
+    same = [
+        j
+        for j in range(count)
+        if np.array_equal(g_z[j], np.eye(count)[j])
+        and not g_x[j].any()
+        and not any(part[j].any() for part in g_u)
+    ]
+    wanted = [j for j in range(count) if e[:, j].any() or c_z[:, j].any()]
+    seen: set[int] = set()
+    while wanted:
+        j = wanted.pop()
+        if j not in seen and j not in same:
+            seen.add(j)
+            wanted += np.flatnonzero(g_z[j]).tolist()
+    return sorted(seen)
+
+
+class _Sampling:
+    """What happens at the next tick of the clocks at a state, and its derivatives."""
+
+    def __init__(self, augmented: Augmented, site: Site, y: Array) -> None:
+        self.augmented, self.site, self.y = augmented, site, y
+        self.problem: Problem = site.problem
+        self.case: Case = augmented.case
+        self.here = self._instant(site.z, np.zeros(site.problem.ny), np.zeros(len(augmented.reals)))
+
+    def _instant(self, z: Array, w: Array, dz: Array) -> Instant:
+        count = self.augmented.count
+        columns, changes = np.zeros((len(w), count)), np.zeros((len(dz), count))
+        columns[:, 0], changes[:, 0] = w, dz
+        return Instant(self.augmented, self.site.t, self.y, columns, z, changes, np.zeros(count))
+
+    def _clocks(self) -> NDArray[np.intp]:
+        h = self.here.hybrid
+        return np.array([[h.clocks[2 * k], h.clocks[2 * k + 1]] for k in range(h.n_clocks)], dtype=np.intp)
+
+    def period(self) -> float:
+        """Return the period of all clocks. Raises SimulationError where they have several."""
+        h, clocks = self.here.hybrid, self._clocks()
+        ticks = []
+        for count in (0.0, 1.0):
+            z = self.site.z.copy()
+            z[clocks[:, 1]] = count
+            here = self._instant(z, np.zeros(len(self.y)), np.zeros(len(self.augmented.reals)))
+            ticks.append(here.own("crossing_times", h.n_times + h.n_clocks)[h.n_times :])
+        first, periods = ticks[0], ticks[1] - ticks[0]
+        apart = np.abs((first - first[0] + periods[0] / 2) % periods[0] - periods[0] / 2)
+        if (np.abs(periods - periods[0]) > SAME * periods[0]).any() or (apart > SAME * periods[0]).any():
+            raise SimulationError(
+                "the model samples at several rates or phases: " + ", ".join(f"every {x:g}" for x in periods),
+                help="a response has one rate: let one clock sample all of it",
+            )
+        return float(periods[0])
+
+    def due(self) -> list[int]:
+        """Return the branches that act at a tick, in their order."""
+        h, z = self.here.hybrid, self._ticking()
+        out = np.empty(h.n_branches)
+        arrays = [np.ascontiguousarray(x) for x in (self.y, self.site.u, z, self.site.p)]
+        contract.MODEL_FUNCTION(h.conditions)(self.site.t, *(x.ctypes.data for x in arrays), out.ctypes.data)
+        found: list[int] = []
+        assert self.problem.hybrid is not None
+        for k, branch in enumerate(self.problem.hybrid.branches):
+            events = [h.branches[j].event for j in found]
+            if branch.sampled and out[k] > 0.5 and h.branches[k].event not in events:
+                found.append(k)
+        return found
+
+    def _ticking(self) -> Array:
+        z = self.site.z.copy()
+        z[self._clocks()[:, 0]] = 1.0
+        return z
+
+    def act(self, branches: list[int], w: Array, dz: Array) -> tuple[Array, Array]:
+        """Let branches act on a change of the state and one of the discrete variables; return the changes of these behind it
+        [reals][1 + inputs], and the discrete variables."""
+        here = self._instant(self._ticking(), w, dz)
+        before = here.w.copy()
+        for k in branches:
+            here.act(k)
+        states = [i for i, q in enumerate(self.problem.states) if q.kind != "account"]
+        if not np.array_equal(here.y[states], self.y[states]) or not np.allclose(
+            here.w[states],
+            before[states],
+            rtol=0,
+            atol=CHANGED * max(1.0, float(np.abs(before).max(initial=0.0))),
+        ):
+            raise SimulationError(
+                "a sample sets the state itself ('reinit'), and not only what acts on it",
+                help="let it set a discrete variable that a force or an equation reads",
+            )
+        return here.dz, here.z
+
+    def felt(
+        self, outputs: list[tuple[Quantity, tuple[str, int]]], system: LinearSystem
+    ) -> tuple[Array, Array]:
+        """Return the derivatives of the rates of the chosen displacements, and of outputs, by the real discrete variables."""
+        augmented, chart, site = self.augmented, self.site.chart, self.site
+        count = len(augmented.reals)
+        e, c = np.zeros((len(system.chosen), count)), np.zeros((len(outputs), count))
+        for j in range(count):
+            changes = np.zeros((count, augmented.count))
+            changes[j, 0] = 1.0
+            y = augmented.joined(self.y, np.zeros((len(self.y), augmented.count)))
+            arguments = (
+                site.t,
+                y,
+                augmented.inputs(site.t),
+                augmented.discretes(site.z, changes),
+                augmented.p,
+            )
+            rates = augmented.split(augmented.functions.rhs(*arguments), len(self.y))[1][:, 0]
+            whole = np.zeros(chart.size)
+            whole[chart.nd :] = rates[list(chart.behind)]
+            e[:, j] = whole[system.chosen]
+            if augmented.functions.outputs is not None:
+                seen = augmented.split(augmented.functions.outputs(*arguments), len(self.problem.outputs))[1]
+                for row, (_, (array, k)) in enumerate(outputs):
+                    c[row, j] = seen[k, 0] if array == "out" else 0.0
+        return e, c
+
+    def check_constraints(self, reals: list[int]) -> None:
+        """Raise SimulationError where a discrete variable moves a constraint."""
+        before = self.site.constraints(self.y)
+        for k in reals:
+            z = self.site.z.copy()
+            z[k] += 1.0
+            after = Site(
+                self.case, self.site.chart, self.site.t, self.site.u, z, self.y, self.site.p
+            ).constraints(self.y)
+            if any(not np.array_equal(a, b) for a, b in zip(before, after, strict=True)):
+                raise SimulationError(
+                    f"'{self.problem.discretes[k].name}' moves a constraint, so that the state jumps with each sample",
+                    help="let a first-order state follow it, and constrain by that state",
+                )
