@@ -159,6 +159,7 @@ OPTIONS: dict[str, Words] = {
     "--settling": ("--settling", "0.1"),
     "--window": ("--window", "hann"),
     "--power": ("--power",),
+    "--weighting": ("--weighting", "ISO2631-Wk"),
     "--order": ("--order", "both"),
     "--paths": ("--paths", "1"),
     "--methods": ("--methods", "dop853,rk4"),

@@ -21,6 +21,7 @@ from ...results.solution import Solution
 from ...settings import Formula, settable
 from ..findings import Curve, Findings, Panel, Table, Value
 from ..flow.carried_sweep import interval_of
+from ..flow.weighting import WEIGHTINGS
 from ..runs.companion import closer
 from ..runs.simulate import Plan, is_as_stated, plan_run, run
 from ..study import Study
@@ -32,7 +33,11 @@ OTHER = {"blackmanharris": "hann", "hann": "blackmanharris", "rectangular": "han
 SAMPLES_A_STEP, FEWEST, MOST = 8, 4096, 2**17
 """Samples of the record: so many in a step of the method, within bounds."""
 PARTS = ((0.0, 0.75), (0.25, 1.0))
+MARGIN = 1.5
+"""Times the differences from lines that are off by less than a third of them themselves."""
 LINES = 8
+FELT = 1e-3
+"""Seconds between samples of what is weighted, which ends at some hundred Hz."""
 FAINT = 1e-4
 """Of the largest amplitude: what is fainter may be the foot of a line."""
 LIVELY = 1e-6
@@ -57,15 +62,23 @@ class Spectrum(Study, frozen=True, kw_only=True):
         str, settable(f"The window: {', '.join(WINDOWS)}; blackmanharris without it.", "text")
     ] = "blackmanharris"
     power: Annotated[bool, settable("Power per frequency instead of amplitudes.", "flag")] = False
+    weighting: Annotated[
+        str | None,
+        settable(f"Weight the rms of an acceleration as people feel it: {', '.join(WEIGHTINGS)}.", "text"),
+    ] = None
     count: Annotated[int, settable(f"Lines that are listed; {LINES} without it.", "count")] = LINES
 
     def solve(self, problem: Problem) -> Findings:
         """Run the model at two tolerances and transform the tighter motion. Raises SimulationError."""
         if self.window not in WINDOWS:
             raise SimulationError(f"the window is one of {', '.join(WINDOWS)}, not '{self.window}'")
+        if self.weighting is not None and self.weighting not in WEIGHTINGS:
+            raise SimulationError(f"the weighting is one of {', '.join(WEIGHTINGS)}, not '{self.weighting}'")
         if not problem.states:
             raise SimulationError("the model has no states: nothing moves")
         seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
+        if self.weighting is not None:
+            _check_acceleration(problem, seen, self.weighting)
         once = replace(self, every=None, estimate_error=False)
         plan = plan_run(problem, once)
         left_out = 0.0
@@ -98,12 +111,36 @@ class Line(Struct, frozen=True):
     amplitude: float
 
 
-def record_of(solution: Solution, name: str, begin: float, end: float) -> Record:
-    """Return a quantity between two times, in a power of two of samples."""
-    wanted = min(max(SAMPLES_A_STEP * solution.statistics.steps, FEWEST), MOST)
+def record_of(solution: Solution, name: str, begin: float, end: float, longest: float = math.inf) -> Record:
+    """Return a quantity between two times, in a power of two of samples, no more than ``longest`` apart if that can be."""
+    fewest = max(FEWEST, SAMPLES_A_STEP * solution.statistics.steps, math.ceil((end - begin) / longest))
+    wanted = min(fewest, MOST)
     count = 1 << (wanted - 1).bit_length()
     t = np.linspace(begin, end, count, endpoint=False)
     return Record(np.asarray(solution(t)[name], dtype=float), (end - begin) / count)
+
+
+def _check_acceleration(problem: Problem, seen: Formula, weighting: str) -> None:
+    """Raise SimulationError for a quantity that is no acceleration."""
+    unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
+    if unit != "m/s^2":
+        raise SimulationError(
+            f"{weighting} weights an acceleration in m/s^2, and '{seen.text}' is {f'in {unit}' if unit else 'a pure number'}",
+            help='name one: of = "der(der(x))"',
+        )
+
+
+def weighted_rms(solution: Solution, name: str, begin: float, weighting: str) -> Value:
+    """Return the weighted rms of an acceleration from ``begin`` on; the filter is at rest where the motion begins."""
+    first, end = float(solution.time[0]), float(solution.time[-1])
+    whole = record_of(solution, name, first, end, FELT)
+    found = []
+    for every in (1, 2):
+        x, step = whole.x[::every], every * whole.step
+        y = WEIGHTINGS[weighting].weighted(x, step)
+        kept = y[round((begin - first) / step) :]
+        found.append(float(np.sqrt(np.mean(kept**2))))
+    return Value(f"rms, {weighting}", "m/s^2", found[0], abs(found[0] - found[1]))
 
 
 def _windowed(record: Record, window: str) -> tuple[Array, float]:
@@ -184,8 +221,8 @@ def _findings(
     rows = []
     for line in lines:
         again = [line_near(one, window, line.frequency) for one, window in others]
-        off = max(abs(other.frequency - line.frequency) for other in again)
-        high = max(abs(other.amplitude - line.amplitude) for other in again)
+        off = MARGIN * max(abs(other.frequency - line.frequency) for other in again)
+        high = MARGIN * max(abs(other.amplitude - line.amplitude) for other in again)
         rows.append((line, off, high))
     f, a = amplitudes(record, study.window)
     apart = _with_unit(2 * WINDOWS[study.window] * width, hertz)
@@ -219,17 +256,23 @@ def _findings(
         ],
         "accuracy": {"errors": {}, "errors_from": ERRORS},
     }
+    values = [
+        Value("mean", unit, mean, abs(float(half.mean()) - mean)),
+        Value("rms", unit, rms, abs(float(np.sqrt((half**2).mean())) - rms)),
+    ]
+    if study.weighting is not None:
+        felt, other = (weighted_rms(one, seen.name, begin, study.weighting) for one in (solution, rough))
+        values.append(replace(felt, error=(felt.error or 0.0) + abs(felt.value - other.value)))
     told = rough if rough.outcome is Outcome.DOUBTFUL else solution
     return Findings(
         study="spectrum",
         model=problem.name,
         outcome=told.outcome,
         message=f"{len(rows)} line{'s' * (len(rows) != 1)} of {seen.text}",
-        values=(
-            Value("mean", unit, mean, abs(float(half.mean()) - mean)),
-            Value("rms", unit, rms, abs(float(np.sqrt((half**2).mean())) - rms)),
-        ),
-        errors_from=ERRORS + "; mean and rms: those of the first half",
+        values=tuple(values),
+        errors_from=ERRORS
+        + "; mean and rms: those of the first half"
+        + ("; weighted: half the samples, and a looser tolerance" if study.weighting else ""),
         remarks=(*remarks, *solution.remarks),
         tables=(table,) if rows else (),
         panels=(
