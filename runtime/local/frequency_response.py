@@ -142,7 +142,9 @@ def _answers(transfer: Transfer, w: Array) -> Answers:
     it = transfer.amplitudes(w)
     c = np.broadcast_to(it.c.T.astype(complex), (len(w), *it.c.T.shape))
     x, seen = _solved(it.m, it.p), _solved(np.swapaxes(it.m, 1, 2), c)
-    with np.errstate(invalid="ignore", over="ignore"):  # once more: then each entry is right to the rounding of its own terms
+    with np.errstate(
+        invalid="ignore", over="ignore"
+    ):  # once more: then each entry is right to the rounding of its own terms
         x = np.where(np.isfinite(x), x + _solved(it.m, it.p - it.m @ x), x)
     seen = np.swapaxes(seen, 1, 2)
     with np.errstate(invalid="ignore", over="ignore"):

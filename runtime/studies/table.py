@@ -116,6 +116,11 @@ STUDIES = {
         Kind(
             "spectrum", "Which frequencies does a motion hold, and how strongly?", "kinds.spectrum:Spectrum"
         ),
+        Kind(
+            "rainflow",
+            "How many cycles of which range does a load go through, for its fatigue?",
+            "kinds.rainflow:Rainflow",
+        ),
         Kind("diagram", "What does it settle to, over a parameter?", "kinds.diagram:Diagram"),
         Kind(
             "hysteresis",

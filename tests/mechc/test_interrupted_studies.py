@@ -26,6 +26,7 @@ LONGER: dict[str, dict[str, Any]] = {
     "sweep": {"stop": 30_000},
     "virial": {"stop": 3_000},
     "spectrum": {"stop": 3_000},
+    "rainflow": {"stop": 3_000},
     "hysteresis": {"over": "u = 0 .. 1, 30", "hold": 30},
     "diagram": {"over": "u = 0 .. 1, 30", "hold": 30},
 }

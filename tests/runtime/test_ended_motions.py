@@ -23,6 +23,7 @@ EXPECTED: dict[str, dict[str, str]] = {
         name: {"terminate": SAYS, "assert": SAYS, "failure": SAYS}
         for name in (
             "simulate", "sweep", "ensemble", "fit", "virial", "floquet", "scattering", "optimum", "hysteresis", "diagram", "spectrum",
+            "rainflow",
             "threshold", "lyapunov", "volume", "section", "symmetries", "invariants", "kinematics", "action",
         )
     },

@@ -205,7 +205,17 @@ def test_settings_of_a_run_that_change_nothing_are_refused(
 
 
 def test_studies_of_a_state_take_no_settings_of_a_run() -> None:
-    states = ("linearize", "response", "modes", "equilibria", "inertia", "hamilton", "brackets", "field", "energy")
+    states = (
+        "linearize",
+        "response",
+        "modes",
+        "equilibria",
+        "inertia",
+        "hamilton",
+        "brackets",
+        "field",
+        "energy",
+    )
     for name in (*states, "period"):
         assert {"stop", "start", "every", "step", "tolerance", "method"} <= STUDIES[name].question().unused
 

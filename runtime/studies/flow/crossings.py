@@ -1,4 +1,4 @@
-"""Where a function changes its sign between neighbouring times: many roots at once."""
+"""Where a function changes its sign or is greatest between neighbouring times: many roots and extrema at once."""
 
 from __future__ import annotations
 
@@ -7,9 +7,32 @@ from collections.abc import Callable
 import numpy as np
 
 from ...problem import Array
+from ...results.solution import Solution
 
 ITERATIONS = 60
 """As many as bisection alone would take to rounding."""
+PLACES = 9
+ROUNDS = 8
+"""Rounds of so many places each, in which an extremum is looked for between three instants: to a few bits of the time."""
+
+
+def fine_times(solution: Solution, begin: float, end: float) -> Array:
+    """Return times from one to the other, closer together than the steps of the run."""
+    return np.linspace(begin, end, 8 * max(solution.statistics.steps, 100) + 1)
+
+
+def extrema(solution: Solution, name: str, t: Array, sign: float) -> Array:
+    """Return where a quantity is greatest (``sign`` 1) or least (-1) among its neighbours, each bracket narrowed by places."""
+    x = sign * solution(t)[name]
+    (k,) = np.nonzero((x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:]))
+    low, high = t[k], t[k + 2]
+    for _ in range(ROUNDS if k.size else 0):
+        places = np.linspace(low, high, PLACES)
+        there = (sign * solution(places.ravel())[name]).reshape(places.shape)
+        best = np.clip(there.argmax(axis=0), 1, PLACES - 2)
+        columns = np.arange(k.size)
+        low, high = places[best - 1, columns], places[best + 1, columns]
+    return np.asarray((low + high) / 2)
 
 
 def crossings(t: Array, g: Array, value: Callable[[Array], Array], direction: str) -> Array:

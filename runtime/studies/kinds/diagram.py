@@ -19,7 +19,7 @@ from ...results.solution import Solution
 from ...settings import Formula, Range, Surface, settable
 from ..findings import Curve, Findings, Panel, Table
 from ..flow.carried_sweep import CarriedSweep, interval_of, refuse_states
-from ..flow.crossings import crossings
+from ..flow.crossings import crossings, extrema, fine_times
 from ..flow.pieces import periodic
 from ..runs.simulate import Plan, plan_run
 from ..study import Study
@@ -30,9 +30,6 @@ LONGEST = 16
 """Points after which a motion may repeat itself: longer periods are not told from motions that never do."""
 REPEATS = 1e-4
 """Of the nominal value of each state, by which the points of a periodic motion may differ."""
-PLACES = 9
-ROUNDS = 8
-"""Rounds of so many places each, in which an extremum is looked for between three instants: to a few bits of the time."""
 EXTREMA = {"maxima": 1.0, "minima": -1.0}
 PASSAGES = (*EXTREMA, "impacts")
 DIRECTIONS = ("up", "down", "both")
@@ -144,14 +141,14 @@ class Diagram(Study, frozen=True, kw_only=True):
         if passages == "impacts" and self.where is None:
             hits = {event.time for event in solution.events if event.kind == "impact"}
             return np.array(sorted(t for t in hits if t >= half))
-        t = _fine(solution, half, end)
+        t = fine_times(solution, half, end)
         if self.where is not None:
             name, level = self.where.name, self.where.level
             off = solution(t)[name] - level
             return crossings(t, off, lambda at: solution(at)[name] - level, self.direction or "up")
         if _rests(plan, solution, t):
             return t[-1:]
-        return _extrema(solution, seen.name, t, EXTREMA[passages])
+        return extrema(solution, seen.name, t, EXTREMA[passages])
 
 
 class Row(Struct, frozen=True, eq=False):
@@ -174,11 +171,6 @@ def _length_of_a_run(problem: Problem, study: Diagram) -> float:
     return case.stop - case.begin
 
 
-def _fine(solution: Solution, begin: float, end: float) -> Array:
-    """Return times from one to the other, closer together than the steps of the run."""
-    return np.linspace(begin, end, 8 * max(solution.statistics.steps, 100) + 1)
-
-
 def _own(problem: Problem) -> list[int]:
     """Return the states by which points are compared."""
     return [k for k, q in enumerate(problem.states) if q.kind not in ("account", "internal")]
@@ -188,20 +180,6 @@ def _rests(plan: Plan, solution: Solution, t: Array) -> bool:
     """Whether a motion has come to rest: then it has no extrema but for rounding, and stands at one point."""
     columns, states = solution(t), plan.case.problem.states
     return all(np.ptp(columns[states[k].name]) <= REPEATS * plan.nominal[k] for k in _own(plan.case.problem))
-
-
-def _extrema(solution: Solution, name: str, t: Array, sign: float) -> Array:
-    """Return where a quantity is greatest (``sign`` 1) or least (-1) among its neighbours, each bracket narrowed by places."""
-    x = sign * solution(t)[name]
-    (k,) = np.nonzero((x[1:-1] > x[:-2]) & (x[1:-1] >= x[2:]))
-    low, high = t[k], t[k + 2]
-    for _ in range(ROUNDS if k.size else 0):
-        places = np.linspace(low, high, PLACES)
-        there = (sign * solution(places.ravel())[name]).reshape(places.shape)
-        best = np.clip(there.argmax(axis=0), 1, PLACES - 2)
-        columns = np.arange(k.size)
-        low, high = places[best - 1, columns], places[best + 1, columns]
-    return np.asarray((low + high) / 2)
 
 
 def _row(
