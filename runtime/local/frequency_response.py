@@ -77,8 +77,9 @@ class Continuous(Struct, frozen=True, eq=False):
         return len(self.system.a)
 
     def amplitudes(self, w: Array) -> Amplitudes:
-        system, s, identity = self.system, 1j * w, np.eye(len(self.system.a))
-        m = s[:, None, None] * identity - system.a
+        system, identity = self.system, np.eye(len(self.system.a))
+        s: Complex = np.asarray(1j * w, dtype=complex)
+        m: Complex = np.asarray(s[:, None, None] * identity - system.a, dtype=complex)
         sizes = np.abs(w)[:, None, None] * identity + np.abs(system.a)
         return Amplitudes(m, sizes, polynomial(system.b, s), system.c, polynomial(system.d, s))
 
@@ -141,14 +142,12 @@ def answers(transfer: Transfer, w: Array) -> Answers:
 def _answers(transfer: Transfer, w: Array) -> Answers:
     it = transfer.amplitudes(w)
     c = np.broadcast_to(it.c.T.astype(complex), (len(w), *it.c.T.shape))
-    x, seen = _solved(it.m, it.p), _solved(np.swapaxes(it.m, 1, 2), c)
-    with np.errstate(
-        invalid="ignore", over="ignore"
-    ):  # once more: then each entry is right to the rounding of its own terms
-        x = np.where(np.isfinite(x), x + _solved(it.m, it.p - it.m @ x), x)
-    seen = np.swapaxes(seen, 1, 2)
+    x, seen = _solved(it.m, it.p), np.swapaxes(_solved(np.swapaxes(it.m, 1, 2), c), 1, 2)
     with np.errstate(invalid="ignore", over="ignore"):
-        values = it.c @ x + it.d
+        # a second step makes each entry right to the rounding of its own terms
+        again = x + _solved(it.m, it.p - it.m @ x)
+        x = np.asarray(np.where(np.isfinite(again), again, x), dtype=complex)
+        values: Complex = np.asarray(it.c @ x + it.d, dtype=complex)
         errors = np.abs(seen) @ it.sizes @ np.abs(x) + np.abs(seen) @ np.abs(it.p)
         errors = errors + np.abs(it.c) @ np.abs(x) + np.abs(it.d)
     on_a_pole = ~np.isfinite(x).all(axis=(1, 2))
@@ -159,14 +158,15 @@ def _answers(transfer: Transfer, w: Array) -> Answers:
 def _solved(m: Complex, right: Complex) -> Complex:
     """Solve many systems; infinity where one is singular."""
     try:
-        found: Complex = np.linalg.solve(m, right)
+        return np.asarray(np.linalg.solve(m, right), dtype=complex)
     except np.linalg.LinAlgError:
-        found = np.full(right.shape, np.inf, dtype=complex)
-        for k in range(len(m)):
-            try:
-                found[k] = np.linalg.solve(m[k], right[k])
-            except np.linalg.LinAlgError:
-                continue
+        pass
+    found: Complex = np.full(right.shape, np.inf, dtype=np.complex128)
+    for k in range(len(m)):
+        try:
+            found[k] = np.linalg.solve(m[k], right[k])
+        except np.linalg.LinAlgError:
+            continue
     return found
 
 
@@ -175,10 +175,8 @@ def refined(transfers: Sequence[Transfer], w: Array) -> Array:
     found = np.unique(w)
     values = [answers(one, found) for one in transfers]
     while len(found) < MOST:
-        steep = np.zeros(max(len(found) - 1, 0), dtype=bool)
-        for one in values:
-            steep |= _steep(one)
-        steep &= np.diff(found) > NEAR * found[1:]
+        steep = np.diff(found) > NEAR * found[1:]
+        steep = steep & np.any([_steep(one) for one in values], axis=0)
         if not steep.any():
             break
         low, high = found[:-1][steep], found[1:][steep]
@@ -203,8 +201,7 @@ def _steep(one: Answers) -> NDArray[np.bool_]:
         ratio = np.where(both, one.values[1:] / one.values[:-1], 1.0)
     size = np.abs(ratio)
     steep = (np.abs(np.angle(ratio)) > TURN) | (size > RISE) | (size < 1 / RISE)
-    found: NDArray[np.bool_] = steep.any(axis=(1, 2))
-    return found
+    return np.asarray(steep.any(axis=(1, 2)))
 
 
 def phases(one: Answers) -> Array:
@@ -213,13 +210,12 @@ def phases(one: Answers) -> Array:
     They begin above -270 degrees and not above 90. On the imaginary axis a pole takes 180 degrees away and a zero adds them, as with the
     least damping.
     """
-    found = np.full(one.values.shape, np.nan)
+    found: Array = np.full(one.values.shape, np.nan)
     known = np.isfinite(one.values) & (np.abs(one.values) > one.errors)
-    for k in range(found.shape[1]):
-        for j in range(found.shape[2]):
-            places = np.flatnonzero(known[:, k, j])
-            if places.size:
-                found[places, k, j] = _unwrapped(one.values[places, k, j])
+    for k, j in np.ndindex(*one.values.shape[1:]):
+        places = np.flatnonzero(known[:, k, j])
+        if places.size:
+            found[places, k, j] = _unwrapped(one.values[places, k, j])
     return found
 
 

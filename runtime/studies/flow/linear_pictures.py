@@ -26,7 +26,9 @@ APART = 1e-4
 
 def rates_of(values: Complex, period: float | None) -> Complex:
     """Return poles as those of a continuous system."""
-    return values if period is None else np.log(np.where(values == 0, 1e-300, values)) / period
+    if period is None:
+        return values
+    return np.asarray(np.log(np.where(values == 0, 1e-300, values)) / period, dtype=complex)
 
 
 def range_of(values: Complex, period: float | None) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from ...local.held import with_held
 from ...local.independent import independent
 from ...local.linear_system import LinearSystem, columns_of
 from ...local.operating_point import Site
+from ...local.zeros import Complex
 from ...native import contract
 from ...outcome import SimulationError
 from ...problem import Array, Problem, Quantity
@@ -60,7 +61,8 @@ class SampledLoop(Struct, frozen=True, eq=False):
         return np.block([[move + push @ self.g_x, push @ self.g_z], [self.g_x, self.g_z]])
 
     def amplitudes(self, w: Array) -> Amplitudes:
-        a, n, s = self.system.a, len(self.system.a), 1j * w
+        a, n = self.system.a, len(self.system.a)
+        s: Complex = np.asarray(1j * w, dtype=complex)
         z = np.exp(s * self.period)[:, None, None]
         move, push = held(a, self.e, self.period)
         whole = np.zeros((len(w), 2 * n, 2 * n), dtype=complex)
@@ -215,6 +217,7 @@ class _Sampling:
     def due(self) -> list[int]:
         """Return the branches that act at a tick, in their order."""
         h, z = self.here.hybrid, self._ticking()
+        assert h.conditions is not None
         out = np.empty(h.n_branches)
         arrays = [np.ascontiguousarray(x) for x in (self.y, self.site.u, z, self.site.p)]
         contract.MODEL_FUNCTION(h.conditions)(self.site.t, *(x.ctypes.data for x in arrays), out.ctypes.data)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import scipy.linalg
 from msgspec import Struct
+from numpy.typing import NDArray
 
 from ...local.zeros import Complex
 from ...problem import Array
@@ -31,8 +32,10 @@ class Weighting(Struct, frozen=True):
     def polynomials(self) -> tuple[Array, Array]:
         """Return numerator and denominator in s, from the highest power down."""
         w1, w2 = 2 * math.pi * self.f1, 2 * math.pi * self.f2
-        above, below = np.array([1.0, 0.0, 0.0]), _quadratic(w1, BUTTERWORTH) * w1**2
-        above, below = above, np.polymul(below, _quadratic(w2, BUTTERWORTH))
+        above: NDArray[np.floating] = np.array([1.0, 0.0, 0.0])
+        below: NDArray[np.floating] = np.polymul(
+            _quadratic(w1, BUTTERWORTH) * w1**2, _quadratic(w2, BUTTERWORTH)
+        )
         if self.f4 is not None:
             below = np.polymul(below, _quadratic(2 * math.pi * self.f4, self.q4))
         if self.f3 is not None:
@@ -40,7 +43,7 @@ class Weighting(Struct, frozen=True):
         if self.f5 is not None:
             above = np.polymul(above, _quadratic(2 * math.pi * self.f5, self.q5) * (self.f5 / self.f6) ** 2)
             below = np.polymul(below, _quadratic(2 * math.pi * self.f6, self.q6))
-        return np.asarray(above), np.asarray(below)
+        return np.asarray(above, dtype=float), np.asarray(below, dtype=float)
 
     def factors(self, frequencies: Array) -> Array:
         """Return by what the amplitudes of sines are multiplied; frequencies in Hz."""

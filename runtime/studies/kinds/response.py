@@ -60,7 +60,7 @@ class FrequencyResponse(Findings, frozen=True, eq=False, kw_only=True):
             import control  # type: ignore[import-not-found, import-untyped, unused-ignore]
         except ImportError:
             raise SimulationError("python-control is not installed", help="pip install control") from None
-        names = {
+        names: dict[str, Any] = {
             "inputs": [q.name for q in self.inputs],
             "outputs": [q.name for q in self.outputs],
             "name": self.model,
