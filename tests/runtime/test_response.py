@@ -27,11 +27,12 @@ W = np.geomspace(0.05, 300.0, 24)
 
 
 class Case(NamedTuple):
-    """A model and its transfer functions H [w][outputs][inputs] at ``W``, by other means."""
+    """A model and its transfer functions H [w][outputs][inputs] at ``W``, by other means; A, B, C, D of its state space by hand."""
 
     text: str
     settings: dict[str, Any]
     wanted: Complex
+    system: tuple[Array, Array, Array, Array] | None = None
 
 
 def by_mpmath(e: Any, a: Any, b: Any, c: Any, d: Any = None) -> Complex:
@@ -49,13 +50,23 @@ def by_mpmath(e: Any, a: Any, b: Any, c: Any, d: Any = None) -> Complex:
     return whole if d is None else whole + np.asarray(d, dtype=float)
 
 
-def second_order(m: Any, c: Any, k: Any, push: Any, seen: Any) -> Complex:
-    """H of M x'' + C x' + K x = P u, y = Y x, in the form of states that ``by_mpmath`` takes."""
+Known = tuple[Complex, tuple[Array, Array, Array, Array]]
+
+
+def by_hand(e: Any, a: Any, b: Any, c: Any, d: Any = None) -> Known:
+    """H of E x' = A x + B u, y = C x + D u, and its state space."""
+    e, a, b, c = (np.atleast_2d(np.asarray(x, dtype=float)) for x in (e, a, b, c))
+    d = np.zeros((len(c), b.shape[1])) if d is None else np.asarray(d, dtype=float)
+    return by_mpmath(e, a, b, c, d), (np.linalg.solve(e, a), np.linalg.solve(e, b), c, d)
+
+
+def second_order(m: Any, c: Any, k: Any, push: Any, seen: Any, d: Any = None) -> Known:
+    """H of M x'' + C x' + K x = P u, y = Y x + D u, and its state space."""
     m, c, k, push, seen = (np.atleast_2d(np.asarray(x, dtype=float)) for x in (m, c, k, push, seen))
     n = len(m)
     none, one = np.zeros((n, n)), np.eye(n)
     e, a = np.block([[one, none], [none, m]]), np.block([[none, one], [-k, -c]])
-    return by_mpmath(e, a, np.vstack([np.zeros_like(push), push]), np.hstack([seen, np.zeros_like(seen)]))
+    return by_hand(e, a, np.vstack([np.zeros_like(push), push]), np.hstack([seen, np.zeros_like(seen)]), d)
 
 
 def quotient(above: Any, below: Any) -> Complex:
@@ -305,8 +316,8 @@ def driven() -> dict[str, Case]:
         [[168e3, -18e3], [-18e3, 18e3]],
         [[150e3], [0]],
         [[0, 1], [1, 0]],
+        [[0], [-1]],
     )
-    cars[:, 1, 0] -= 1
     inertia = 0.3 * 0.8**2
     angle = quotient([-0.3 * 0.8, 0, 0], [inertia, 0.01, 0.3 * 9.81 * 0.8])
     return {
@@ -315,7 +326,7 @@ def driven() -> dict[str, Case]:
             {"outputs": "place, push"},
             np.stack([quotient([10, 100], [1, 10, 100])[:, 0], push[:, None]], axis=1),
         ),
-        "car": Case(QUARTER_CAR, {}, cars),
+        "car": Case(QUARTER_CAR, {}, *cars),
         "hanging": Case(HANGING, {}, 1 + 0.8 * angle),
     }
 
@@ -327,7 +338,7 @@ def cases() -> dict[str, Case]:
         "two masses": Case(
             TWO_MASSES,
             {},
-            second_order(
+            *second_order(
                 np.diag([2, 0.5]),
                 [[1.3, -0.3], [-0.3, 0.3]],
                 [[340, -40], [-40, 40]],
@@ -338,21 +349,21 @@ def cases() -> dict[str, Case]:
         "cart and pole": Case(
             CART_POLE,
             {"outputs": "x, phi"},
-            second_order(
+            *second_order(
                 [[m, -ml], [-ml, j]], np.diag([0.3, 0.02]), np.diag([0, ml * 9.81]), [[1], [0]], np.eye(2)
             ),
         ),
         "motor": Case(
             MOTOR,
             {},
-            by_mpmath(
+            *by_hand(
                 np.eye(3), [[0, 1, 0], [-30, -2, 10], [0, -2, -40]], [[0], [0], [20]], [[0, 1, 0], [0, 0, 1]]
             ),
         ),
         "gyro": Case(
             GYRO,
             {"outputs": "a, b"},
-            second_order(
+            *second_order(
                 0.02 * np.eye(2), [[0.01, -0.5], [0.5, 0.03]], np.diag([3, 6]), [[1], [0]], np.eye(2)
             ),
         ),
@@ -388,6 +399,33 @@ def test_against_state_spaces_by_hand(name: str, all_cases: dict[str, Case]) -> 
     assert (np.abs(found.response - case.wanted) <= 1e-9 * np.abs(case.wanted)).all()
     np.testing.assert_allclose(found.gain, np.abs(case.wanted), rtol=1e-9)
     np.testing.assert_allclose(np.exp(1j * found.phase), case.wanted / np.abs(case.wanted), atol=1e-9)
+
+
+OF_STATES = ("two masses", "cart and pole", "motor", "gyro", "car")
+
+
+@pytest.mark.filterwarnings("ignore:Badly conditioned")  # SciPy forms polynomials
+@pytest.mark.parametrize("name", OF_STATES)
+def test_against_scipy(name: str, all_cases: dict[str, Case]) -> None:
+    """``freqresp`` of each pair within 1e-9 of its largest gain: far below that its polynomials lose digits."""
+    case = all_cases[name]
+    assert case.system is not None
+    a, b, c, d = case.system
+    found = response(case.text, frequencies=W, **case.settings).response
+    for k, j in np.ndindex(*d.shape):
+        system = scipy.signal.StateSpace(a, b[:, [j]], c[[k]], d[[k]][:, [j]])
+        other = scipy.signal.freqresp(system, W)[1]
+        assert np.abs(found[:, k, j] - other).max() < 1e-9 * np.abs(other).max()
+
+
+@pytest.mark.parametrize("name", OF_STATES)
+def test_against_python_control(name: str, all_cases: dict[str, Case]) -> None:
+    """Each value within 1e-9 of itself."""
+    control = pytest.importorskip("control")
+    case = all_cases[name]
+    other = control.ss(*case.system)(1j * W, squeeze=False)
+    found = response(case.text, frequencies=W, **case.settings).response
+    np.testing.assert_allclose(found, np.moveaxis(other, -1, 0), rtol=1e-9)
 
 
 def test_the_stated_errors_hold(all_cases: dict[str, Case]) -> None:
@@ -630,3 +668,8 @@ def test_python_control_gets_the_response() -> None:
     np.testing.assert_allclose(data(1j * W), system(1j * W), rtol=1e-9)
     assert len(response(OSCILLATOR, over="c = 0 .. 1, 2", frequencies=W).control()) == 2
     assert response(OSCILLATOR, sample=0.05).control().dt == 0.05
+
+
+def test_linearize_says_that_samples_are_held() -> None:
+    remarks = mechc.loads(SERVO).linearize().remarks
+    assert any("(sample(Ts)) is held at its values here" in remark for remark in remarks)
