@@ -96,6 +96,16 @@ def test_loads_that_jump_at_events() -> None:
     assert total == COUNTS and found["cycles"] == sum(COUNTS.values())
 
 
+def test_both_sides_of_an_event_count() -> None:
+    """A ramp that falls back to zero three times: two full cycles, and three halves that the record does not close."""
+    text = (
+        "model Saw dimensionless; state Real r = 0; equation der(r) = 1; when r > 1 then reinit(r, 0); end when; "
+        "experiment(stop = 3.5); end Saw;"
+    )
+    found = rainflow(text)
+    assert found.arrays["range"] == pytest.approx([1, 1, 1, 1, 0.5], abs=1e-9) and found["cycles"] == 3.5
+
+
 def test_extrema_of_a_damped_oscillation() -> None:
     """Turns at every half period: half cycles of A (exp(-d k) + exp(-d (k + 1))); the last range ends with the record."""
     found = rainflow(DAMPED, least=0)

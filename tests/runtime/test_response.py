@@ -423,6 +423,7 @@ def test_against_python_control(name: str, all_cases: dict[str, Case]) -> None:
     """Each value within 1e-9 of itself."""
     control = pytest.importorskip("control")
     case = all_cases[name]
+    assert case.system is not None
     other = control.ss(*case.system)(1j * W, squeeze=False)
     found = response(case.text, frequencies=W, **case.settings).response
     np.testing.assert_allclose(found, np.moveaxis(other, -1, 0), rtol=1e-9)
