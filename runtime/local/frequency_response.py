@@ -5,6 +5,7 @@ Each of the systems here is m(w) X = p(w) in the amplitudes X of its states, Y =
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import Protocol
@@ -22,6 +23,8 @@ ROUNDING = 8 * EPSILON
 """Of each entry of the equations, relative to the terms it is the sum of."""
 AT_ONCE = 2_000_000
 """Entries of the equations that are solved together."""
+LARGE = 24
+"""States from which on a system is factored once for all frequencies."""
 TURN, RISE = math.radians(30), 1.6
 """Between neighbouring frequencies phases turn by no more, and gains change by no greater factor, ..."""
 NEAR = 1e-6
@@ -34,13 +37,47 @@ ABRUPT = math.radians(150)
 
 class Amplitudes(Struct, frozen=True, eq=False):
     """The equations at some frequencies: ``m`` [w][n][n] and ``sizes``, the sums of the sizes of the terms of its entries;
-    ``p`` [w][n][inputs], ``c`` [outputs][n], ``d`` [w][outputs][inputs]."""
+    ``p`` [w][n][inputs], ``c`` [outputs][n], ``d`` [w][outputs][inputs]. ``shifted``: where m = ``shift`` - A of a large A."""
 
     m: Complex
     sizes: Array
     p: Complex
     c: Array
     d: Complex
+    shifted: Schur | None = None
+    shift: Complex | None = None
+
+
+class Schur(Struct, frozen=True, eq=False):
+    """A = ``u`` ``t`` ``u``* with an upper triangle t, so that each frequency takes n^2 operations and not n^3."""
+
+    t: Complex
+    u: Complex
+
+    def solved(self, shift: Complex, right: Complex) -> Complex:
+        """Solve (shift - A) x = right for [w][n][m]."""
+        found = np.moveaxis(self.u.conj().T @ right, 1, 0).copy()
+        for i in range(len(self.t) - 1, -1, -1):
+            found[i] += np.tensordot(self.t[i, i + 1 :], found[i + 1 :], 1)
+            found[i] /= (shift - self.t[i, i])[:, None]
+        return np.asarray(self.u @ np.moveaxis(found, 0, 1), dtype=complex)
+
+    def beside(self, shift: Complex, c: Array) -> Complex:
+        """Return c (shift - A)^-1 [w][k][n]."""
+        found = np.repeat((c @ self.u).T[:, None, :], len(shift), axis=1)
+        for i in range(len(self.t)):
+            found[i] += np.tensordot(self.t[:i, i], found[:i], 1)
+            found[i] /= (shift - self.t[i, i])[:, None]
+        return np.asarray(np.moveaxis(found, 0, 2) @ self.u.conj().T, dtype=complex)
+
+
+@functools.lru_cache(maxsize=64)
+def _schur_of(system: LinearSystem | Form) -> Schur | None:
+    """Return the factors of a large system; small ones are solved as they are."""
+    if len(system.a) < LARGE:
+        return None
+    t, u = scipy.linalg.schur(system.a, output="complex")
+    return Schur(np.asarray(t, dtype=complex), np.asarray(u, dtype=complex))
 
 
 class Transfer(Protocol):
@@ -81,7 +118,9 @@ class Continuous(Struct, frozen=True, eq=False):
         s: Complex = np.asarray(1j * w, dtype=complex)
         m: Complex = np.asarray(s[:, None, None] * identity - system.a, dtype=complex)
         sizes = np.abs(w)[:, None, None] * identity + np.abs(system.a)
-        return Amplitudes(m, sizes, polynomial(system.b, s), system.c, polynomial(system.d, s))
+        return Amplitudes(
+            m, sizes, polynomial(system.b, s), system.c, polynomial(system.d, s), _schur_of(system), s
+        )
 
 
 class Sampled(Struct, frozen=True, eq=False):
@@ -105,6 +144,8 @@ class Sampled(Struct, frozen=True, eq=False):
             np.broadcast_to(form.b.astype(complex), shape),
             form.c,
             np.broadcast_to(form.d.astype(complex), (len(w), *form.d.shape)),
+            _schur_of(form),
+            z,
         )
 
 
@@ -141,11 +182,11 @@ def answers(transfer: Transfer, w: Array) -> Answers:
 
 def _answers(transfer: Transfer, w: Array) -> Answers:
     it = transfer.amplitudes(w)
-    c = np.broadcast_to(it.c.T.astype(complex), (len(w), *it.c.T.shape))
-    x, seen = _solved(it.m, it.p), np.swapaxes(_solved(np.swapaxes(it.m, 1, 2), c), 1, 2)
-    with np.errstate(invalid="ignore", over="ignore"):
+    x = _solved(it, it.p)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        seen = _beside(it)
         # a second step makes each entry right to the rounding of its own terms
-        again = x + _solved(it.m, it.p - it.m @ x)
+        again = x + _solved(it, it.p - it.m @ x)
         x = np.asarray(np.where(np.isfinite(again), again, x), dtype=complex)
         values: Complex = np.asarray(it.c @ x + it.d, dtype=complex)
         errors = np.abs(seen) @ it.sizes @ np.abs(x) + np.abs(seen) @ np.abs(it.p)
@@ -155,8 +196,20 @@ def _answers(transfer: Transfer, w: Array) -> Answers:
     return Answers(values, ROUNDING * transfer.condition * errors)
 
 
-def _solved(m: Complex, right: Complex) -> Complex:
+def _beside(it: Amplitudes) -> Complex:
+    """Return c m^-1 [w][k][n]."""
+    if it.shifted is not None and it.shift is not None:
+        return it.shifted.beside(it.shift, it.c)
+    c = np.broadcast_to(it.c.T.astype(complex), (len(it.m), *it.c.T.shape))
+    turned = Amplitudes(np.swapaxes(it.m, 1, 2), it.sizes, it.p, it.c, it.d)
+    return np.swapaxes(_solved(turned, c), 1, 2)
+
+
+def _solved(it: Amplitudes, right: Complex) -> Complex:
     """Solve many systems; infinity where one is singular."""
+    if it.shifted is not None and it.shift is not None:
+        return it.shifted.solved(it.shift, right)
+    m = it.m
     try:
         return np.asarray(np.linalg.solve(m, right), dtype=complex)
     except np.linalg.LinAlgError:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import mechc
 from mechc.cli.main import run as run_command
+from mechc.runtime.local import frequency_response
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.studies.kinds.response import FrequencyResponse
 
@@ -674,3 +675,17 @@ def test_python_control_gets_the_response() -> None:
 def test_linearize_says_that_samples_are_held() -> None:
     remarks = mechc.loads(SERVO).linearize().remarks
     assert any("(sample(Ts)) is held at its values here" in remark for remark in remarks)
+
+
+def test_large_systems_are_factored_once(all_cases: dict[str, Case], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same answers by Schur's form, which systems of many states take, within the stated errors."""
+    monkeypatch.setattr(frequency_response, "LARGE", 1)
+    for name in ("two masses", "motor", "car"):
+        case = all_cases[name]
+        found = response(case.text, frequencies=W, **case.settings)
+        assert (np.abs(found.response - case.wanted) <= found.error).all()
+    monkeypatch.undo()
+    wanted = response(TWO_MASSES, frequencies=W[:16], sample=0.01)
+    monkeypatch.setattr(frequency_response, "LARGE", 1)
+    found = response(TWO_MASSES, frequencies=W[:16], sample=0.01)
+    assert (np.abs(found.response - wanted.response) <= found.error + wanted.error).all()
