@@ -18,8 +18,8 @@ async function makeEngine(bytes, info) {
 
   let span = info;
 
-  /** Times and tolerance: those that the experiment gives with these parameters, where it says any. */
-  function times() {
+  /** Times and tolerance: those that the experiment gives with these parameters, where it says any; `share` of the time alone. */
+  function times(share) {
     const found = reals('numbers', info.numbers.length);
     span = {...info};
     info.numbers.forEach((name, k) => { if (name) span[name] = found[k]; });
@@ -27,7 +27,8 @@ async function makeEngine(bytes, info) {
     span.maxStep = info.maxStep || (span.stop - span.begin) / 10 || 1;
     if (!(span.stop >= span.start) || !Number.isFinite(span.stop)) return `it would end at ${shortest(span.stop)}, before it begins`;
     if (!(span.tolerance > 0 && span.tolerance < 1)) return `the tolerance would be ${shortest(span.tolerance)}`;
-    e.web_times(span.begin, span.start, span.stop);
+    if (share < 1) e.web_times(span.begin, span.begin, span.begin + share * (span.stop - span.begin));
+    else e.web_times(span.begin, span.start, span.stop);
     return '';
   }
 
@@ -54,6 +55,7 @@ async function makeEngine(bytes, info) {
     const count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
     if (count < 0) return null;
     const a = reals('rows', n * ny), b = reals('other', n * ny), size = reals('nominal', ny);
+    const byState = new Float64Array(ny);
     let largest = 0, atEnd = 0;
     for (let i = 0, k = 0; i < Math.min(n, count); i++) {
       atEnd = 0;
@@ -61,14 +63,15 @@ async function makeEngine(bytes, info) {
         if (info.states[j].kind === 'account') continue;
         const off = Math.abs(a[k] - b[k]) / (size[j] + Math.abs(a[k]));
         if (off > atEnd) atEnd = off;
+        if (off > byState[j]) byState[j] = off;
       }
       if (atEnd > largest) largest = atEnd;
     }
-    return {largest, atEnd};
+    return {largest, atEnd, byState};
   }
 
   return {
-    run({parameters = {}, inputs = {}, states = {}}) {
+    run({parameters = {}, inputs = {}, states = {}}, share = 1) {
       const begun = performance.now();
       const p = reals('p', all), set = flags('set', np), u = reals('u', nu), uSet = flags('uSet', nu);
       const y0 = reals('y0', ny), given = flags('yGiven', ny);
@@ -77,7 +80,7 @@ async function makeEngine(bytes, info) {
       for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
       for (const [i, v] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = 1; }
       if (e.web_settle() < 0) return {failed: 'the settings of the experiment do not settle: they depend on each other', n: 0};
-      const wrong = times() || beyond({p: reals('p', np), y0: []});
+      const wrong = times(share) || beyond({p: reals('p', np), y0: []});
       if (wrong) return {failed: wrong, n: 0};
       const started = e.web_begin();
       if (started < 0) return {failed: STARTS[-started] || `no start (${started})`, n: 0};
@@ -100,6 +103,15 @@ async function makeEngine(bytes, info) {
       return run;
     },
     error: n => error(n),
+    span: () => span,
+    /** The inputs at the begin of the last run: `entry` of the table of functions gives those that are not set. */
+    inputs(entry) {
+      const u = reals('u', nu), set = flags('uSet', nu), given = u.slice(), at = name => where[name];
+      e.__indirect_function_table.get(entry)(span.begin, at('y0'), at('u'), at('zs'), at('p'), at('u'));
+      const all = reals('u', nu).slice();
+      for (let k = 0; k < nu; k++) if (set[k]) all[k] = given[k];
+      return all;
+    },
   };
 }
 
