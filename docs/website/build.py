@@ -203,7 +203,9 @@ def _sources() -> list[Path]:
 
 def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--no-live", action="store_true", help="leave out the moving pages and the playground")
+    parser.add_argument(
+        "--no-live", action="store_true", help="leave out the moving pages and the playground"
+    )
     parser.add_argument("examples", nargs="*", help="moving pages of these alone")
     asked = parser.parse_args(arguments)
     begun = time.monotonic()

@@ -49,6 +49,9 @@ PACKED = {
 }
 """Folders of the repository and where they stand in the browser."""
 
+STAND_IN = SOURCE / "stand_in"
+"""Modules in the place of libraries that have no wheel for Pyodide among those that pip finds."""
+
 LEFT_OUT = (
     "mechc/errors",
     "mechc/fmu",
@@ -62,22 +65,23 @@ EXAMPLES = (
     *(
         "double_pendulum",
         "bouncing_ball",
+        "four_bar",
         "pendulum",
         "lagrange_top",
         "newtons_cradle",
         "kepler",
-        "cart_pendulum",
+        "rolling_coin",
     ),
     *(
+        "slider_crank",
         "pleiades",
+        "cart_pendulum",
         "dzhanibekov",
-        "string_pendulum",
+        "squeezing_mechanism",
         "stick_slip_belt",
-        "double_pendulum_bars",
-        "cone",
-        "van_der_pol",
+        "string_pendulum",
     ),
-    *("lorenz", "thermostat"),
+    *("cone", "van_der_pol", "lorenz", "thermostat"),
 )
 """To start from."""
 
@@ -163,6 +167,7 @@ def _sources() -> Iterator[tuple[str, bytes]]:
                 and not name.startswith(LEFT_OUT)
             ):
                 yield name, path.read_bytes()
+    yield from ((p.relative_to(STAND_IN).as_posix(), p.read_bytes()) for p in STAND_IN.rglob("*.py"))
     yield from ((f"mechc/lang/grammar/{name}", data) for name, data in tables.kept_tables().items())
 
 

@@ -192,7 +192,8 @@ def _message(error: Exception) -> str:
         case UsageMistake() | OSError():
             return f"error: {error}"
         case ModuleNotFoundError():
-            name = LIBRARIES.get(error.name or "", error.name)
+            name = (error.name or "").partition(".")[0]
+            name = LIBRARIES.get(name, name)
             return f"error: this model is compiled with the help of {name}, which the playground does not hold; 'mechc view' shows it"
         case _:
             trace = "".join(traceback.format_exception(error))
