@@ -5,9 +5,9 @@ const STARTS = ['', 'no position near these fulfils the constraints: the parts d
 
 const shortest = v => String(+v.toPrecision(6));
 
-async function makeEngine(bytes, info) {
-  const {instance} = await WebAssembly.instantiate(bytes, {});
-  const e = instance.exports;
+/** `module`: bytes, or a module that was compiled before. */
+async function makeEngine(module, info) {
+  const made = await WebAssembly.instantiate(module, {}), e = (made.instance ?? made).exports;
   e._initialize?.();
   e.web_open(info.rows);
   const [ny, all, np, nu, nz, nOut, nScene] = new Int32Array(e.memory.buffer, e.web_sizes(), 12);
@@ -115,19 +115,23 @@ async function makeEngine(bytes, info) {
   };
 }
 
-/** A place to run in: a worker made of this very text, or this thread. `ask` answers the newest question only. */
-async function makeRunner(text, bytes, info) {
-  let ask;
-  try {
-    const url = URL.createObjectURL(new Blob([text, `
+/** A worker made of this very text. */
+function startWorker(text) {
+  return new Worker(URL.createObjectURL(new Blob([text, `
 let engine; onmessage = async ({data}) => {
-  if (data.bytes) { engine = await makeEngine(data.bytes, data.info); postMessage({ready: true}); return; }
+  if (data.module) { engine = await makeEngine(data.module, data.info); postMessage({ready: true}); return; }
   const run = engine.run(data.settings), moved = run.n ? [run.t.buffer, run.y.buffer, run.out.buffer, run.scene.buffer] : [];
   postMessage({id: data.id, run}, moved);
   if (run.n && !data.dragging) postMessage({id: data.id, error: engine.error(run.n)});
-};`], {type: 'text/javascript'}));
-    const worker = new Worker(url), waiting = new Map();
-    await new Promise((good, bad) => { worker.onmessage = good; worker.onerror = bad; worker.postMessage({bytes, info}); });
+};`], {type: 'text/javascript'})));
+}
+
+/** A place to run in: a worker, or this thread where there is none. `ask` answers the newest question only. */
+async function makeRunner(start, module, info) {
+  let ask;
+  try {
+    const worker = start(), waiting = new Map();
+    await new Promise((good, bad) => { worker.onmessage = ({data}) => data.ready && good(); worker.onerror = bad; worker.postMessage({module, info}); });
     worker.onmessage = ({data}) => {
       const w = waiting.get(data.id);
       if (!w) return;
@@ -140,7 +144,7 @@ let engine; onmessage = async ({data}) => {
       worker.postMessage({id, settings, dragging});
     };
   } catch {
-    const engine = await makeEngine(bytes, info);
+    const engine = await makeEngine(module, info);
     ask = (settings, dragging, run, error) => { const r = engine.run(settings); run(r); if (r.n && !dragging) setTimeout(() => error(engine.error(r.n))); };
   }
   return ask;

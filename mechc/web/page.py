@@ -71,12 +71,7 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     from mechc.exporting import with_own_sizes
 
     program = with_own_sizes(program_of(facts), facts.solution)
-    return live(facts, info, module_of(facts, program).module)
-
-
-def live(facts: Facts, info: dict[str, object], module: bytes) -> str:
-    """Return the text of the page of a model that it runs itself."""
-    return joined(facts, info, {"wasm": _packed(module)})
+    return joined(facts, info, {"wasm": _packed(module_of(facts, program).module)})
 
 
 def program_of(facts: Facts) -> Program:

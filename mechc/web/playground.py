@@ -15,7 +15,6 @@ from typing import Any
 import msgspec
 
 from ..compiler.equations.compliance import COMPLIANCE
-from ..compiler.targets.description import make_problem
 from ..compiler.targets.wasm.link import Linked
 from ..display import Display, choose
 from ..editor.completion import completions
@@ -31,9 +30,9 @@ from ..requests.parse_values import UsageMistake
 from ..runtime.limits_of_time import no_stop
 from ..runtime.methods import KERNEL_METHODS
 from ..runtime.outcome import SimulationError
-from ..runtime.problem import Problem
+from ..runtime.problem import Problem, interface_of
 from .facts import Facts, Found, Settings, Span
-from .page import as_json, live, module_of, program_of, refuse_curve
+from .page import as_json, joined, module_of, program_of, refuse_curve
 
 FILE = "playground.mech"
 """What messages call the text."""
@@ -96,12 +95,12 @@ class Playground:
         return self._linked.module
 
     def page(self, told: str) -> str:
-        """Return the page of the last text, from what its run has found: see ``_found``."""
+        """Return the page of the last text without the module, from what its run has found: see ``_found``."""
         assert self._facts is not None and self._linked is not None
         run = msgspec.json.decode(told)
         span = Span(**{**run["span"], "max_step": self._facts.span.max_step})
         facts = msgspec.structs.replace(self._facts, span=span)
-        return live(facts, facts.info(_found(facts.problem, run)), self._linked.module)
+        return joined(facts, facts.info(_found(facts.problem, run)), {})
 
     def complete(self, text: str, offset: int) -> str:
         """Return what may be written at a place, as in editors."""
@@ -118,7 +117,7 @@ def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
     """Return the facts of a model that has not run; ``method``: in the place of that of the experiment. Raises SimulationError,
     UsageMistake."""
     model = model.for_experiment(None)
-    problem = make_problem(model.compilation.program)
+    problem = Problem(**interface_of(model.compilation.program))
     plan = model.experiment(None)
     experiment = next((e for e in problem.experiments if plan is not None and e.name == plan.name), None)
     if experiment is None or "stop" not in experiment.options:

@@ -47,7 +47,7 @@ function follow() {
 area.addEventListener('scroll', () => { follow(); hide(); });
 
 // ------------------------------------------------------------ the compiler
-let worker = null, busy = false, waiting = false, count = 0, since = 0;
+let worker = null, runner = null, busy = false, waiting = false, count = 0, since = 0;
 const pending = new Map();
 
 function post(message) { return new Promise(done => { pending.set(++count, done); worker.postMessage({...message, id: count}); }); }
@@ -73,12 +73,14 @@ async function tell(found, text, begun) {
   const failed = !found.page;
   $('message').hidden = !state.message;
   $('message').classList.toggle('mild', !failed);
-  $('message').innerHTML = escaped(state.message).replace(/\b(error|warning|note)\[([EWN]\d{4})\]/g, (all, kind, code) => `<a href="../errors/${code}.html" target="_blank" rel="noopener">${all}</a>`);
+  const lines = escaped(state.message).split('\n').map(line => /^ *\d* \|/.test(line) ? `<span class="code">${line}</span>` : line);
+  $('message').innerHTML = lines.join('\n').replace(/\b(error|warning|note)\[([EWN]\d{4})\]/g, (all, kind, code) => `<a href="../errors/${code}.html" target="_blank" rel="noopener">${all}</a>`);
   $('motion').classList.toggle('stale', failed);
   paint();
   if (failed) { $('status').textContent = state.message.startsWith('error') ? 'does not move yet' : ''; return; }
   $('status').textContent = `compiled in ${Math.round(found.compiled)} ms`;
-  await show(found.page);
+  state.bytes = found.bytes;
+  await show(found.page, found.module);
   state.shown++;
   state.times.push({compiled: found.compiled, worker: found.whole, moves: performance.now() - begun});
   $('status').textContent = `compiled in ${Math.round(found.compiled)} ms, moves after ${Math.round(performance.now() - begun)} ms`;
@@ -87,10 +89,11 @@ async function tell(found, text, begun) {
 // ------------------------------------------------------------ the page
 let coming = null;
 /** Shows a page in the place of the one before once it moves; time, speed and what was set go on. */
-function show(html) {
+function show(html, module) {
   coming?.remove();
   const host = $('motion'), frame = coming = document.createElement('iframe');
   frame.className = 'coming'; frame.title = 'motion'; frame.srcdoc = html;
+  frame.runner = info => makeRunner(() => runner, module, info);
   host.append(frame);
   return new Promise(done => {
     const until = performance.now() + 20000;
@@ -251,7 +254,8 @@ async function begin() {
   await remember();
   await python;
   $('status').textContent = 'starting Python …';
-  const text = $('engine').textContent + $('worker').textContent;
+  const engine = $('engine').textContent, text = engine + $('worker').textContent;
+  runner = startWorker(engine);
   worker = new Worker(URL.createObjectURL(new Blob([text], {type: 'text/javascript'})));
   await new Promise((good, bad) => {
     worker.onerror = e => bad(new Error(e.message || 'this browser starts no workers here'));

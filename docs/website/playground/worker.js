@@ -51,10 +51,10 @@ function found(engine, run, errors, told, span) {
 
 /** Runs the module of the last text; the run is tried on parts of its time first, so that a stiff one is told early. */
 async function tried(told, slices) {
-  const engine = await makeEngine(playground.module().toJs(), told.run);
+  const bytes = playground.module().toJs(), module = await WebAssembly.compile(bytes), engine = await makeEngine(module, told.run);
   for (const share of slices) {
     const run = engine.run({}, share);
-    if (run.failed || share === 1 || run.steps > FEW_STEPS) return {engine, run, long: run.steps > FEW_STEPS};
+    if (run.failed || share === 1 || run.steps > FEW_STEPS) return {bytes, module, engine, run, long: run.steps > FEW_STEPS};
   }
 }
 
@@ -73,11 +73,11 @@ async function answer(text) {
     if (softer && !softer.run.failed) kept = softer;
   }
   if (last !== kept.way) playground.again(kept.way);
-  const {engine, run} = kept;
+  const {bytes, module, engine, run} = kept;
   if (!run.n) return {told: {...told, message: [told.message, `error: ${run.failed}`].filter(Boolean).join('\n\n')}, compiled};
   const errors = run.failed ? null : engine.error(run.n);
   const page = playground.page(JSON.stringify(found(engine, run, errors, kept.told, engine.span())));
-  return {told: kept.told, page, compiled, whole: performance.now() - begun};
+  return {told: kept.told, page, bytes, module, compiled, whole: performance.now() - begun};
 }
 
 onmessage = async ({data}) => {
