@@ -134,10 +134,12 @@ def fetched(downloads: Path) -> tuple[bytes, bytes]:
 
 
 def _python(package: bytes) -> dict[str, str]:
+    read: dict[str, bytes] = {}
     with tarfile.open(fileobj=io.BytesIO(package)) as files:
-        read = {
-            name: files.extractfile(f"package/{name}").read() for name in (*OF_PYODIDE, "pyodide-lock.json")
-        }  # type: ignore[union-attr]
+        for name in (*OF_PYODIDE, "pyodide-lock.json"):
+            file = files.extractfile(f"package/{name}")
+            assert file is not None, name
+            read[name] = file.read()
     lock = json.loads(read.pop("pyodide-lock.json"))
     return {
         **{name: _packed(data) for name, data in read.items()},

@@ -106,5 +106,5 @@ def linked(program: Program, kernel: Kernel, experiment: str | None = None, *, e
     # the count of data stands before the code
     order = sorted(parts, key=lambda part: b.ELEMENT + 0.5 if part == b.DATA_COUNT else part)
     module = b.MAGIC + b"".join(b.section(part, parts[part]) for part in order)
-    listed = {n: place.table + place.listed[k] for n, k in place.by_name.items() if k in place.listed}
-    return Linked(module, listed)
+    own = {name: place.table + place.listed[k] for name, k in place.by_name.items() if k in place.listed}
+    return Linked(module, own)
