@@ -28,7 +28,7 @@ from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
 from ..requests.parse_values import UsageMistake
 from ..runtime.limits_of_time import no_stop
-from ..runtime.methods import KERNEL_METHODS
+from ..runtime.methods import KERNEL_METHODS, NEEDS, unknown_method
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem, interface_of
 from .facts import Facts, Found, Settings, Span
@@ -80,8 +80,12 @@ class Playground:
         self._facts = facts = facts_before_run(model, "auto" if way == "stiff" else "")
         self._linked = module_of(facts, program_of(facts))
         said = model.diagnostics
+        run = facts.of_run()
+        failures = run["failures"]
+        assert isinstance(failures, dict)
+        refused = {str(int(status)): f"'{facts.method}' {words}" for status, words in NEEDS.items()}
         more = {
-            "run": facts.of_run(),
+            "run": {**run, "failures": {**failures, **refused}},
             "inputs": self._linked.entries.get("inputs"),
             "nu": len(facts.problem.inputs),
             "asksMethod": bool(model.method(None)),
@@ -114,8 +118,7 @@ class Playground:
 
 
 def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
-    """Return the facts of a model that has not run; ``method``: in the place of that of the experiment. Raises SimulationError,
-    UsageMistake."""
+    """Return the facts of a model that has not run; ``method``: in the place of that of the experiment. Raises SimulationError."""
     model = model.for_experiment(None)
     problem = Problem(**interface_of(model.compilation.program))
     plan = model.experiment(None)
@@ -124,7 +127,7 @@ def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
         raise no_stop(problem)
     method = method or model.method(None) or "dop853"
     if method not in KERNEL_METHODS:
-        raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
+        raise unknown_method(method)
     words = experiment.words.get("display", "")
     display = choose(words) if words else Display()
     known = list(problem.known)

@@ -14,7 +14,6 @@ from mechc.presentation.stillness import extents_of
 from mechc.requests.parse_values import UsageMistake
 from mechc.requests.request import asked
 from mechc.runtime.case import find_experiment, find_setting, inputs_at
-from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array
 from mechc.runtime.studies.kinds.motion import Simulate
@@ -84,8 +83,6 @@ def facts_of(
     display, solution = solution.display, solution.in_picture()
     said = solution.statistics.method
     method = "auto" if solution.statistics.switches else said
-    if method not in KERNEL_METHODS:
-        raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
     given = {**options, "experiment": experiment, "method": method if method != "dop853" else None}
     ready, question = _posed(model, values, given)
     planned = plan(ready, question)

@@ -6,8 +6,8 @@ from ctypes import addressof, c_int
 
 from ..memo import once
 from ..native.contract import QuantityStruct, SizesStruct
-from ..problem import Problem
 from ..nominal import sizes_of
+from ..problem import Problem
 
 KINDS = {"": 0, "account": 1, "rotation": 2}
 """Of states, as the kernel numbers them: enum mech_quantity_kind."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.runtime.outcome import SimulationError
 from mechc.runtime.nominal import sizes_of
+from mechc.runtime.outcome import SimulationError
 
 CIRCLE = "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: sqrt(x^2 + y^2) = 1 m;"
 

@@ -23,10 +23,10 @@ from ...ensembles.recipe import Make, Recipe
 from ...ensembles.result import Ensemble
 from ...ensembles.run import run_ensemble
 from ...inputs import Table
+from ...nominal import with_nominal
 from ...outcome import SimulationError
 from ...problem import Problem
 from ...settings import settable
-from ...nominal import with_nominal
 from ..runs.own_size import sizes_in_run
 from ..runs.simulate import as_keywords, plan_run
 from ..study import Study, swept_axes
