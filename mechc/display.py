@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from msgspec import Struct, field
 
 from .lang.units import Unit, UnitError, parse_unit
 from .requests.parse_values import UsageMistake
+
+if TYPE_CHECKING:
+    from .runtime.problem import Quantity
 
 
 class Display(Struct, frozen=True):
@@ -27,6 +33,21 @@ class Display(Struct, frozen=True):
         """Return the chosen unit, or SI, and the factor from SI to it: what ``Results.save`` asks for."""
         unit = self.unit(si, "")
         return unit, factor(si) / factor(unit)
+
+
+def shown_unit(display: Display, quantities: Mapping[str, Quantity], name: str, si: str) -> tuple[str, float]:
+    """Return the unit that a quantity is shown in, and the factor from SI to it.
+
+    A rate follows its coordinate: where that is shown in deg, its rate is shown in deg/s.
+    """
+    quantity = quantities.get(name)
+    declared = quantity.display if quantity else ""
+    if quantity and not declared and quantity.kind == "rate" and name.startswith("der("):
+        coordinate = quantities.get(name.removeprefix("der(").replace(")", "", 1))
+        if coordinate and coordinate.display and coordinate.unit and si.startswith(f"{coordinate.unit}/"):
+            declared = coordinate.display + si.removeprefix(coordinate.unit)
+    unit = display.unit(si, declared)
+    return unit, factor(si) / factor(unit)
 
 
 def factor(unit: str) -> float:

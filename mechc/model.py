@@ -162,7 +162,7 @@ class CompiledModel:
 
         Raises UsageMistake for an unknown experiment.
         """
-        chosen = self._experiment(name)
+        chosen = self.experiment(name)
         if chosen is None or not chosen.structural:
             return self
         return type(self)(self._code.variant({**chosen.structural, **self._code.structural}), self._settings)
@@ -179,17 +179,17 @@ class CompiledModel:
 
     def swept_structural(self, experiment: str | None) -> Mapping[str, tuple[Exact, ...]]:
         """Return the structural values that an experiment sweeps, by their names."""
-        plan = self._experiment(experiment)
+        plan = self.experiment(experiment)
         return plan.swept if plan else {}
 
     def ensemble_settings(self, experiment: str | None) -> dict[str, str]:
         """Return what an experiment says of many runs: random values, what is kept, and how many, as texts."""
         from .runtime.problem import OF_ENSEMBLES
 
-        plan = self._experiment(experiment)
+        plan = self.experiment(experiment)
         return {name: plan.words[name] for name in OF_ENSEMBLES if name in plan.words} if plan else {}
 
-    def _experiment(self, name: str | None) -> Plan | None:
+    def experiment(self, name: str | None) -> Plan | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
         plans = self._code.plans
         if name not in plans:
@@ -203,7 +203,7 @@ class CompiledModel:
 
     def sweeps(self, experiment: str | None) -> bool:
         """Tell whether an experiment gives several values to something."""
-        plan = self._experiment(experiment)
+        plan = self.experiment(experiment)
         return plan is not None and plan.sweeps
 
     def _found(self, name: str | None) -> Plan | None:
@@ -340,7 +340,7 @@ class CompiledModel:
 
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""
-        plan = self._experiment(experiment)
+        plan = self.experiment(experiment)
         return plan.words.get("method", "") if plan else ""
 
     @property

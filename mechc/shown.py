@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from .display import Display, choose, factor
+from .display import Display, choose, shown_unit
 from .runtime.results.quantities import Display as Unit
 from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run
@@ -65,20 +65,8 @@ class ShownSolution(Run):
         return columns
 
     def shown_unit(self, name: str, si: str | None = None) -> tuple[str, float]:
-        """Return the unit that a quantity is shown in, and the factor from SI to it.
-
-        A rate follows its coordinate: where that is shown in deg, its rate is shown in deg/s.
-        """
-        si = self.unit(name) if si is None else si
-        quantity = self.quantities.get(name)
-        declared = quantity.display if quantity else ""
-        if quantity and not declared and quantity.kind == "rate" and name.startswith("der("):
-            base = name.removeprefix("der(").replace(")", "", 1)
-            coordinate = self.quantities.get(base)
-            if coordinate and coordinate.display and coordinate.unit and si.startswith(f"{coordinate.unit}/"):
-                declared = coordinate.display + si.removeprefix(coordinate.unit)
-        unit = self.display.unit(si, declared)
-        return unit, factor(si) / factor(unit)
+        """Return the unit that a quantity is shown in, and the factor from SI to it (``display.py``)."""
+        return shown_unit(self.display, self.quantities, name, self.unit(name) if si is None else si)
 
     def shown(self, name: str) -> Array:
         """Return the values of a quantity in the unit that it is shown in."""

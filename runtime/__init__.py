@@ -14,33 +14,3 @@ tolerance (``integrate/kernel_run.py``) → ``Verdict`` (``studies/runs/simulate
 A run may have more rows than fit into memory: ``rows.py`` says where they lie and takes them in slices, outputs are computed when
 asked for (``results/evaluate.py``), and ``results/streamed.py`` writes a file during the run.
 """
-
-from __future__ import annotations
-
-from .case import SimulationOptions
-from .native.build import BuildError, CompilerMissing
-from .outcome import Outcome, SimulationError
-from .problem import Problem
-from .results.quantities import Results
-from .results.solution import Solution
-from .studies.kinds.motion import Simulate, simulate
-from .studies.kinds.sweep import Runs, Sweep
-from .studies.study import Answer, Study, solve
-
-__all__ = [
-    "Answer",
-    "BuildError",
-    "CompilerMissing",
-    "Outcome",
-    "Problem",
-    "Results",
-    "Runs",
-    "Simulate",
-    "SimulationError",
-    "SimulationOptions",
-    "Solution",
-    "Study",
-    "Sweep",
-    "simulate",
-    "solve",
-]

@@ -21,7 +21,14 @@ from .allowed_values import check_parameters, check_state
 from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Signal, Table, constant
-from .limits_of_time import TimeSpan, check_finite, check_size, check_stated_stop
+from .limits_of_time import (
+    DEFAULT_TOLERANCE,
+    TimeSpan,
+    check_finite,
+    check_size,
+    check_stated_stop,
+    no_stop,
+)
 from .memo import once
 from .outcome import SimulationError
 from .output_times import output_times
@@ -35,7 +42,6 @@ if TYPE_CHECKING:
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
 
-DEFAULT_TOLERANCE = 1e-8
 LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
 METHODS = "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6."
@@ -308,11 +314,7 @@ def _checked_span(
     every = number("every", options.every)
     stop = number("stop", options.stop)
     if stop is None:
-        raise SimulationError(
-            f"'{problem.name}' does not say when to stop",
-            help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
-            'or stop="10 s" in Python',
-        )
+        raise no_stop(problem)
     check_finite({n: v for n, v in (("start", start), ("stop", stop)) if getattr(options, n) is None})
     if options.start is not None and options.stop is None:
         check_stated_stop(problem, start, stop)

@@ -14,6 +14,18 @@ MOST_BYTES = 2e9
 """Of the table of a result."""
 
 
+DEFAULT_TOLERANCE = 1e-8
+
+
+def no_stop(problem: Problem) -> SimulationError:
+    """Return what is said where neither the model nor the caller says when a run stops."""
+    return SimulationError(
+        f"'{problem.name}' does not say when to stop",
+        help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
+        'or stop="10 s" in Python',
+    )
+
+
 def check_finite(times: Mapping[str, float]) -> None:
     """Refuse times of an experiment that have no value, as where they are divided by a parameter that is zero."""
     for name, value in times.items():

@@ -6,21 +6,22 @@ import functools
 from collections.abc import Callable
 from typing import TypeVar
 
-from .problem import Problem
+from .interface import ModelInterface
 
 MOST = 16
 """Problems whose values are kept, the last ones: each is held as long as that."""
 
 Made = TypeVar("Made")
+Of = TypeVar("Of", bound=ModelInterface)
 
 
-def once(make: Callable[[Problem], Made]) -> Callable[[Problem], Made]:
+def once(make: Callable[[Of], Made]) -> Callable[[Of], Made]:
     """Let a function of a problem alone give what it gave for this very problem before."""
-    kept: dict[int, tuple[Problem, Made]] = {}
-    last: tuple[Problem, Made] | tuple[None] = (None,)
+    kept: dict[int, tuple[Of, Made]] = {}
+    last: tuple[Of, Made] | tuple[None] = (None,)
 
     @functools.wraps(make)
-    def found(problem: Problem) -> Made:
+    def found(problem: Of) -> Made:
         nonlocal last
         known = last
         if known[0] is problem:  # mostly

@@ -9,6 +9,11 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
+from mechc.suggest import suggest
+
+from .native.status import Status
+from .outcome import SimulationError
+
 
 class KernelMethod(Struct, frozen=True):
     """``parts``: what it works on beside the rates, by the names of the compiler's ``PARTS`` (equations/needs.py)."""
@@ -40,6 +45,22 @@ KERNEL_METHODS = {
         KernelMethod("taylor", frozenset({"series"})),
     )
 }
+
+
+NEEDS = {
+    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
+    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
+    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
+}
+"""What is said of a method with which no run of a model begins, where no closer reason is known."""
+
+
+def unknown_method(wanted: str, known: Collection[str] = tuple(KERNEL_METHODS)) -> SimulationError:
+    """Return what is said of a method that there is not."""
+    return SimulationError(
+        f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
+    )
 
 
 def parts_for(method: str) -> frozenset[str]:

@@ -1,7 +1,7 @@
 """Build the site into build/website/site: ``make docs``, or ``python docs/website/build.py [--no-live] [EXAMPLE ...]``.
 
 The pages of the repository, one for each example with its source beside a page on which it moves, one for each message,
-and the names of the Python interface, all by MkDocs; it opens from the file system and asks no server for anything.
+the names of the Python interface, all by MkDocs, and the playground; it opens from the file system and asks no server for anything.
 Those whose model and mechc have not changed are kept.
 """
 
@@ -32,6 +32,7 @@ from mechc.cli.main import run  # noqa: E402
 from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
 from mechc.web.write import write_page  # noqa: E402
 from website.links import moved  # noqa: E402
+from website.playground import Mismatch, write_playground  # noqa: E402
 
 NAMES = """# Names of the Python interface
 
@@ -111,6 +112,14 @@ def write_pages(live: Mapping[str, Path]) -> None:
     (PAGES / "live").mkdir()
     for name, page in live.items():
         shutil.copyfile(page, PAGES / "live" / f"{name}{page.suffix}")
+
+
+def add_playground() -> None:
+    """Write the playground among the pages, or say why there is none."""
+    try:
+        write_playground(PAGES / "playground", BUILD / "downloads")
+    except (OSError, subprocess.CalledProcessError, Mismatch) as error:  # npm or the network may be missing
+        print(f"no playground: {error}")
 
 
 def decisions() -> str:
@@ -194,13 +203,17 @@ def _sources() -> list[Path]:
 
 def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--no-live", action="store_true", help="leave out the moving pages")
+    parser.add_argument(
+        "--no-live", action="store_true", help="leave out the moving pages and the playground"
+    )
     parser.add_argument("examples", nargs="*", help="moving pages of these alone")
     asked = parser.parse_args(arguments)
     begun = time.monotonic()
     examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
     chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]
     write_pages(make_live(chosen))
+    if not asked.no_live:
+        add_playground()
     print(f"pages written after {time.monotonic() - begun:.0f} s")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", str(HERE / "mkdocs.yml")]
     done = subprocess.run(command, check=False)

@@ -207,6 +207,16 @@ def _cache_folder() -> Path:
     return user_cache_path("mechc")
 
 
+def kept_tables() -> dict[str, bytes]:
+    """Return the tables as they are kept beside the grammar: the name of the file and what it holds."""
+    return {_file_name(): _content(load_tables())}
+
+
+def _content(tables: Tables) -> bytes:
+    data = msgpack.encode(tables)
+    return hashlib.sha256(data).digest() + data
+
+
 def _keep(tables: Tables, path: Path) -> None:
     """Write under a temporary name and rename, so that a second run never reads half a file.
 
@@ -221,8 +231,7 @@ def _keep(tables: Tables, path: Path) -> None:
         return  # no place for a cache: the next run makes the tables again
     try:
         with os.fdopen(handle, "wb") as file:
-            data = msgpack.encode(tables)
-            file.write(hashlib.sha256(data).digest() + data)
+            file.write(_content(tables))
         os.replace(name, path)
         kept = sorted(path.parent.glob("grammar-*.msgpack"), key=lambda p: p.stat().st_mtime)
         for old in kept[:-_MOST_KEPT]:

@@ -136,16 +136,12 @@ def show_warnings(model: Model) -> None:
 
 def show_compile_error(error: BaseException) -> None:
     """Write the diagnostics of a ``CompileError``, then how many there are if more than one."""
-    from ..lang.diagnostics import CompileError, Severity
-    from ..presentation.render import render
+    from ..lang.diagnostics import CompileError
+    from ..presentation.render import render_failed
     from ..presentation.style import style_for
 
     assert isinstance(error, CompileError)
-    style = style_for(sys.stderr)
-    click.echo(render(error.diagnostics, style), err=True, color=True)
-    errors = sum(d.severity is Severity.ERROR for d in error.diagnostics)
-    if errors > 1:
-        click.echo(f"\n{style.red('error')}{style.bold(f': {errors} errors')}", err=True, color=True)
+    click.echo(render_failed(error.diagnostics, style_for(sys.stderr)), err=True, color=True)
 
 
 def write_to_nobody() -> None:

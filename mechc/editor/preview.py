@@ -26,8 +26,8 @@ def preview(path: Path, text: str, model: str | None = None) -> Preview:
     from ..requests.parse_values import UsageMistake
     from ..runtime.native.build import BuildError
     from ..runtime.outcome import SimulationError
-    from ..web.facts import facts_of
     from ..web.page import page_of
+    from ..web.run_facts import facts_of
 
     try:
         asked = compiled(Model, SourceFile(str(path), text), path.parent, model, {}, ("scene",))

@@ -65,6 +65,13 @@ def render(diagnostics: Sequence[Diagnostic], style: Style = PLAIN) -> str:
     return "\n\n".join(blocks)
 
 
+def render_failed(diagnostics: Sequence[Diagnostic], style: Style = PLAIN) -> str:
+    """Return the diagnostics of a text that cannot be compiled, then how many errors there are if more than one."""
+    text = render(diagnostics, style)
+    errors = sum(d.severity is Severity.ERROR for d in diagnostics)
+    return text if errors < 2 else f"{text}\n\n{style.red('error')}{style.bold(f': {errors} errors')}"
+
+
 def render_diagnostic(diagnostic: Diagnostic, style: Style = PLAIN) -> str:
     """Return one diagnostic as text, without an end of line."""
     span = diagnostic.span

@@ -7,17 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .extents import Errors, Extents
 from .letters import letters, unit_text
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
     from ..shown import ShownSolution
 
-NOISE = 1e-9
-"""Share of the largest value of its unit below which a change is no change."""
-ERRORS, LARGEST = 10, 1e-6
-"""So many estimated errors are no change either, up to a share."""
-SAME, STEADY = 1e-12, 1e-4
+SAME = 1e-12
 CURVES = ("coordinate", "state", "output")
 """Kinds of quantities that have curves of their own."""
 MOST = 8
@@ -29,33 +26,14 @@ class Stillness:
 
     def __init__(self, solution: ShownSolution) -> None:
         self.solution = solution
-        self.sizes: dict[str, float] = {}
-        for name, quantity in solution.quantities.items():
-            self.sizes[quantity.unit] = max(self.sizes.get(quantity.unit, 0.0), _largest(solution[name]))
-        self.error = solution.accuracy.error
+        self.extents = extents_of(solution)
 
     def constant(self, name: str) -> bool:
-        values = self.solution[name]
-        finite = values[np.isfinite(values)]
-        if not finite.size:
-            return False
-        return bool(np.ptp(finite) <= self._noise(name, _largest(finite)))
-
-    def _noise(self, name: str, size: float) -> float:
-        """Return the change that errors make of a quantity of this size."""
-        if self.error is None:
-            return NOISE * self.sizes[self.solution.quantities[name].unit]
-        if name in self.error.by_state:
-            share, of = self.error.by_state[name], self.error.nominal[name] + size
-        else:
-            share, of = self.error.largest, size
-        return max(NOISE * self.sizes[self.solution.quantities[name].unit], min(ERRORS * share, LARGEST) * of)
+        return self.extents.constant(name)
 
     def steady(self, rate: str) -> bool:
         """Tell whether a rate changes so little that its phase portrait is a straight line."""
-        values = self.solution[rate]
-        finite = values[np.isfinite(values)]
-        return not finite.size or bool(np.ptp(finite) <= STEADY * _largest(finite))
+        return self.extents.steady(rate)
 
     def among(self, name: str, columns: Sequence[Array]) -> bool:
         """Tell whether the values of a quantity are one of these columns."""
@@ -106,10 +84,7 @@ class Stillness:
         unit, factor = self.solution.shown_unit(name)
         values = self.solution[name]
         first = float(values[np.isfinite(values)][0])
-        zero = (
-            abs(first) <= self._noise(name, abs(first))
-            or abs(first) <= NOISE * self.sizes[self.solution.quantities[name].unit]
-        )
+        zero = abs(first) <= self.extents.noise(name, abs(first))
         return "0" if zero else f"{first * factor:.4g}", "" if unit == "1" else unit_text(unit)
 
 
@@ -121,6 +96,21 @@ def _listed(names: Sequence[str]) -> str:
 def _same(a: Array, b: Array) -> bool:
     size = max(_largest(a), _largest(b))
     return bool(np.array_equal(np.isfinite(a), np.isfinite(b))) and _largest(a - b) <= SAME * size
+
+
+def extents_of(solution: ShownSolution) -> Extents:
+    """Return the extents of the quantities of a run."""
+    error = solution.accuracy.error
+    return Extents(
+        {name: quantity.unit for name, quantity in solution.quantities.items()},
+        {name: _ends(solution[name]) for name in solution.quantities},
+        None if error is None else Errors(error.by_state, error.nominal, error.largest),
+    )
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
 
 
 def _largest(values: Array) -> float:

@@ -5,9 +5,9 @@ const STARTS = ['', 'no position near these fulfils the constraints: the parts d
 
 const shortest = v => String(+v.toPrecision(6));
 
-async function makeEngine(bytes, info) {
-  const {instance} = await WebAssembly.instantiate(bytes, {});
-  const e = instance.exports;
+/** `module`: bytes, or a module that was compiled before. */
+async function makeEngine(module, info) {
+  const made = await WebAssembly.instantiate(module, {}), e = (made.instance ?? made).exports;
   e._initialize?.();
   e.web_open(info.rows);
   const [ny, all, np, nu, nz, nOut, nScene] = new Int32Array(e.memory.buffer, e.web_sizes(), 12);
@@ -18,8 +18,8 @@ async function makeEngine(bytes, info) {
 
   let span = info;
 
-  /** Times and tolerance: those that the experiment gives with these parameters, where it says any. */
-  function times() {
+  /** Times and tolerance: those that the experiment gives with these parameters, where it says any; `share` of the time alone. */
+  function times(share) {
     const found = reals('numbers', info.numbers.length);
     span = {...info};
     info.numbers.forEach((name, k) => { if (name) span[name] = found[k]; });
@@ -27,7 +27,8 @@ async function makeEngine(bytes, info) {
     span.maxStep = info.maxStep || (span.stop - span.begin) / 10 || 1;
     if (!(span.stop >= span.start) || !Number.isFinite(span.stop)) return `it would end at ${shortest(span.stop)}, before it begins`;
     if (!(span.tolerance > 0 && span.tolerance < 1)) return `the tolerance would be ${shortest(span.tolerance)}`;
-    e.web_times(span.begin, span.start, span.stop);
+    if (share < 1) e.web_times(span.begin, span.begin, span.begin + share * (span.stop - span.begin));
+    else e.web_times(span.begin, span.start, span.stop);
     return '';
   }
 
@@ -54,6 +55,7 @@ async function makeEngine(bytes, info) {
     const count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
     if (count < 0) return null;
     const a = reals('rows', n * ny), b = reals('other', n * ny), size = reals('nominal', ny);
+    const byState = new Float64Array(ny);
     let largest = 0, atEnd = 0;
     for (let i = 0, k = 0; i < Math.min(n, count); i++) {
       atEnd = 0;
@@ -61,14 +63,15 @@ async function makeEngine(bytes, info) {
         if (info.states[j].kind === 'account') continue;
         const off = Math.abs(a[k] - b[k]) / (size[j] + Math.abs(a[k]));
         if (off > atEnd) atEnd = off;
+        if (off > byState[j]) byState[j] = off;
       }
       if (atEnd > largest) largest = atEnd;
     }
-    return {largest, atEnd};
+    return {largest, atEnd, byState};
   }
 
   return {
-    run({parameters = {}, inputs = {}, states = {}}) {
+    run({parameters = {}, inputs = {}, states = {}}, share = 1) {
       const begun = performance.now();
       const p = reals('p', all), set = flags('set', np), u = reals('u', nu), uSet = flags('uSet', nu);
       const y0 = reals('y0', ny), given = flags('yGiven', ny);
@@ -77,7 +80,7 @@ async function makeEngine(bytes, info) {
       for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
       for (const [i, v] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = 1; }
       if (e.web_settle() < 0) return {failed: 'the settings of the experiment do not settle: they depend on each other', n: 0};
-      const wrong = times() || beyond({p: reals('p', np), y0: []});
+      const wrong = times(share) || beyond({p: reals('p', np), y0: []});
       if (wrong) return {failed: wrong, n: 0};
       const started = e.web_begin();
       if (started < 0) return {failed: STARTS[-started] || `no start (${started})`, n: 0};
@@ -100,22 +103,35 @@ async function makeEngine(bytes, info) {
       return run;
     },
     error: n => error(n),
+    span: () => span,
+    /** The inputs at the begin of the last run: `entry` of the table of functions gives those that are not set. */
+    inputs(entry) {
+      const u = reals('u', nu), set = flags('uSet', nu), given = u.slice(), at = name => where[name];
+      e.__indirect_function_table.get(entry)(span.begin, at('y0'), at('u'), at('zs'), at('p'), at('u'));
+      const all = reals('u', nu).slice();
+      for (let k = 0; k < nu; k++) if (set[k]) all[k] = given[k];
+      return all;
+    },
   };
 }
 
-/** A place to run in: a worker made of this very text, or this thread. `ask` answers the newest question only. */
-async function makeRunner(text, bytes, info) {
-  let ask;
-  try {
-    const url = URL.createObjectURL(new Blob([text, `
+/** A worker made of this very text. */
+function startWorker(text) {
+  return new Worker(URL.createObjectURL(new Blob([text, `
 let engine; onmessage = async ({data}) => {
-  if (data.bytes) { engine = await makeEngine(data.bytes, data.info); postMessage({ready: true}); return; }
+  if (data.module) { engine = await makeEngine(data.module, data.info); postMessage({ready: true}); return; }
   const run = engine.run(data.settings), moved = run.n ? [run.t.buffer, run.y.buffer, run.out.buffer, run.scene.buffer] : [];
   postMessage({id: data.id, run}, moved);
   if (run.n && !data.dragging) postMessage({id: data.id, error: engine.error(run.n)});
-};`], {type: 'text/javascript'}));
-    const worker = new Worker(url), waiting = new Map();
-    await new Promise((good, bad) => { worker.onmessage = good; worker.onerror = bad; worker.postMessage({bytes, info}); });
+};`], {type: 'text/javascript'})));
+}
+
+/** A place to run in: a worker, or this thread where there is none. `ask` answers the newest question only. */
+async function makeRunner(start, module, info) {
+  let ask;
+  try {
+    const worker = start(), waiting = new Map();
+    await new Promise((good, bad) => { worker.onmessage = ({data}) => data.ready && good(); worker.onerror = bad; worker.postMessage({module, info}); });
     worker.onmessage = ({data}) => {
       const w = waiting.get(data.id);
       if (!w) return;
@@ -128,7 +144,7 @@ let engine; onmessage = async ({data}) => {
       worker.postMessage({id, settings, dragging});
     };
   } catch {
-    const engine = await makeEngine(bytes, info);
+    const engine = await makeEngine(module, info);
     ask = (settings, dragging, run, error) => { const r = engine.run(settings); run(r); if (r.n && !dragging) setTimeout(() => error(engine.error(r.n))); };
   }
   return ask;

@@ -123,7 +123,9 @@ async function start(info, parts) {
     row.append(head, line, input); text();
     sliders.push(s);
   }
+  const addressed = location.protocol !== 'about:';  // what a notebook or the playground holds in a frame has no address of its own
   function remember() {
+    if (!addressed) return;
     history.replaceState(null, '', writeLink(sliders.filter(s => s.value !== s.default).map(s => [s.name, s.value]), state.time > info.start ? state.time : null));
   }
   /** Takes what the link says, and puts back what it does not say; returns whether it says the time. */
@@ -240,7 +242,7 @@ async function start(info, parts) {
   function step(by) { playing(false); const {run} = state; if (!run) return; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
 
   // ------------------------------------------------------------ controls
-  const live = !!parts.wasm;
+  const live = !parts.rows;
   let stands = false;
   for (const [id, list, group] of [['parameters', info.parameters, 'parameters'], ['starts', info.starts, 'states'], ['inputs', info.inputs, 'inputs']]) {
     $(id).hidden = !list.length || !live;
@@ -275,6 +277,7 @@ async function start(info, parts) {
   };
   $('csv').onclick = () => save(new Blob([state.csv()], {type: 'text/csv'}), info.name + '.csv');
   $('png').onclick = () => { scene?.draw(moving); (scene?.canvas || $('plot')).toBlob(b => save(b, info.name + '.png')); };
+  $('link').hidden = !addressed;
   $('link').onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); note('The link is copied: it holds all settings.'); } catch { note('The address of this page holds all settings.'); } };
   document.addEventListener('keydown', e => {
     if (/INPUT|SELECT|TEXTAREA|SUMMARY/.test(e.target.tagName) && e.target.type !== 'checkbox' && e.target.type !== 'button') return;
@@ -287,7 +290,8 @@ async function start(info, parts) {
   // ------------------------------------------------------------ begin
   Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', columns, info, integrate, values: k => Array.from(moving.values(k))});
   if (live) {
-    ask = await makeRunner($('engine').textContent, await unpack(parts.wasm), info);
+    // who holds the page in a frame may run it, too: the playground has a worker that waits for the next text
+    ask = parts.wasm ? await makeRunner(() => startWorker($('engine').textContent), await unpack(parts.wasm), info) : await frameElement.runner(info);
     stands = recall(); integrate(false);
   } else {
     const raw = await unpack(parts.rows), n = info.rows, wide = info.states.length, outs = info.outputs.length, m = plan.nScene;

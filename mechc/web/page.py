@@ -6,23 +6,26 @@ import base64
 import gzip
 import html
 import json
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from mechc.exporting import with_own_sizes
+from mechc.compiler.pipeline import program_with
+from mechc.compiler.targets.wasm.link import Linked, linked
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
-from .facts import Facts, facts_of
+from .facts import Facts
 from .kernels import loaded
 
 if TYPE_CHECKING:
+    from mechc.compiler.program.model import Program
     from mechc.model import CompiledModel
     from mechc.requests.parse_values import Given
+
+    from .run_facts import RunFacts
 
 HERE = Path(__file__).parent
 MARK = "<!-- a page of mechc -->"
@@ -44,55 +47,65 @@ def page(
 
     Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve.
     """
+    from .run_facts import facts_of  # it brings NumPy
+
+    refuse_curve(model)
+    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
+    return page_of(facts, recorded=recorded)
+
+
+def refuse_curve(model: CompiledModel) -> None:
+    """Refuse what does not move. Raises UsageMistake."""
     if model.compilation.equations.curve is not None:
         raise UsageMistake(
             f"'{model.name}' is a curve and does not move: a page shows motions",
             "'mechc run' with --plot curve.png draws it",
         )
-    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
-    return page_of(facts, recorded=recorded)
 
 
-def page_of(facts: Facts, *, recorded: bool = False) -> str:
+def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     """Return the text of the page of a model that was run. Raises what ``page`` raises."""
+    info = facts.told(recorded=recorded)
     if recorded:
-        parts = {"rows": _packed(_rows(facts))}
-    else:
-        from mechc.compiler.pipeline import program_with
-        from mechc.compiler.targets.wasm.link import linked
+        return joined(facts, info, {"rows": _packed(facts.rows())})
+    from mechc.exporting import with_own_sizes
 
-        compilation = facts.model.compilation
-        program = program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
-        program = with_own_sizes(program, facts.solution)
-        name = facts.experiment.name if facts.experiment else None
-        parts = {"wasm": _packed(linked(program, loaded(facts.kernel), name).module)}
-    return _joined(facts, facts.info(recorded=recorded), parts)
+    program = with_own_sizes(program_of(facts), facts.solution)
+    return joined(facts, info, {"wasm": _packed(module_of(facts, program).module)})
 
 
-def _rows(facts: Facts) -> bytes:
-    """Return times, states, outputs and numbers of the picture, one block after another, in single precision."""
-    return b"".join(np.asarray(block, dtype="<f4").tobytes() for block in facts.recorded())
+def program_of(facts: Facts) -> Program:
+    """Return the program of a model with what its method works on."""
+    compilation = facts.model.compilation
+    return program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
+
+
+def module_of(facts: Facts, program: Program) -> Linked:
+    """Return the module that a page runs."""
+    name = facts.experiment.name if facts.experiment else None
+    return linked(program, loaded(facts.kernel), name)
 
 
 def _packed(data: bytes) -> str:
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
-def _joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
+def joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
+    """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
-    code = "\n".join(_text(name) for name in ("links.js", "plot.js", *PARTS[size], "page.js"))
+    code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "page.js"))
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
-        "ENGINE": _text("engine.js"),
-        "CODE": f"{_text('engine.js')}\n{code}",
-        "INFO": _json(info),
+        "ENGINE": page_text("engine.js"),
+        "CODE": f"{page_text('engine.js')}\n{code}",
+        "INFO": as_json(info),
         "PARTS": json.dumps(parts),
     }
-    return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], _text("page.html"))
+    return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], page_text("page.html"))
 
 
-def _text(name: str) -> str:
+def page_text(name: str) -> str:
     """Return a file of the page without its comments and indentation: they are for those who read it here."""
     text = (HERE / name).read_text(encoding="utf-8")
     if name.endswith(".js"):
@@ -101,7 +114,7 @@ def _text(name: str) -> str:
     return text
 
 
-def _json(info: dict[str, object]) -> str:
+def as_json(info: dict[str, object]) -> str:
     """Return data as the text of a script: nothing in it ends the script, and what is no number is null."""
     text = json.dumps(_finite(info), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c")
@@ -112,6 +125,6 @@ def _finite(value: object) -> object:
         return {name: _finite(x) for name, x in value.items()}
     if isinstance(value, list | tuple):
         return [_finite(x) for x in value]
-    if isinstance(value, float) and not np.isfinite(value):
+    if isinstance(value, float) and not math.isfinite(value):
         return None
     return value

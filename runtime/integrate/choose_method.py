@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Collection
 
 from msgspec import Struct
 
-from mechc.suggest import suggest
-
 from ..case import Case
 from ..memo import once
+from ..methods import NEEDS, unknown_method
 from ..native import contract
 from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import SimulationError
 from ..problem import Problem
-
-NEEDS = {
-    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
-    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
-    Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
-    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
-}
-"""What is said where none of the reasons in ``_obstacles`` is met."""
 
 EXPLICIT = "dop853"
 """What ``auto`` begins with, and stays with where the model has no Jacobian."""
@@ -66,7 +56,7 @@ def check_name(wanted: str) -> None:
     """Raise SimulationError where no method for compiled models has this name."""
     known = native.kernel_methods(native.load_kernel())
     if wanted not in known:
-        raise _unknown(wanted, known)
+        raise unknown_method(wanted, known)
 
 
 def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_series: str) -> Method:
@@ -75,7 +65,7 @@ def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_serie
     kernel = native.kernel_for(model, reproducible, wanted)
     index = int(kernel.mech_method_index(wanted.encode()))
     if index < 0:
-        raise _unknown(wanted, native.kernel_methods(kernel))
+        raise unknown_method(wanted, native.kernel_methods(kernel))
     lacks = Status(kernel.mech_method_lacks(index, ctypes.addressof(model)))
     if lacks == Status.NEEDS_SERIES and no_series:
         raise SimulationError(
@@ -118,9 +108,3 @@ def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
     if lacks == Status.NEEDS_SEPARABLE and not obstacles:
         obstacles.append("accelerations that depend on velocities")
     return obstacles
-
-
-def _unknown(wanted: str, known: Collection[str]) -> SimulationError:
-    return SimulationError(
-        f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
-    )

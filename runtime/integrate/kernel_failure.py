@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, TypeVar, assert_never
+from typing import TYPE_CHECKING, Literal, TypeVar, assert_never
 
 from msgspec import Struct
 
-from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import (
     Failure,
@@ -24,6 +23,9 @@ from ..outcome import (
     velocities_jump,
 )
 from ..problem import Array, Hybrid, Origin, Problem, SwitchedRow
+
+if TYPE_CHECKING:
+    from ..native.kernel import ReportStruct
 
 MOST_ROWS = 512
 """That may be chosen among at an instant: MECH_MOST_ROWS of the kernel."""
@@ -58,7 +60,7 @@ class _Told(Struct, frozen=True):
     origin: Origin | None = None
 
 
-def kernel_failure(problem: Problem, status: Status, report: native.ReportStruct, y: Array) -> Failure | None:
+def kernel_failure(problem: Problem, status: Status, report: ReportStruct, y: Array) -> Failure | None:
     """Give the failure that ended a run of the kernel in state y [ny]; None where the status is that of no failure."""
     match status:
         case (
@@ -90,7 +92,7 @@ def kernel_failure(problem: Problem, status: Status, report: native.ReportStruct
             return _at_event(problem, status, report, y)
 
 
-def _at_event(problem: Problem, status: _AtEvent, report: native.ReportStruct, y: Array) -> Failure:
+def _at_event(problem: Problem, status: _AtEvent, report: ReportStruct, y: Array) -> Failure:
     hybrid = problem.hybrid
     assert hybrid is not None
     at = time_text(problem, report.t)
@@ -109,7 +111,7 @@ def _at_event(problem: Problem, status: _AtEvent, report: native.ReportStruct, y
     return Failure(told.kind, report.t, told.name, told.message, told.origin, state_at(problem, y))
 
 
-def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportStruct, at: str) -> _Told:
+def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, at: str) -> _Told:
     """Tell what is wrong with branches of ``when`` and with switches."""
     k = report.failed_index
     branch = _entry(hybrid.branches, k)
@@ -169,7 +171,7 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportS
             assert_never(status)
 
 
-def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: str) -> _Told:
+def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> _Told:
     """Tell what is wrong with contacts, friction and constraints that switch."""
     row, size = _entry(hybrid.rows, report.failed_index), report.failed_value
     name, origin = (row.name, row.origin) if row is not None else ("", None)

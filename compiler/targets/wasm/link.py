@@ -65,7 +65,7 @@ class Kernel:
 
 
 class Linked:
-    """The module, and what tests ask of it: entries of the table of functions by the names of the model's."""
+    """The module, and entries of the table of functions by the names of the model's that are in it."""
 
     def __init__(self, module: bytes, entries: dict[str, int]) -> None:
         self.module = module
@@ -106,4 +106,5 @@ def linked(program: Program, kernel: Kernel, experiment: str | None = None, *, e
     # the count of data stands before the code
     order = sorted(parts, key=lambda part: b.ELEMENT + 0.5 if part == b.DATA_COUNT else part)
     module = b.MAGIC + b"".join(b.section(part, parts[part]) for part in order)
-    return Linked(module, {name: place.pointer(name) for name in place.by_name} if every else {})
+    own = {name: place.table + place.listed[k] for name, k in place.by_name.items() if k in place.listed}
+    return Linked(module, own)

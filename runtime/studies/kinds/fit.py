@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
-from ...case import DEFAULT_TOLERANCE, prepare
+from ...case import prepare
 from ...fitting.driven import (
     DRAWS,
     FEW_DRAWS,
@@ -35,6 +35,7 @@ from ...fitting.remarks import endless_of, remarks_of
 from ...fitting.residuals import Computed, Motions, Unknown, options_of
 from ...fitting.search import Found, Search
 from ...functions import load_functions
+from ...limits_of_time import DEFAULT_TOLERANCE
 from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution

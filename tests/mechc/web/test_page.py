@@ -14,8 +14,8 @@ from browsers import Opened, needs_browser, off, running_browser, waited
 import mechc
 from mechc.cli.main import run
 from mechc.requests.parse_values import UsageMistake
-from mechc.web.facts import facts_of
 from mechc.web.page import page
+from mechc.web.run_facts import facts_of
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -118,7 +118,7 @@ def test_settings_keep_the_units_of_the_text(display: str, units: dict[str, str]
     facts = facts_of(
         mechc.loads(CRANK.replace("{display}", display), keep={"scene"}), {}, None, {"method": "dop853"}
     )
-    told: Any = facts.info(recorded=True)
+    told: Any = facts.told(recorded=True)
     sliders = {q["name"]: q for q in (*told["parameters"], *told["inputs"])}
     assert {name: sliders[name]["shown"] for name in units} == units
     assert sliders["l"]["factor"] == 0.01 and sliders["l"]["value"] == 0.8
