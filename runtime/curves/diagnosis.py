@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..numerics.rank import POSITIONS, rank
 from ..problem import Array
 from .bent import bent, spans
 from .discrete import Discrete
@@ -43,7 +44,7 @@ def contradiction(posed: Posed) -> str:
             if scale == 0 or np.isnan(values[k]):
                 continue
             more = np.vstack([ends, rows[k : k + 1] / scale])
-            if np.linalg.matrix_rank(more, tol=DEPENDENT * np.abs(more).max()) > len(_rank_of(ends)):
+            if rank(more, POSITIONS) > rank(ends, POSITIONS):
                 continue
             off = float(values[k]) / (scale * size)
             if off < -MISSED or (abs(off) > MISSED and not row.bound):
@@ -96,8 +97,7 @@ def _rank_of(rows: Array) -> list[int]:
     """Return the rows that those before them do not give."""
     kept: list[int] = []
     for k in range(len(rows)):
-        some = rows[[*kept, k]]
-        if np.linalg.matrix_rank(some, tol=DEPENDENT * (np.abs(some).max() + 1e-300)) > len(kept):
+        if rank(rows[[*kept, k]], POSITIONS) > len(kept):
             kept.append(k)
     return kept
 

@@ -9,10 +9,11 @@ import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import scipy.optimize
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ..numerics.rank import NEWTON, POSITIONS, decomposed, solve
+from ..numerics.roots import root
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import moving, rest, spread
@@ -115,7 +116,7 @@ class Tracer:
             left = np.append(values, normal @ (x - origin))
             if not (np.isfinite(whole).all() and np.isfinite(left).all()):
                 return None
-            step = np.linalg.lstsq(whole, -left, rcond=1e-13)[0]
+            step = solve(whole, -left, NEWTON)
             size = float(np.linalg.norm(step))
             if size > 0.5:
                 return None
@@ -129,9 +130,8 @@ class Tracer:
     def tangent(self, x: Array, before: Array | None) -> tuple[Array, int]:
         """Return the direction of the branch, along the one before, and how many directions there are."""
         _, matrix = self._system(x)
-        _, values, right = np.linalg.svd(matrix)
-        rank = int((values > 1e-9 * max(float(values[0]) if values.size else 0.0, 1e-300)).sum())
-        null = right[rank:]
+        found = decomposed(matrix)
+        null, right = found.null_space(POSITIONS).T, found.right
         if before is not None and len(null) > 1:
             along = null.T @ (null @ before)
             length = float(np.linalg.norm(along))
@@ -267,8 +267,8 @@ class Tracer:
             return x, test(self.point(x, self.tangent(x, normal)[0]))
 
         try:
-            s = scipy.optimize.brentq(lambda s: on(s)[1], 0.0, length, xtol=1e-15, rtol=1e-14)
-            return Special(kind, on(float(s))[0], True)
+            s = root(lambda s: on(s)[1], 0.0, length, 1e-15)
+            return Special(kind, on(s)[0], True)
         except (_Lost, ValueError):
             share = abs(test(a)) / (abs(test(a)) + abs(test(b)))
             return Special(kind, a.x + share * chord, False)
@@ -276,8 +276,7 @@ class Tracer:
     def beside(self, special: Special) -> list[Array]:
         """Return points of the other branch through a fork."""
         _, matrix = self._system(special.x)
-        _, _, right = np.linalg.svd(matrix)
-        null = right[-2:]
+        null = decomposed(matrix).right[-2:]
         found = []
         for angle in np.linspace(0, np.pi, 12, endpoint=False):
             direction = np.cos(angle) * null[0] + np.sin(angle) * null[1]

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics import rank
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
@@ -24,8 +25,6 @@ LONGEST = 0.3
 """Of a step, in radians or in the size of the coordinates."""
 NEAR = 1e-8
 """A state whose Newton step is shorter than this counts as the equilibrium beside it."""
-CUT = 1e-11
-"""Singular values below this share of the largest one are directions in which nothing pushes."""
 UNRESOLVED = 1e-7
 """Of the forces that a displacement of the size of the coordinates makes: what remains counts as none."""
 SMALL = 1e-3
@@ -164,11 +163,11 @@ def newton(here: Rest) -> Newton:
     if not np.isfinite(scaled).all():
         nothing = np.full(rows.shape[1], np.nan)
         return Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
-    basis, values, right = np.linalg.svd(scaled, full_matrices=True)
-    kept = int((values > CUT * max(float(values.max(initial=0.0)), 1e-300)).sum())
-    inverse = (right[:kept].T / values[:kept]) @ basis[:, :kept].T / sizes
-    condition = float(values[0] / values[kept - 1]) if kept else 1.0
-    return Newton(inverse @ wanted, inverse, condition, right[kept:].T)
+    found = rank.decomposed(scaled)
+    kept = found.rank(rank.NEWTON)
+    inverse = found.inverse(rank.NEWTON) / sizes
+    condition = float(found.values[0] / found.values[kept - 1]) if kept else 1.0
+    return Newton(inverse @ wanted, inverse, condition, found.null_space(rank.NEWTON))
 
 
 def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equilibrium | None:
@@ -301,12 +300,12 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
         away = float(np.linalg.eigvals(slopes).real.max(initial=0.0)) if np.isfinite(slopes).all() else 0.0
         if away > 0:  # downhill from a top: longer steps would be Newton's, which lead back to it
             tau = min(tau, 0.5 / away)
-        shortest = np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
+        shortest = rank.solve(np.eye(m + k) / tau - slopes, pull)
         if not np.isfinite(shortest).all():
             break
         step = basis @ shortest
         if len(here.phi):
-            step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]
+            step -= rank.solve(here.phi_slopes, here.phi, rank.NEWTON)
         length = float(np.abs(step / sizes_of(site, y, moved)).max(initial=0.0))
         if not np.isfinite(length):
             break

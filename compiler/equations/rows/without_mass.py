@@ -448,6 +448,8 @@ class _Work:
         """
         import numpy as np
 
+        from mechc.runtime.numerics.rank import solve
+
         graph = self.graph
         entries = jacobian(graph, rows, rates)
         if not any(entries):
@@ -465,7 +467,7 @@ class _Work:
         still = substitute(graph, rows, dict.fromkeys(rates, graph.zero))
         basis = wide[kept].T if kept else np.zeros((wide.shape[1], 0))
         for i in others:
-            shares = np.linalg.lstsq(basis, wide[i], rcond=None)[0] if kept else np.zeros(0)
+            shares = solve(basis, wide[i]) if kept else np.zeros(0)
             total, whole, among = still[i], rows[i], [i]
             for j, share in zip(kept, shares, strict=True):
                 if abs(share) <= VANISHING:

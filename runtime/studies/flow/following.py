@@ -13,7 +13,6 @@ from collections import Counter
 from collections.abc import Callable
 
 import numpy as np
-import scipy.linalg
 import scipy.optimize
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,6 +20,8 @@ from msgspec.structs import replace
 from ...case import inputs_at
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
+from ...numerics.rank import MOTIONS, null_space
+from ...numerics.roots import root
 from ...outcome import SimulationError
 from ...problem import Array
 from ...tangent.coordinates import minimal
@@ -122,7 +123,7 @@ class Follower:
         vectors = [v / np.linalg.norm(v) for v in vectors if np.linalg.norm(v) > 0]
         if not vectors:
             return found
-        left = scipy.linalg.null_space(np.array(vectors))
+        left = null_space(np.array(vectors), MOTIONS)
         error = np.abs(left.T) @ found.error @ np.abs(left)
         return replace(found, matrix=left.T @ found.matrix @ left, error=error)
 
@@ -238,7 +239,7 @@ class Follower:
             return test(self.at(value, *_guess(a, b, value)))[0]
 
         try:
-            return float(scipy.optimize.brentq(on, a.value, b.value, xtol=LOCATED * self.span, rtol=1e-14))
+            return root(on, a.value, b.value, LOCATED * self.span)
         except (SimulationError, ValueError):
             one, two = abs(test(a)[0]), abs(test(b)[0])
             return a.value + (b.value - a.value) * one / (one + two)

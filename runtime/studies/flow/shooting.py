@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case, inputs_at
+from ...numerics import rank
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...tangent.coordinates import basis, minimal
@@ -24,8 +25,6 @@ GROWTH = 1e3
 MOST_PIECES = 64
 CLOSED = 1e-8
 """Residual, in nominal sizes, below which an orbit counts as closed, if rounding allows no better."""
-UNDECIDED = 1e-6
-"""Relative singular value of directions in which nothing is decided."""
 MOST_ROUNDS = 64
 """Of an orbit within the period that was found; more of them are found one factor after the other."""
 PROJECTIONS = 6
@@ -208,7 +207,7 @@ class Shooter:
             row = np.zeros((1, matrix.shape[1]))
             row[0, : widths[0]] = slope
             matrix, wanted = np.vstack([matrix, row]), np.append(wanted, missing)
-        solution = np.linalg.lstsq(matrix, wanted, rcond=UNDECIDED)[0]
+        solution = rank.solve(matrix, wanted, rank.MOTIONS)
         steps = []
         for k in range(count):
             whole = np.zeros(linear.size)

@@ -14,6 +14,7 @@ from ...local.equilibrium import EPSILON, check_autonomous
 from ...local.operating_point import site_of
 from ...local.search import box_of, spread_evenly
 from ...local.zeros import Complex, poles
+from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...settings import Place
@@ -154,7 +155,7 @@ class SteadySearch:
         slopes = self._slopes(y)[:, rates]
         change = self.p0 - self._phase(y)[self.momenta][self.cyclic]
         if np.isfinite(slopes).all() and np.isfinite(change).all():
-            y[rates] += np.linalg.lstsq(slopes, change, rcond=None)[0]
+            y[rates] += solve(slopes, change)
 
     def _newton(self, y: Array) -> Motion | None:
         y = y.copy()
@@ -168,7 +169,7 @@ class SteadySearch:
             if not (np.isfinite(left).all() and np.isfinite(chosen).all()):
                 return None
             scaled = chosen * sizes
-            step = -np.linalg.lstsq(scaled, left, rcond=1e-12)[0]
+            step = -solve(scaled, left, NEWTON)
             length = float(np.abs(step).max(initial=0.0))
             limit = np.maximum(1.0, np.abs(y[self.unknown]) / sizes) * LONGEST
             y[self.unknown] += (
@@ -188,11 +189,12 @@ class SteadySearch:
         scale = np.abs(slopes) @ np.maximum(np.abs(y[: 2 * self.nq]), 1e-3 * self.sizes)
         if (np.abs(left) > 1e-7 * scale + 1e-300).any():
             return None  # the least squares have a minimum here, the equations no zero
-        inverse = np.linalg.pinv(slopes[:, self.unknown])
-        if np.linalg.cond(slopes[:, self.unknown] * self.sizes[self.unknown]) > 1e12:
+        if condition(slopes[:, self.unknown] * self.sizes[self.unknown]) > 1 / POSITIONS:
             errors = np.full(len(self.unknown), np.nan)  # not isolated
         else:
-            errors = np.abs(inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * np.abs(y[self.unknown])
+            errors = np.abs(inverse(slopes[:, self.unknown])) @ (
+                np.abs(left) + EPSILON * scale
+            ) + EPSILON * np.abs(y[self.unknown])
         values, stable = self._stability(y)
         return Motion(y, dict(zip(self.unknown.tolist(), errors.tolist(), strict=True)), values, stable)
 
