@@ -123,7 +123,7 @@ class Tracer:
             return (found, size) if size <= FAR else None
 
         solved = newton(origin, step, added, most=CORRECTIONS, close=1e-15, resting=1e-10)
-        if solved.why == "undefined":
+        if solved.why in ("undefined", "singular"):
             return None
         values, _ = self._system(solved.at)
         return solved.at if np.abs(values).max(initial=0.0) < 1e-9 else None

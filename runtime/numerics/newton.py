@@ -36,7 +36,7 @@ class Solved(Struct, Generic[X, D], frozen=True, eq=False):
 
 def newton(
     at: X,
-    step: Callable[[X], tuple[D, float] | None],
+    step: Callable[[X], tuple[D, float] | str | None],
     moved: Callable[[X, D, float], X | None],
     *,
     most: int,
@@ -47,15 +47,17 @@ def newton(
 ) -> Solved[X, D]:
     """Take steps until one is ``close`` to nothing, or ``resting``: shorter than that, and no shorter than a quarter of the last.
 
-    ``step`` gives the whole step and its size, measured by that of the unknowns, None where there is none; ``moved`` the place
+    ``step`` gives the whole step and its size, measured by that of the unknowns, None or why where there is none; ``moved`` the place
     after a share of it, None where nothing is defined. A step longer than ``longest`` is cut to that. What is not ``accepted``
     (from where, the step, to where, its share) is halved; the next step begins with twice the share.
     """
     size, trusted, best = np.inf, 1.0, None
     for count in range(1, most + 1):
         found = step(at)
-        if found is None or not np.isfinite(found[1]):
-            return Solved(at, size, count - 1, "undefined")
+        if found is None or isinstance(found, str):
+            return Solved(at, size, count - 1, found or "undefined")
+        if not np.isfinite(found[1]):
+            return Solved(at, size, count - 1, "singular")
         last, (whole, size) = size, found
         if best is None or size < best.size:
             best = Solved(at, size, count, "", whole)

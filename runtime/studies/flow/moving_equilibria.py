@@ -16,7 +16,8 @@ from scipy.linalg import expm
 from ...local.operating_point import Site
 from ...local.search import box_of
 from ...local.zeros import Complex, poles
-from ...numerics.rank import NEWTON, POSITIONS, null_space, solve
+from ...numerics.newton import added, newton
+from ...numerics.rank import EPSILON, NEWTON, POSITIONS, null_space, solve
 from ...outcome import SimulationError
 from ...problem import Array
 from .moves import moves_of
@@ -248,21 +249,17 @@ class Carried:
         """Whether the energy has a strict minimum there over the states on the constraints with the same momenta, by differences."""
         wanted, m, h = self.momenta_of(y), ways.shape[1], APART
 
+        def onto(z: Array) -> tuple[Array, float]:
+            found, constant, n = self.site.derivatives(z), self._constant(), 2 * self.n
+            left = np.r_[*self.site.constraints(z), (self.momenta_of(z) - wanted)[constant]]
+            rows = np.vstack([found.position[:, :n], found.rate[:, :n], self.momenta_slopes(z)[constant]])
+            step = -solve(rows, left, NEWTON)
+            return np.r_[step, np.zeros(len(z) - n)], float(np.abs(step).max())
+
         def energy(way: Array) -> float:
             z = y.copy()
             z[: 2 * self.n] += way
-            for _ in range(6):
-                found, constant = self.site.derivatives(z), self._constant()
-                left = np.r_[*self.site.constraints(z), (self.momenta_of(z) - wanted)[constant]]
-                rows = np.vstack(
-                    [
-                        found.position[:, : 2 * self.n],
-                        found.rate[:, : 2 * self.n],
-                        self.momenta_slopes(z)[constant],
-                    ]
-                )
-                z[: 2 * self.n] -= solve(rows, left, NEWTON)
-            return float(self._phase(z)[self._energy])
+            return float(self._phase(newton(z, onto, added, most=6, close=EPSILON).at)[self._energy])
 
         hessian = np.zeros((m, m))
         try:

@@ -15,7 +15,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from ...local.equilibrium import moving
 from ...local.operating_point import Site
 from ...local.search import Box, box_of
-from ...numerics.rank import NEWTON, POSITIONS, null_space, solve
+from ...numerics.newton import added, newton
+from ...numerics.rank import EPSILON, NEWTON, POSITIONS, null_space, solve
 from ...numerics.roots import root
 from ...outcome import SimulationError
 from ...problem import Array
@@ -146,20 +147,17 @@ class Tied:
 
     def _corrected(self, d: Array, held: int | None = None) -> Array:
         """Put displacements onto the constraints, by the shortest way or with one of them held."""
-        d = d.copy()
-        for _ in range(CORRECTIONS):
+
+        def step(d: Array) -> tuple[Array, float] | None:
             y = self._placed(d)
             left = self.site.constraints(y)[0]
-            if not len(left):
-                return d
             rows = self.site.derivatives(y).position[:, self.moved] * self.sizes
             if held is not None:
                 rows[:, held] = 0.0
-            step = solve(rows, -left, NEWTON)
-            d += self.sizes * step
-            if float(np.abs(step).max()) < 4e-16:
-                break
-        return d
+            found = solve(rows, -left, NEWTON)
+            return self.sizes * found, float(np.abs(found).max())
+
+        return newton(d, step, added, most=CORRECTIONS, close=EPSILON).at
 
     def _orientation(self, y: Array, along: Array) -> float:
         """Return a sign that changes where positions branch: of the determinant of constraints and direction; 0 where

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...local.equilibrium import EPSILON, check_autonomous
 from ...local.operating_point import site_of
 from ...local.search import spread_evenly
+from ...numerics.newton import added, newton
 from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, rank, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
@@ -152,26 +153,24 @@ class CarriedSearch(Carried):
         """Return a guess moved onto the constraints of positions, as far as a few steps get."""
         if not self.site.problem.constraints:
             return x
-        x = x.copy()
-        for _ in range(8):
+
+        def step(x: Array) -> tuple[Array, float] | None:
             y = self.site.y.copy()
             y[: self.n], y[self.n : 2 * self.n] = x[: self.n], 0.0
             try:
                 slopes = self.site.derivatives(y).position[:, : self.n]
             except SimulationError:
-                return x
+                return None
             left = self.site.constraints(y)[0]
             if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
-                return x
-            step = solve(slopes * self.lengths, -left, NEWTON)
-            x[: self.n] += (
-                self.lengths * step * min(1.0, 1.0 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
-            )
-        return x
+                return None
+            sized = solve(slopes * self.lengths, -left, NEWTON)
+            return np.r_[self.lengths * sized, np.zeros(self.k)], float(np.abs(sized).max(initial=0.0))
+
+        return newton(x, step, added, most=8, close=NEAR, longest=1.0).at
 
     def _newton(self, x: Array) -> Array | None:
-        x = x.copy()
-        for _ in range(ITERATIONS):
+        def step(x: Array) -> tuple[Array, float] | None:
             try:
                 left, slopes = self.rows(x, self.held)
             except (SimulationError, np.linalg.LinAlgError):  # a derivative is undefined there
@@ -179,13 +178,11 @@ class CarriedSearch(Carried):
             if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
                 return None
             scaled, norms = self.scaled(slopes)
-            step = -solve(scaled, left / norms, NEWTON)
-            length = float(np.abs(step).max(initial=0.0))
-            limit = np.maximum(1.0, np.abs(x) / self.sizes) * LONGEST
-            x += self.sizes * step * min(1.0, float((limit / np.maximum(np.abs(step), 1e-300)).min()))
-            if length < NEAR:
-                return x
-        return None
+            found = -self.sizes * solve(scaled, left / norms, NEWTON)
+            return found, float((np.abs(found) / np.maximum(self.sizes, np.abs(x))).max(initial=0.0))
+
+        solved = newton(x, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
+        return solved.at if solved.converged else None
 
     def _told(self, x: Array) -> Motion | None:
         x = self.nearest(x)

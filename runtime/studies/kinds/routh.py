@@ -14,6 +14,7 @@ from ...local.equilibrium import EPSILON, check_autonomous
 from ...local.operating_point import site_of
 from ...local.search import box_of, spread_evenly
 from ...local.zeros import Complex, poles
+from ...numerics.newton import added, newton
 from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
@@ -158,9 +159,10 @@ class SteadySearch:
             y[rates] += solve(slopes, change)
 
     def _newton(self, y: Array) -> Motion | None:
-        y = y.copy()
+        """Return the steady motion that Newton's method leads to."""
         sizes = self.sizes[self.unknown]
-        for _ in range(ITERATIONS):
+
+        def step(y: Array) -> tuple[Array, float] | None:
             try:
                 left, slopes = self.equations(y)
             except SimulationError:  # a derivative is undefined there
@@ -168,16 +170,13 @@ class SteadySearch:
             chosen = slopes[:, self.unknown]
             if not (np.isfinite(left).all() and np.isfinite(chosen).all()):
                 return None
-            scaled = chosen * sizes
-            step = -solve(scaled, left, NEWTON)
-            length = float(np.abs(step).max(initial=0.0))
-            limit = np.maximum(1.0, np.abs(y[self.unknown]) / sizes) * LONGEST
-            y[self.unknown] += (
-                sizes * step * min(1.0, float((limit / np.maximum(np.abs(step), 1e-300)).min()))
-            )
-            if length < NEAR:
-                return self._told(y)
-        return None
+            found = np.zeros_like(y)
+            found[self.unknown] = -sizes * solve(chosen * sizes, left, NEWTON)
+            sized = np.abs(found[self.unknown]) / np.maximum(sizes, np.abs(y[self.unknown]))
+            return found, float(sized.max(initial=0.0))
+
+        solved = newton(y, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
+        return self._told(solved.at) if solved.converged else None
 
     def _told(self, y: Array) -> Motion | None:
         turns = [k for k in self.unknown if self.periodic[k]]
