@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..numerics.rank import POSITIONS, rank
-from ..problem import Array
+from ..numerics.rank import POSITIONS, independent_rows, rank
 from .bent import bent, spans
 from .discrete import Discrete
 from .first import value_of
@@ -18,7 +17,6 @@ from .starts import Source, beginning, ends_given, evaluate, gauge, undefined, w
 from .unknowns import Unknowns
 
 ELEMENTS, DEGREE = 6, 6
-DEPENDENT = 1e-9
 MISSED = 1e-6
 """Of the size of its terms by which a condition that is met may be off."""
 STEPS, DOUBLINGS = 40, 30
@@ -93,15 +91,6 @@ def begun(posed: Posed, source: Source, count: int) -> tuple[Discrete, Unknowns]
     return discrete, beginning(discrete, posed, source)[0]
 
 
-def _rank_of(rows: Array) -> list[int]:
-    """Return the rows that those before them do not give."""
-    kept: list[int] = []
-    for k in range(len(rows)):
-        if rank(rows[[*kept, k]], POSITIONS) > len(kept):
-            kept.append(k)
-    return kept
-
-
 def _dependent(discrete: Discrete, first: Unknowns) -> str:
     """Say which conditions at ends are no further conditions."""
     rows = discrete.curve.wholes
@@ -114,7 +103,7 @@ def _dependent(discrete: Discrete, first: Unknowns) -> str:
     which = [k for k, row in enumerate(rows) if row.kind in ("initial", "final")]
     table = by_numbers[1:][which]
     table = table / (np.abs(table).max(axis=1, keepdims=True) + 1e-300)
-    kept = _rank_of(table)
+    kept = independent_rows(table, POSITIONS)
     extra = [rows[which[k]].name for k in range(len(which)) if k not in kept]
     if not extra:
         return ""

@@ -31,7 +31,7 @@ class Reached(Struct, Generic[P], frozen=True, eq=False):
 
 def follow(
     points: Sequence[P],
-    advance: Callable[[Sequence[P], float], Reached[P] | None],
+    advance: Callable[[list[P], float], Reached[P] | None],
     *,
     first: float = FIRST,
     shortest: float = SHORTEST,

@@ -40,14 +40,14 @@ class Decomposed(Struct, frozen=True, eq=False):
 
     def null_space(self, relative: float, size: float = 1e-300) -> Array:
         """Return an orthonormal basis [n, n - rank] of what the matrix sends to zero."""
-        found: Array = self.right[self.rank(relative, size) :].T
-        return found
+        return self.right[self.rank(relative, size) :].T
 
     def inverse(self, relative: float) -> Array:
         """Return the inverse, with the directions that count as zero left out (Moore and Penrose)."""
         kept = self.rank(relative)
-        found: Array = (self.right[:kept].T / self.values[:kept]) @ self.left[:, :kept].T
-        return found
+        return np.asarray(
+            (self.right[:kept].T / self.values[:kept]) @ self.left[:, :kept].T, dtype=np.float64
+        )
 
 
 def decomposed(matrix: Array) -> Decomposed:
@@ -62,8 +62,7 @@ def decomposed_columns(matrix: Array) -> Decomposed:
 
 
 def singular_values(matrix: Array) -> Array:
-    found: Array = np.linalg.svd(matrix, compute_uv=False)
-    return found
+    return np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64)
 
 
 def rank(matrix: Array, relative: float, size: float = 1e-300) -> int:
@@ -84,13 +83,29 @@ def null_space(matrix: Array, relative: float, size: float = 1e-300) -> Array:
 
 def solve(matrix: Array, wanted: Array, relative: float | None = None) -> Array:
     """Return the shortest of all x [n] or [n, k] that leave the least of ``matrix`` x - ``wanted``."""
-    found: Array = np.linalg.lstsq(matrix, wanted, rcond=relative)[0]
-    return found
+    return np.asarray(np.linalg.lstsq(matrix, wanted, rcond=relative)[0], dtype=np.float64)
 
 
 def inverse(matrix: Array, relative: float | None = None, *, symmetric: bool = False) -> Array:
     """Return the inverse, with the directions that count as zero left out (Moore and Penrose)."""
     if relative is None:
         relative = EPSILON * max(matrix.shape)
-    found: Array = np.linalg.pinv(matrix, relative, symmetric)
-    return found
+    return np.asarray(np.linalg.pinv(matrix, relative, symmetric), dtype=np.float64)
+
+
+def independent_rows(matrix: Array, relative: float, least: Array | float = 0.0) -> list[int]:
+    """Return the rows of which more than a ``relative`` part is no combination of rows before them (Gram and Schmidt, twice for
+    accuracy); those no larger than the ``least`` [n], or undefined, say nothing."""
+    basis: list[Array] = []
+    chosen: list[int] = []
+    sizes = np.linalg.norm(matrix, axis=1)
+    for i in np.flatnonzero((sizes > least) & np.isfinite(sizes)):
+        rest = matrix[i] / sizes[i]
+        for _ in range(2):
+            for b in basis:
+                rest = rest - (b @ rest) * b
+        length = float(np.linalg.norm(rest))
+        if length > relative:
+            basis.append(rest / length)
+            chosen.append(int(i))
+    return chosen

@@ -187,7 +187,7 @@ def _determined(case: Case, stage: int, free: Flags) -> bool:
     rows = _jacobian(case)[_rows(case, stage)][:, np.flatnonzero(free)]
     if not rows.shape[1]:
         return True
-    return rank(rows / _sizes(rows), POSITIONS) == rows.shape[1]
+    return bool(rank(rows / _sizes(rows), POSITIONS) == rows.shape[1])
 
 
 def _sizes(matrix: Array) -> Array:

@@ -448,7 +448,7 @@ class _Work:
         """
         import numpy as np
 
-        from mechc.runtime.numerics.rank import solve
+        from mechc.runtime.numerics.rank import independent_rows, solve
 
         graph = self.graph
         entries = jacobian(graph, rows, rates)
@@ -459,7 +459,7 @@ class _Work:
             return list(range(len(rows))), [], []
         scales = np.max([np.abs(d).max(axis=1) for d in matrices], axis=0)
         wide = np.hstack(matrices) / np.where(scales > 0, scales, 1.0)[:, None]
-        kept = _independent(wide)
+        kept = independent_rows(wide, VANISHING)
         if len(kept) == len(rows):
             return kept, [], []
         others = [i for i in range(len(rows)) if i not in kept]
@@ -661,24 +661,6 @@ def _listed(names: Sequence[str]) -> str:
     if len(names) > len(shown):
         return ", ".join(shown) + f" and {len(names) - len(shown)} more"
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
-
-
-def _independent(matrix: Array) -> list[int]:
-    """Return rows that are no combination of earlier ones."""
-    import numpy as np
-
-    basis: list[Array] = []
-    kept = []
-    for i, row in enumerate(matrix):
-        rest = row
-        for _ in range(2):
-            for b in basis:
-                rest = rest - (b @ rest) * b
-        size = float(np.linalg.norm(rest))
-        if size > VANISHING * max(float(np.linalg.norm(row)), VANISHING):
-            basis.append(rest / size)
-            kept.append(i)
-    return kept
 
 
 def _pivots(matrix: Array, preferred: Sequence[bool]) -> list[int]:
