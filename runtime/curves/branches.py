@@ -10,6 +10,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics.continuation import GROWTH, LONGEST, Reached, follow, located
+from ..numerics.newton import newton
 from ..problem import Array
 from .bent import spans
 from .discrete import Discrete
@@ -20,8 +22,6 @@ from .search import DEGREE, FINER, Answer, answer_of, marked_elements
 from .starts import evaluate, transferred
 from .unknowns import Unknowns
 
-FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-5
-"""Steps along a branch, in sizes of the curve and of the range of the parameter."""
 MOST_POINTS = 400
 MOST_CORRECTIONS = 8
 QUICK = 3
@@ -29,11 +29,19 @@ CLOSE = 1e-11
 NUDGE = 1e-5
 """Of the range by which the parameter is moved for a derivative."""
 LOCATED = 1e-12
-MOST_SPLITS = 60
+"""Of a step along the branch, as a length of it."""
 SPLIT, ROUNDING = 1e-9, 1e-14
 LOOSE = 1e-8
 """Of the size of the curve: where the polynomials of a branch's elements end beyond that, elements are halved."""
 MOST_ELEMENTS = 200
+
+
+class _Place(Struct, frozen=True, eq=False):
+    unknowns: Unknowns
+    share: float
+
+    def moved(self, step: _Place, part: float) -> _Place:
+        return _Place(self.unknowns.moved(step.unknowns, part), self.share + part * step.share)
 
 
 class Point(Struct, eq=False):
@@ -137,65 +145,58 @@ class Tracer:
     def _stepped(self, p: Point, length: float) -> tuple[Point, int] | None:
         """Return the point of the branch at a distance, and the corrections that it took; None where there is none."""
         size = self._sizes(p.discrete, p.unknowns)
-        at, share = p.unknowns.moved(p.tangent, length), p.share + length * p.rate
-        by_share: tuple[Array, Array] | None = None
-        for corrections in range(1, MOST_CORRECTIONS + 1):
-            discrete = self.discrete(p.discrete, share, p.share)
-            blocks = discrete.blocks(at)
+
+        def step(at: _Place) -> tuple[_Place, float] | None:
+            discrete = self.discrete(p.discrete, at.share, p.share)
+            blocks = discrete.blocks(at.unknowns)
             if not is_finite(blocks):
                 return None
             try:
                 factors = Factors(discrete, blocks)
             except (np.linalg.LinAlgError, RuntimeError):
                 return None
-            by_share = self._by_share(discrete, at, share)
             one = factors.step(blocks)
-            blocks.local_residual, blocks.whole_residual = by_share
+            blocks.local_residual, blocks.whole_residual = self._by_share(discrete, at.unknowns, at.share)
             two = factors.step(blocks)
-            apart = Unknowns(
-                at.border - p.unknowns.border, at.inside - p.unknowns.inside, at.whole - p.unknowns.whole
-            )
-            off = _product(p.tangent, apart, size) + p.rate * (share - p.share) - length
+            apart = at.unknowns.moved(p.unknowns, -1.0)
+            off = _product(p.tangent, apart, size) + p.rate * (at.share - p.share) - length
             divisor = _product(p.tangent, two, size) + p.rate
             move = -(off + _product(p.tangent, one, size)) / divisor if divisor else np.nan
-            step = one.moved(two, move)
-            far = float(np.sqrt(_product(step, step, size) + move**2))
-            if not np.isfinite(far) or far > 10 * max(length, LONGEST):
-                return None
-            at, share = at.moved(step), share + move
-            if far < CLOSE:
-                found = self._oriented(self.discrete(p.discrete, share, p.share), at, share, p)
-                return found, corrections
-        return None
+            whole = one.moved(two, move)
+            far = float(np.sqrt(_product(whole, whole, size) + move**2))
+            return (_Place(whole, move), far) if far <= 10 * max(length, LONGEST) else None
+
+        ahead = _Place(p.unknowns, p.share).moved(_Place(p.tangent, p.rate), length)
+        solved = newton(ahead, step, _Place.moved, most=MOST_CORRECTIONS, close=CLOSE)
+        if not solved.converged:
+            return None
+        discrete = self.discrete(p.discrete, solved.at.share, p.share)
+        return self._oriented(discrete, solved.at.unknowns, solved.at.share, p), solved.steps
 
     def _follow(self, start: Point) -> tuple[list[Point], str]:
         """Return points from a start on in the direction of its tangent, and why they end."""
-        points, length = [start], FIRST
-        while len(points) < MOST_POINTS:
+
+        def advance(points: list[Point], length: float) -> Reached[Point] | None:
             p = points[-1]
             try:
                 found = self._stepped(p, length)
             except (np.linalg.LinAlgError, RuntimeError):
                 found = None
             if found is None:
-                length /= 3
-                if length < SHORTEST:
-                    return points, "no further curve is found"
-                continue
+                return None
             q, corrections = found
             if not 0 <= q.share <= 1:
                 edge = self._at_share(p, length, float(q.share > 1))
-                return [*points, *([edge] if edge is not None else [])], "the range ends"
+                return Reached([edge] if edge is not None else [], end="the range ends")
             marked = marked_elements(q.discrete, q.unknowns, LOOSE)
             if marked.any() and q.discrete.mesh.count < MOST_ELEMENTS:
                 finer = self._finer(p, marked)
                 if finer is not None:
                     points[-1] = finer
-                    continue
-            points.append(q)
-            if corrections <= QUICK:
-                length = min(LONGEST, 1.5 * length)
-        return points, f"{MOST_POINTS} curves are enough"
+                    return Reached([])
+            return Reached([q], GROWTH if corrections <= QUICK else 1.0)
+
+        return follow([start], advance, most=MOST_POINTS, what="curve")
 
     def _finer(self, p: Point, marked: NDArray[np.bool_]) -> Point | None:
         """Return a point on smaller elements."""
@@ -219,29 +220,15 @@ class Tracer:
         return self._root(p, length, off)
 
     def _root(self, p: Point, length: float, off: Callable[[Point], float]) -> Point | None:
-        """Return where something vanishes between p and the point at a distance, by Illinois' rule."""
-        end = self._stepped(p, length)
-        if end is None:
-            return None
-        a, fa, b, fb, best = 0.0, off(p), length, off(end[0]), end[0]
-        if fa == 0:
+        """Return where something vanishes between p and the point at a distance."""
+        if off(p) == 0:
             return p
-        if fa * fb > 0:
-            return None
-        for _ in range(MOST_SPLITS):
-            c = b - fb * (b - a) / (fb - fa)
-            found = self._stepped(p, c)
-            if found is None:
-                return None
-            best, fc = found[0], off(found[0])
-            if fc == 0 or abs(b - a) < LOCATED or abs(fc) < LOCATED:
-                break
-            if fc * fb < 0:
-                a, fa = b, fb
-            else:
-                fa /= 2
-            b, fb = c, fc
-        return best
+        return located(lambda c: self._at(p, c), off, 0.0, length, LOCATED)
+
+    def _at(self, p: Point, length: float) -> Point | None:
+        """Return the point of the branch at a distance."""
+        found = self._stepped(p, length) if length else (p, 0)
+        return found[0] if found else None
 
     # ------------------------------------------------------------ what is told
 
@@ -265,27 +252,21 @@ class Tracer:
 
     def _distance(self, p: Point, q: Point) -> float:
         size = self._sizes(p.discrete, p.unknowns)
-        apart = Unknowns(
-            q.unknowns.border - p.unknowns.border,
-            q.unknowns.inside - p.unknowns.inside,
-            q.unknowns.whole - p.unknowns.whole,
-        )
+        apart = q.unknowns.moved(p.unknowns, -1.0)
         return _product(p.tangent, apart, size) + p.rate * (q.share - p.share)
 
     def _changed(self, p: Point, length: float, negative: int) -> Point:
-        """Return where the number of directions that lead down changes, by halving."""
-        low, high, best = 0.0, length, p
-        while high - low > SPLIT * length:
-            middle = (low + high) / 2
-            found = self._stepped(p, middle)
-            if found is None:
-                return best
-            best = found[0]
-            if self._told(best).negative == negative:
-                low = middle
-            else:
-                high = middle
-        return best
+        """Return where the number of directions that lead down changes."""
+
+        nearest = p
+
+        def side(q: Point) -> float:
+            nonlocal nearest
+            nearest = q
+            return 1.0 if self._told(q).negative == negative else -1.0
+
+        # on the fork itself there may be no step
+        return located(lambda c: self._at(p, c), side, 0.0, length, SPLIT * abs(length)) or nearest
 
     def _special(self, kind: str, at: Point, p: Point, q: Point) -> Special:
         """Return a special point, its parameter on elements of higher degree, and how far that moved it."""

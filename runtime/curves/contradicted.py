@@ -11,6 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from msgspec import Struct
 
+from ..numerics.rank import GRADIENTS, null_space
 from ..problem import Array
 from .bent import spans
 from .discrete import Discrete
@@ -230,11 +231,7 @@ def _let(at: Along, *, bounds: bool) -> list[Array]:
         if row.bound and row.kind == "velocity" and not bounds:
             free[:] = True
         rows[free, k] = 0.0
-    found = []
-    for table in rows:
-        _, size, right = np.linalg.svd(table)
-        found.append(right[int(np.sum(size > FLAT * max(size.max(initial=0.0), 1e-300))) :].T)
-    return found
+    return [null_space(table, GRADIENTS) for table in rows]
 
 
 def _allowed(at: Along, y: Array) -> Array:

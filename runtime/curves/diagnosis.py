@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..problem import Array
+from ..numerics.rank import POSITIONS, independent_rows, rank
 from .bent import bent, spans
 from .discrete import Discrete
 from .first import value_of
@@ -17,7 +17,6 @@ from .starts import Source, beginning, ends_given, evaluate, gauge, undefined, w
 from .unknowns import Unknowns
 
 ELEMENTS, DEGREE = 6, 6
-DEPENDENT = 1e-9
 MISSED = 1e-6
 """Of the size of its terms by which a condition that is met may be off."""
 STEPS, DOUBLINGS = 40, 30
@@ -43,7 +42,7 @@ def contradiction(posed: Posed) -> str:
             if scale == 0 or np.isnan(values[k]):
                 continue
             more = np.vstack([ends, rows[k : k + 1] / scale])
-            if np.linalg.matrix_rank(more, tol=DEPENDENT * np.abs(more).max()) > len(_rank_of(ends)):
+            if rank(more, POSITIONS) > rank(ends, POSITIONS):
                 continue
             off = float(values[k]) / (scale * size)
             if off < -MISSED or (abs(off) > MISSED and not row.bound):
@@ -92,16 +91,6 @@ def begun(posed: Posed, source: Source, count: int) -> tuple[Discrete, Unknowns]
     return discrete, beginning(discrete, posed, source)[0]
 
 
-def _rank_of(rows: Array) -> list[int]:
-    """Return the rows that those before them do not give."""
-    kept: list[int] = []
-    for k in range(len(rows)):
-        some = rows[[*kept, k]]
-        if np.linalg.matrix_rank(some, tol=DEPENDENT * (np.abs(some).max() + 1e-300)) > len(kept):
-            kept.append(k)
-    return kept
-
-
 def _dependent(discrete: Discrete, first: Unknowns) -> str:
     """Say which conditions at ends are no further conditions."""
     rows = discrete.curve.wholes
@@ -114,7 +103,7 @@ def _dependent(discrete: Discrete, first: Unknowns) -> str:
     which = [k for k, row in enumerate(rows) if row.kind in ("initial", "final")]
     table = by_numbers[1:][which]
     table = table / (np.abs(table).max(axis=1, keepdims=True) + 1e-300)
-    kept = _rank_of(table)
+    kept = independent_rows(table, POSITIONS)
     extra = [rows[which[k]].name for k in range(len(which)) if k not in kept]
     if not extra:
         return ""

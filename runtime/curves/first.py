@@ -85,9 +85,9 @@ def first_from(
                     remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
                 if far and not deflated:
                     remarks.append(f"the guess is far from {' and '.join(far)}, which the curve meets")
-                if not deflated and not once and _elsewhere(discrete, first, solved.unknowns):
+                if not deflated and not once and _elsewhere(discrete, first, solved.at):
                     remarks.append(ELSEWHERE)
-                return Begun(discrete, solved.unknowns, guessed), steps
+                return Begun(discrete, solved.at, guessed), steps
             tried.append(Tried(count, words, solved.why))
     return None, steps
 
@@ -142,10 +142,10 @@ def _nearer(discrete: Discrete, first: Unknowns, solved: Solved) -> Solved:
     """
     if all(row.kind != "whole" for row in discrete.curve.wholes):
         return solved
-    far = _apart(discrete, first, solved.unknowns)
+    far = _apart(discrete, first, solved.at)
     for start in (first, _bent_to_all(discrete, first)):
         other = bounded(discrete, newton(discrete, with_multipliers(discrete, start)))
-        near = _apart(discrete, first, other.unknowns) if other.converged else np.inf
+        near = _apart(discrete, first, other.at) if other.converged else np.inf
         if near < NEARER * far:
             solved, far = other, near
     return solved
@@ -168,7 +168,7 @@ def _elsewhere(discrete: Discrete, first: Unknowns, found: Unknowns) -> bool:
 
 
 def _apart(discrete: Discrete, a: Unknowns, b: Unknowns) -> float:
-    return norm_of(discrete, a)(Unknowns(a.border - b.border, a.inside - b.inside, a.whole - b.whole))
+    return norm_of(discrete, a)(a.moved(b, -1.0))
 
 
 def _ways(

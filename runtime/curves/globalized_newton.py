@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+from msgspec.structs import replace
 
+from ..numerics.newton import SMALLEST
 from .discrete import Discrete
-from .newton import LEAST, MOST_STEPS, SMALLEST, Factors, Solved, is_finite, newton, norm_of
+from .newton import LEAST, MOST_STEPS, Factors, Solved, Step, is_finite, newton, norm_of
 from .unknowns import Unknowns
 
 FIRST_STRIDE, LEAST_STRIDE, QUICK = 0.25, 1e-3, 5
@@ -22,7 +24,7 @@ def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
     while steps < 4 * MOST_STEPS:
         blocks = discrete.blocks(at)
         if not is_finite(blocks):
-            return Solved(at, False, steps, last, "not finite")
+            return Solved(at, last, steps, "not finite")
         if steps == 0:
             diagonal = float(np.abs(np.einsum("ejj->ej", blocks.local)).max())
             terms = np.abs(
@@ -36,31 +38,32 @@ def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
         try:
             factors = Factors(discrete, blocks)
         except (np.linalg.LinAlgError, RuntimeError):
-            return Solved(at, False, steps, last, "singular")
-        step = factors.step(blocks)
-        size = norm(step)
+            return Solved(at, last, steps, "singular")
+        whole = factors.step(blocks)
+        size = norm(whole)
+        step = Step(whole, size, factors, norm)
         if not np.isfinite(size):
-            return Solved(at, False, steps, last, "singular")
+            return Solved(at, last, steps, "singular")
         share = 1.0
         steps += 1
         while share >= SMALLEST:
-            after = at.moved(step, share)
+            after = at.moved(whole, share)
             trial = discrete.blocks(after, matrix=False)
-            if is_finite(trial) and norm(factors.step(trial)) <= (1 - share / 4) * size:
+            if is_finite(trial) and step.shortens(trial, share):
                 break
             share /= 2
         if share < SMALLEST:
             weight *= 10
             if weight > ABANDONED * largest:
-                return Solved(at, False, steps, size, "no shorter step")
+                return Solved(at, size, steps, "no shorter step")
             continue
-        at, last = at.moved(step, share), size
+        at, last = after, size
         if share == 1.0:
             weight /= 5
         if weight < 1e-6 * largest or size < 1e-6:
             solved = newton(discrete, at)
-            return Solved(solved.unknowns, solved.converged, steps + solved.steps, solved.last, solved.why)
-    return Solved(at, False, steps, last, "too many steps")
+            return replace(solved, steps=steps + solved.steps)
+    return Solved(at, last, steps, "too many steps")
 
 
 def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
@@ -69,7 +72,7 @@ def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
     mu0 = layout.unknown + 2 * layout.numbers
     off = discrete.blocks(start, matrix=False).whole_residual[mu0:]
     if not np.any(off):
-        return Solved(start, False, 0, np.inf, "nothing to bring in")
+        return Solved(start, np.inf, 0, "nothing to bring in")
     try:
         discrete.held = off
         solved = newton(discrete, start)
@@ -79,7 +82,7 @@ def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
         while solved.converged and share < 1:
             to = min(1.0, share + stride)
             discrete.held = (1 - to) * off
-            at = solved.unknowns
+            at = solved.at
             ahead = at if before is None else _ahead(before, at, (to - share) / (share - last))
             tried = newton(discrete, ahead)
             steps += tried.steps
@@ -89,12 +92,11 @@ def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
             else:
                 stride /= 3
                 if stride < LEAST_STRIDE:
-                    return Solved(at, False, steps, tried.last, f"{share:.0%} of the conditions")
-        return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)
+                    return replace(tried, at=at, steps=steps, why=f"{share:.0%} of the conditions")
+        return replace(solved, steps=steps)
     finally:
         discrete.held = None
 
 
 def _ahead(before: Unknowns, at: Unknowns, share: float) -> Unknowns:
-    step = Unknowns(at.border - before.border, at.inside - before.inside, at.whole - before.whole)
-    return at.moved(step, share)
+    return at.moved(at.moved(before, -1.0), share)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from ..numerics import newton as numerics
 from ..problem import Array
 from .discrete import Blocks, Discrete
 from .unknowns import Unknowns
@@ -16,8 +17,6 @@ DENSE = 400
 MOST_STEPS = 60
 LEAST = 0.1
 """Share of the start's size below which a curve counts as zero."""
-SMALLEST = 1e-4
-"""Share of a step below which it is given up."""
 
 
 class Factors:
@@ -206,16 +205,6 @@ def stiffly(discrete: Discrete, at: Unknowns, start: Unknowns | None = None) -> 
     return step if np.isfinite(step.whole).all() and np.isfinite(step.inside).all() else None
 
 
-class Solved(Struct, eq=False):
-    """What Newton's method came to: ``steps`` that it took, and the size of the last one against that of the curve."""
-
-    unknowns: Unknowns
-    converged: bool
-    steps: int
-    last: float
-    why: str = ""
-
-
 class Norm(Struct, frozen=True, eq=False):
     """Measures steps against the size of what they change."""
 
@@ -226,6 +215,21 @@ class Norm(Struct, frozen=True, eq=False):
     def __call__(self, step: Unknowns) -> float:
         parts = [step.border / self.border, step.inside / self.inside, step.whole / self.whole]
         return float(np.sqrt(max(np.mean(x**2) if x.size else 0.0 for x in parts)))
+
+
+class Step(Struct, frozen=True, eq=False):
+    whole: Unknowns
+    size: float
+    factors: Factors
+    norm: Norm
+
+    def shortens(self, trial: Blocks, share: float) -> bool:
+        """Whether the next step, by the same matrix, is shorter after a share of this one."""
+        further = self.norm(self.factors.step(trial))
+        return bool(further <= max((1 - share / 4) * self.size, 1e-12 if share == 1.0 else 0.0))
+
+
+Solved = numerics.Solved[Unknowns, Step]
 
 
 def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) -> Norm:
@@ -265,65 +269,41 @@ def newton(
 
     Without ``tested`` steps are only bounded. ``deflated``: solutions from which the search is driven away (Farrell, Birkisson, Funke 2015).
     """
-    at = start
     least = LEAST * discrete.sizes(start)
     known = deflated or []
-    steps = 0
-    share = 1.0
-    last = np.inf
-    best = np.inf
-    stalled = 0
-    while steps < MOST_STEPS:
+    free = bool(known) or not tested  # far from a solution the deflated step may be long: bounded, not tested
+
+    def step(at: Unknowns) -> tuple[Step, float] | str:
         blocks = discrete.blocks(at)
         if not is_finite(blocks):
-            return Solved(at, False, steps, last, "not finite")
+            return "not finite"
         try:
             factors = Factors(discrete, blocks)
         except (np.linalg.LinAlgError, RuntimeError):
-            return Solved(at, False, steps, last, "singular")
+            return "singular"
         norm = norm_of(discrete, at, least)
-        step = factors.step(blocks)
-        size = norm(step)
-        if not np.isfinite(size):
-            return Solved(at, False, steps, last, "singular")
-        if known:
-            step, size = _driven(at, step, known, norm, size)
+        whole = factors.step(blocks)
+        size = norm(whole)
+        if known and np.isfinite(size):
+            whole, size = _driven(at, whole, known, norm, size)
             if not np.isfinite(size):
-                return Solved(at, False, steps, last, "on a known curve")
-        steps += 1
-        if size <= tolerance:
-            after = at.moved(step)
-            return Solved(after, True, steps, size)
-        if known or not tested:
-            # far from a solution the deflated step may be long: bounded, not tested
-            share = min(1.0, 0.5 / size) if size > 0.5 else 1.0
-            share = _within(discrete, at, step, share)
-            if share == 0:
-                return Solved(at, False, steps, size, "not finite")
-            at, last = at.moved(step, share), size
-            continue
-        share = min(1.0, 2 * share)
-        while True:
-            after = at.moved(step, share)
-            trial = discrete.blocks(after, matrix=False)
-            if is_finite(trial) and ascends(discrete, after):
-                further = norm(factors.step(trial))
-                if np.isfinite(further) and further <= (1 - share / 4) * size:
-                    break
-                if share == 1.0 and further <= 1e-12:
-                    break
-            share /= 2
-            if share < SMALLEST:
-                if size < 1e-7:  # rounding keeps steps from becoming shorter
-                    return Solved(at.moved(step), True, steps, size)
-                return Solved(at, False, steps, size, "no shorter step")
-        if size > 0.9 * best and size < 1e-8:
-            stalled += 1
-            if stalled > 2:
-                return Solved(after, True, steps, size)
-        best = min(best, size)
-        at, last = after, size
-    return Solved(at, False, steps, last, "too many steps")
+                return "on a known curve"
+        return Step(whole, size, factors, norm), size
+
+    def accepted(_: Unknowns, taken: Step, after: Unknowns, share: float) -> bool:
+        trial = discrete.blocks(after, matrix=False)
+        return is_finite(trial) and (free or (ascends(discrete, after) and taken.shortens(trial, share)))
+
+    return numerics.newton(
+        start,
+        step,
+        lambda at, taken, share: at.moved(taken.whole, share),
+        most=MOST_STEPS,
+        close=tolerance,
+        resting=0.0 if free else 1e-8,
+        longest=0.5 if free else np.inf,
+        accepted=accepted,
+    )
 
 
 def _driven(
@@ -332,7 +312,7 @@ def _driven(
     """Return the step of the problem that is multiplied by prod (1/d^2 + 1), d the distances from known solutions."""
     total, slope = 1.0, 0.0
     for other in known:
-        apart = Unknowns(at.border - other.border, at.inside - other.inside, at.whole - other.whole)
+        apart = at.moved(other, -1.0)
         distance = norm(apart) ** 2
         if distance == 0:
             return step, np.nan
@@ -351,14 +331,6 @@ def _inner(a: Unknowns, b: Unknowns, norm: Norm) -> float:
         float(np.mean((a.inside / norm.inside) * (b.inside / norm.inside))) if a.inside.size else 0.0,
     ]
     return max(parts, key=abs)
-
-
-def _within(discrete: Discrete, at: Unknowns, step: Unknowns, share: float) -> float:
-    while share > SMALLEST:
-        if is_finite(discrete.blocks(at.moved(step, share), matrix=False)):
-            return share
-        share /= 2
-    return 0.0
 
 
 def is_finite(blocks: Blocks) -> bool:

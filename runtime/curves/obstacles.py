@@ -4,6 +4,7 @@ Hintermueller, Ito, Kunisch 2003)."""
 from __future__ import annotations
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..problem import Array
@@ -69,7 +70,7 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
     steps = solved.steps
     for _ in range(MOST_SETS):
         rates = discrete.active_rates.copy()
-        start = settled(discrete, solved.unknowns) if solved.converged else None
+        start = settled(discrete, solved.at) if solved.converged else None
         if start is None:
             break
         found: Solved = again(start)
@@ -79,8 +80,8 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
             break
         solved = found
     else:
-        return Solved(solved.unknowns, False, steps, solved.last, "the places that touch do not settle")
-    return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)
+        return replace(solved, steps=steps, why="the places that touch do not settle")
+    return replace(solved, steps=steps)
 
 
 def _bounds(discrete: Discrete, unknowns: Unknowns):  # type: ignore[no-untyped-def]

@@ -101,13 +101,13 @@ def search(
 
 def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[str]) -> Answer:
     """Take a curve on until its polynomials come to an end; check it by a higher degree. Raises Failed."""
-    discrete, solved = begun.discrete, Solved(begun.unknowns, True, 0, 0.0)
+    discrete, solved = begun.discrete, Solved(begun.unknowns, 0.0, 0)
     cycles = 0
     for _ in range(MOST_CYCLES):
         cycles += 1
-        discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree))
+        discrete, solved, more = _again(posed, discrete, solved.at, discrete.mesh.of_degree(degree))
         steps += more
-        marked = marked_elements(discrete, solved.unknowns, posed.tolerance)
+        marked = marked_elements(discrete, solved.at, posed.tolerance)
         if obstacles.has_bounds(discrete):
             marked = obstacles.borders(discrete) | (marked & ~_narrow(discrete))
         if not marked.any():
@@ -115,12 +115,12 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
         if discrete.mesh.count + marked.sum() > MOST_ELEMENTS:
             remarks.append(TOO_MANY)
             break
-        discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.refined(marked))
+        discrete, solved, more = _again(posed, discrete, solved.at, discrete.mesh.refined(marked))
         steps += more
-    coarse_answer = answer_of(posed, discrete, solved.unknowns, None, steps, cycles, remarks)
-    discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree + FINER))
+    coarse_answer = answer_of(posed, discrete, solved.at, None, steps, cycles, remarks)
+    discrete, solved, more = _again(posed, discrete, solved.at, discrete.mesh.of_degree(degree + FINER))
     steps += more
-    answer = answer_of(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
+    answer = answer_of(posed, discrete, solved.at, coarse_answer, steps, cycles, remarks)
     answer.size = max(answer.size, begun.guessed)
     answer.reached = not marked.any()
     if not answer.definite:  # small elements have small eigenvalues: larger ones tell the directions, too
@@ -168,7 +168,7 @@ def _narrow(discrete: Discrete) -> NDArray[np.bool_]:
 def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> tuple[Discrete, Solved, int]:
     """Solve on another mesh, from the curve on this one. Raises Failed."""
     if mesh.degree == discrete.mesh.degree and np.array_equal(mesh.nodes, discrete.mesh.nodes):
-        return discrete, Solved(unknowns, True, 0, 0.0), 0
+        return discrete, Solved(unknowns, 0.0, 0), 0
     other = Discrete(posed.problem, mesh, posed.p, discrete.gauge)
     first = transferred(discrete, unknowns, other)
     without_repeats(other, first)

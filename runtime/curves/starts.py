@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..numerics.rank import POSITIONS, rank
 from ..problem import Array
 from . import basis
 from .discrete import Discrete
@@ -105,9 +106,8 @@ def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
         for m, k in enumerate(layout.positions):
             if curve.points[k].bound:
                 continue
-            rank = np.linalg.matrix_rank(ends, tol=1e-9 * (np.abs(ends).max() + 1e-300)) if len(ends) else 0
             more = np.vstack([ends, rows[k : k + 1] / (np.abs(rows[k]).max() + 1e-300)])
-            if np.linalg.matrix_rank(more, tol=1e-9 * np.abs(more).max()) == rank:
+            if rank(more, POSITIONS) == rank(ends, POSITIONS):
                 discrete.active_nodes[element, node, m] = False
 
 

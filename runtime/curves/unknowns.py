@@ -6,6 +6,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics.rank import inverse
 from ..problem import Array, Curve
 from . import basis
 from .mesh import Mesh
@@ -136,11 +137,8 @@ def fitted(layout: Layout, mesh: Mesh, at: Array, xi: Array) -> tuple[Array, Arr
     """
     n, r = layout.n, layout.r
     functions = mesh.derivatives(r, xi, 0)[0]
-    raw = np.linalg.lstsq(functions[0], np.eye(len(xi)), rcond=None)[0] if _alike(functions) else None
     count = mesh.count
-    fits = np.array(
-        [raw] if raw is not None else [np.linalg.lstsq(f, np.eye(len(xi)), rcond=None)[0] for f in functions]
-    )
+    fits = np.array([inverse(f) for f in (functions[:1] if _alike(functions) else functions)])
     table = fits @ np.swapaxes(at, 0, 1).swapaxes(1, 2)
     border = np.zeros((count + 1, layout.width))
     inside = np.zeros((count, layout.inner))

@@ -15,6 +15,8 @@ from msgspec.structs import replace
 
 from ..driving_inputs import derived
 from ..inputs import Table, make_table
+from ..numerics.rank import solve
+from ..numerics.roots import minimum
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 from .judged import Judged
@@ -78,8 +80,6 @@ def smoother(table: Table, what: str) -> Smoother:
     The trace of the smoothing is estimated by random signs (Girard, Numer. Math. 56 (1989) 1). SciPy's own search goes by steps of
     1e-5 in units of the cube of the time, and does not find small ones.
     """
-    from scipy.optimize import minimize_scalar
-
     times, values = table.times, table.values
     n = times.size
     if table.interpolation == "step" or (np.diff(times) <= 0).any() or n < LEAST_ROWS:
@@ -99,9 +99,7 @@ def smoother(table: Table, what: str) -> Smoother:
 
     powers = np.arange(SOFTEST, 3 * np.log10(n) + 2)
     best = float(powers[np.argmin([score(power) for power in powers])])
-    power = float(
-        minimize_scalar(score, bounds=(best - 1, best + 1), method="bounded", options={"xatol": 0.05}).x
-    )
+    power, _ = minimum(score, best - 1, best + 1, 0.05)
     on_curve = _curve(places, values, 10.0**power)
     apart = values - on_curve
     square = float(np.dot(apart, apart))
@@ -202,7 +200,7 @@ def carried(
         r, slopes = motions.residuals(computed, found.weights), motions.jacobian(computed, found.weights)
         sizes = np.linalg.norm(slopes, axis=0)
         sizes[sizes == 0] = 1.0
-        steps.append(-np.linalg.lstsq(slopes / sizes, r, rcond=None)[0] / sizes)
+        steps.append(-solve(slopes / sizes, r) / sizes)
     moved = np.array(steps)
     return Spread(np.atleast_2d(np.cov(moved.T)), moved.mean(axis=0), dict(noise))
 

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from ..numerics.rank import MOTIONS, decomposed_columns
 from ..problem import Array
 from .residuals import counted
 from .search import Found, Search
 from .unseen import Unseen, unseen
 
 CONFIDENCE = 0.95
-SMALLEST = 1e-6
-"""Of the best seen direction: a direction that moves the data less is noise of the derivatives."""
 LEAST = 1e-3
 """Of the size with which a search begins: the least size of an unknown that ends at zero."""
 HOPELESS = 1e-3
@@ -43,7 +42,7 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     sizes = np.maximum(np.abs(found.x), LEAST * search.sizes)
     r = motions.residuals(computed, 1.0 / sigma)
     slopes = motions.jacobian(computed, 1.0 / sigma) * sizes * np.sqrt(counted(r, search.loss))[:, None]
-    hidden = unseen(names, found.x, slopes, HOPELESS, SMALLEST)
+    hidden = unseen(names, found.x, slopes, HOPELESS, MOTIONS)
     seen = np.array([name not in hidden.names for name in names])
     covariance = _covariance(slopes, HOPELESS)
     scale = np.sqrt(np.where(seen, np.diag(covariance), np.nan))
@@ -59,7 +58,8 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
 def _covariance(slopes: Array, noise: float) -> Array:
     """Give the covariance [k, k] of the unknowns over their sizes; along directions that are not seen they stay where they
     are, which changes nothing for unknowns that are no part of these."""
-    _, s, v = np.linalg.svd(np.linalg.qr(slopes, mode="r"))
-    there = s > max(noise, SMALLEST * float(s.max(initial=0.0)))
-    found: Array = (v[: s.size][there].T / s[there] ** 2) @ v[: s.size][there]
-    return found
+    found = decomposed_columns(slopes)
+    s, v = found.values, found.right[: found.values.size]
+    there = s > max(noise, MOTIONS * float(s.max(initial=0.0)))
+    covariance: Array = (v[there].T / s[there] ** 2) @ v[there]
+    return covariance

@@ -14,6 +14,7 @@ from fractions import Fraction
 import numpy as np
 from msgspec import Struct
 
+from ..numerics.rank import decomposed, decomposed_columns, solve
 from ..problem import Array
 
 LARGEST_DENOMINATOR = 4
@@ -38,10 +39,10 @@ def unseen(names: Sequence[str], values: Array, derivatives: Array, noise: float
     sizes (|value|, 1 where that is zero); a direction counts as unseen where a change by its whole size moves the data by
     less than ``noise``, or by less than ``smallest`` of what the best seen direction moves them.
     """
-    _, sizes, rows = np.linalg.svd(np.linalg.qr(derivatives, mode="r"), full_matrices=True)
-    sizes = np.concatenate([sizes, np.zeros(len(names) - sizes.size)])
+    found = decomposed_columns(derivatives)
+    sizes = np.concatenate([found.values, np.zeros(len(names) - found.values.size)])
     limit = max(noise, smallest * float(sizes.max(initial=0.0)))
-    null = rows[sizes <= limit].T
+    null = found.right[sizes <= limit].T
     if not null.size:
         return Unseen()
     involved = np.abs(null).max(axis=1) > np.sqrt(NEAR) * np.abs(null).max()
@@ -59,13 +60,13 @@ def _is_alone(null: Array, i: int) -> bool:
     """Whether the direction of one parameter by itself is a null direction."""
     unit = np.zeros(null.shape[0])
     unit[i] = 1.0
-    return bool(np.linalg.norm(unit - null @ (np.linalg.pinv(null) @ unit)) < np.sqrt(NEAR))
+    return bool(np.linalg.norm(unit - null @ solve(null, unit)) < np.sqrt(NEAR))
 
 
 def _spanned(columns: Array) -> Array:
     """Give orthonormal columns that span the same."""
-    u, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return u[:, sizes > np.sqrt(NEAR) * sizes[0]]
+    found = decomposed(columns)
+    return found.left[:, : found.rank(np.sqrt(NEAR))]
 
 
 def _together(names: list[str], values: Array, null: Array) -> str:
@@ -89,7 +90,7 @@ def _together(names: list[str], values: Array, null: Array) -> str:
 
 def _combinations(null: Array) -> list[list[int]] | None:
     """Give the shortest basis of what is orthogonal to the null directions, in small integers; None where there is none."""
-    _, _, rows = np.linalg.svd(null.T, full_matrices=True)
+    rows = decomposed(null.T).right
     k = null.shape[0]
     orders = itertools.permutations(range(k)) if k <= MOST_ORDERED else [tuple(range(k))]
     bases = (_integers(_echelon(rows[null.shape[1] :], order)) for order in orders)

@@ -9,10 +9,12 @@ import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import scipy.optimize
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ..numerics.continuation import GROWTH, Reached, follow, located
+from ..numerics.newton import added, newton
+from ..numerics.rank import NEWTON, POSITIONS, decomposed, solve
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import moving, rest, spread
@@ -23,11 +25,12 @@ from .search import Box
 from .stability import Stability, stability
 from .zeros import Complex
 
-FIRST, SHORTEST, LONGEST = 0.02, 1e-5, 0.05
-"""Steps, in the size of the range and of the coordinates."""
 MOST = 1500
 """Points of a branch."""
+CLOSED = "it comes back to where it began"
 CORRECTIONS = 12
+FAR = 0.5
+"""A step of Newton's method that leads to another branch."""
 PAIRED, MEETING = 1e-6, 1e-12
 """Relative differences of eigenvalues and their opposites, and of a discriminant, that count as rounding."""
 BESIDE = 1e-2
@@ -103,10 +106,10 @@ class Tracer:
         sizes[sizes == 0] = 1.0
         return values / sizes, matrix / sizes[:, None]
 
-    def corrected(self, x: Array, normal: Array) -> Array | None:
+    def corrected(self, origin: Array, normal: Array) -> Array | None:
         """Return the point of the branch in the plane through x, None where Newton's method finds none near."""
-        origin, last = x, np.inf
-        for _ in range(CORRECTIONS):
+
+        def step(x: Array) -> tuple[Array, float] | None:
             try:
                 values, matrix = self._system(x)
             except SimulationError:
@@ -115,23 +118,21 @@ class Tracer:
             left = np.append(values, normal @ (x - origin))
             if not (np.isfinite(whole).all() and np.isfinite(left).all()):
                 return None
-            step = np.linalg.lstsq(whole, -left, rcond=1e-13)[0]
-            size = float(np.linalg.norm(step))
-            if size > 0.5:
-                return None
-            x = x + step
-            if size < 1e-15 or (size < 1e-10 and size > last / 4):
-                break
-            last = size
-        values, _ = self._system(x)
-        return x if np.abs(values).max(initial=0.0) < 1e-9 else None
+            found = solve(whole, -left, NEWTON)
+            size = float(np.linalg.norm(found))
+            return (found, size) if size <= FAR else None
+
+        solved = newton(origin, step, added, most=CORRECTIONS, close=1e-15, resting=1e-10)
+        if solved.why in ("undefined", "singular"):
+            return None
+        values, _ = self._system(solved.at)
+        return solved.at if np.abs(values).max(initial=0.0) < 1e-9 else None
 
     def tangent(self, x: Array, before: Array | None) -> tuple[Array, int]:
         """Return the direction of the branch, along the one before, and how many directions there are."""
         _, matrix = self._system(x)
-        _, values, right = np.linalg.svd(matrix)
-        rank = int((values > 1e-9 * max(float(values[0]) if values.size else 0.0, 1e-300)).sum())
-        null = right[rank:]
+        found = decomposed(matrix)
+        null, right = found.null_space(POSITIONS).T, found.right
         if before is not None and len(null) > 1:
             along = null.T @ (null @ before)
             length = float(np.linalg.norm(along))
@@ -192,32 +193,30 @@ class Tracer:
         return Branch(tuple(whole), tuple(specials))
 
     def _follow(self, seed: Array, direction: Array) -> tuple[list[Point], bool]:
-        points = [self.point(seed, direction)]
-        step = FIRST
-        while len(points) < MOST:
+        """Return points from a seed on in a direction, and whether they come back to it."""
+
+        def advance(points: Sequence[Point], step: float) -> Reached[Point] | None:
             last = points[-1]
             x = self.corrected(last.x + step * last.tangent, last.tangent)
-            tangent = self.tangent(x, last.tangent)[0] if x is not None else last.tangent
-            bend = float(tangent @ last.tangent) if x is not None else -1.0
-            if x is None or bend < 0.97 or np.linalg.norm(x - last.x) > 2 * step:
-                step /= 2
-                if step < SHORTEST:
-                    break
-                continue
+            if x is None or np.linalg.norm(x - last.x) > 2 * step:
+                return None
+            tangent = self.tangent(x, last.tangent)[0]
+            bend = float(tangent @ last.tangent)
+            if bend < 0.97:
+                return None
             if not 0.0 <= x[-1] <= 1.0:
                 end = float(np.clip(x[-1], 0.0, 1.0))
                 edge = self.at_share(last.x + (x - last.x) * (end - last.x[-1]) / (x[-1] - last.x[-1]), end)
-                if edge is not None:
-                    points.append(self.point(edge, tangent))
-                break
-            points.append(self.point(x, tangent))
+                return Reached([self.point(edge, tangent)] if edge is not None else [], end="the range ends")
+            point = [self.point(x, tangent)]
             if self._out(x):
-                break
-            if len(points) > 10 and np.linalg.norm(x - seed) < step and tangent @ direction > 0.5:
-                return points, True
-            if bend > 0.995:
-                step = min(1.5 * step, LONGEST)
-        return points, False
+                return Reached(point, end="the bounds end")
+            if len(points) >= 10 and np.linalg.norm(x - seed) < step and tangent @ direction > 0.5:
+                return Reached(point, end=CLOSED)
+            return Reached(point, GROWTH if bend > 0.995 else 1.0)
+
+        points, why = follow([self.point(seed, direction)], advance, most=MOST)
+        return points, why == CLOSED
 
     def at_share(self, x: Array, share: float) -> Array | None:
         """Return the point near x with this value of the parameter, None where Newton's method finds none."""
@@ -260,24 +259,20 @@ class Tracer:
         length = float(np.linalg.norm(chord))
         normal = chord / length
 
-        def on(s: float) -> tuple[Array, float]:
+        def at(s: float) -> Point | None:
             x = self.corrected(a.x + s * normal, normal)
-            if x is None:
-                raise _Lost
-            return x, test(self.point(x, self.tangent(x, normal)[0]))
+            return None if x is None else self.point(x, self.tangent(x, normal)[0])
 
-        try:
-            s = scipy.optimize.brentq(lambda s: on(s)[1], 0.0, length, xtol=1e-15, rtol=1e-14)
-            return Special(kind, on(float(s))[0], True)
-        except (_Lost, ValueError):
-            share = abs(test(a)) / (abs(test(a)) + abs(test(b)))
-            return Special(kind, a.x + share * chord, False)
+        found = located(at, test, 0.0, length, 1e-15)
+        if found is not None:
+            return Special(kind, found.x, True)
+        share = abs(test(a)) / (abs(test(a)) + abs(test(b)))
+        return Special(kind, a.x + share * chord, False)
 
     def beside(self, special: Special) -> list[Array]:
         """Return points of the other branch through a fork."""
         _, matrix = self._system(special.x)
-        _, _, right = np.linalg.svd(matrix)
-        null = right[-2:]
+        null = decomposed(matrix).right[-2:]
         found = []
         for angle in np.linspace(0, np.pi, 12, endpoint=False):
             direction = np.cos(angle) * null[0] + np.sin(angle) * null[1]
@@ -313,10 +308,6 @@ def _nearest(squares: Complex) -> complex:
     i, j = np.triu_indices(len(squares), 1)
     k = int(np.argmin(np.abs(squares[i] - squares[j]) / (np.abs(squares[i]) + np.abs(squares[j]))))
     return complex(squares[i[k]] + squares[j[k]]) / 2
-
-
-class _Lost(Exception):
-    pass
 
 
 def near(branches: Sequence[Branch], x: Array, tracer: Tracer, within: float) -> bool:

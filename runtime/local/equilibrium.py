@@ -10,6 +10,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics import rank
+from ..numerics.newton import newton
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
@@ -24,8 +26,6 @@ LONGEST = 0.3
 """Of a step, in radians or in the size of the coordinates."""
 NEAR = 1e-8
 """A state whose Newton step is shorter than this counts as the equilibrium beside it."""
-CUT = 1e-11
-"""Singular values below this share of the largest one are directions in which nothing pushes."""
 UNRESOLVED = 1e-7
 """Of the forces that a displacement of the size of the coordinates makes: what remains counts as none."""
 SMALL = 1e-3
@@ -129,7 +129,7 @@ def check_autonomous(site: Site, found: Derivatives, y: Array) -> None:
         )
 
 
-class Newton(Struct, frozen=True, eq=False):
+class NewtonStep(Struct, frozen=True, eq=False):
     """The shortest ``step`` [m] to where forces and constraints vanish; ``inverse`` of their derivatives, with the
     directions [m][k] that are ``free`` left out; the ``condition``."""
 
@@ -139,7 +139,7 @@ class Newton(Struct, frozen=True, eq=False):
     free: Array
 
 
-def newton(here: Rest) -> Newton:
+def newton_step(here: Rest) -> NewtonStep:
     """Return the Newton step at a state; the shortest one where directions are free."""
     rows, left, n = here.equations
     wanted = -left
@@ -160,49 +160,38 @@ def newton(here: Rest) -> Newton:
             condition = float(np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1)) if len(rows) else 1.0
             if condition < REGULAR:
                 inverse = inverse / sizes
-                return Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
+                return NewtonStep(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
     if not np.isfinite(scaled).all():
         nothing = np.full(rows.shape[1], np.nan)
-        return Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
-    basis, values, right = np.linalg.svd(scaled, full_matrices=True)
-    kept = int((values > CUT * max(float(values.max(initial=0.0)), 1e-300)).sum())
-    inverse = (right[:kept].T / values[:kept]) @ basis[:, :kept].T / sizes
-    condition = float(values[0] / values[kept - 1]) if kept else 1.0
-    return Newton(inverse @ wanted, inverse, condition, right[kept:].T)
+        return NewtonStep(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
+    found = rank.decomposed(scaled)
+    kept = found.rank(rank.NEWTON)
+    inverse = found.inverse(rank.NEWTON) / sizes
+    condition = float(found.values[0] / found.values[kept - 1]) if kept else 1.0
+    return NewtonStep(inverse @ wanted, inverse, condition, found.null_space(rank.NEWTON))
 
 
 def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equilibrium | None:
     """Return the equilibrium to which Newton's method leads by some displacements, None where it does not lead to one."""
-    moved = moving(site.chart) if moved is None else moved
-    y = at_rest(site, y)
-    best: tuple[float, Array, Rest, Newton] | None = None
-    worse = 0
-    for _ in range(NEWTON):
+    chosen = moving(site.chart) if moved is None else moved
+
+    def step(y: Array) -> tuple[tuple[Rest, NewtonStep], float] | None:
         try:
-            here = rest(site, y, moved)
+            here = rest(site, y, chosen)
         except SimulationError:
             return None
-        sizes = sizes_of(site, y, moved)
-        solved = newton(here)
-        size = float(np.abs(solved.step / sizes).max(initial=0.0))
-        if not np.isfinite(size):
-            return None
-        if best is None or size < best[0]:
-            best, worse = (size, y, here, solved), 0
-        else:
-            worse += 1
-        if size <= EPSILON or (worse >= 2 and best[0] < NEAR):
-            break
-        y = site.chart.moved(
-            y, spread(site.chart, moved, solved.step * min(1.0, LONGEST / max(size, 1e-300)))
-        )
-    if best is None or not best[0] < NEAR:
-        return None
-    return certified(site, best[1], moved, best[2], best[3])
+        solved = newton_step(here)
+        return (here, solved), float(np.abs(solved.step / sizes_of(site, y, chosen)).max(initial=0.0))
+
+    def after(y: Array, found: tuple[Rest, NewtonStep], share: float) -> Array:
+        return site.chart.moved(y, spread(site.chart, chosen, share * found[1].step))
+
+    found = newton(at_rest(site, y), step, after, most=NEWTON, close=EPSILON, resting=NEAR, longest=LONGEST)
+    return certified(site, found.at, chosen, *found.step) if found.converged and found.step else None
 
 
 def certified(
-    site: Site, y: Array, moved: NDArray[np.intp], here: Rest, solved: Newton
+    site: Site, y: Array, moved: NDArray[np.intp], here: Rest, solved: NewtonStep
 ) -> Equilibrium | None:
     """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
     rows, left, count = here.equations
@@ -249,7 +238,7 @@ def resting(site: Site, y: Array) -> Equilibrium | None:
         return None
     moved = moving(site.chart)
     here = rest(site, y, moved)
-    solved = newton(here)
+    solved = newton_step(here)
     size = float(np.abs(solved.step / sizes_of(site, y, moved)).max(initial=0.0))
     if not size <= NEAR or here.found.moves_by_itself:
         return None
@@ -301,12 +290,12 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
         away = float(np.linalg.eigvals(slopes).real.max(initial=0.0)) if np.isfinite(slopes).all() else 0.0
         if away > 0:  # downhill from a top: longer steps would be Newton's, which lead back to it
             tau = min(tau, 0.5 / away)
-        shortest = np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
+        shortest = rank.solve(np.eye(m + k) / tau - slopes, pull)
         if not np.isfinite(shortest).all():
             break
         step = basis @ shortest
         if len(here.phi):
-            step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]
+            step -= rank.solve(here.phi_slopes, here.phi, rank.NEWTON)
         length = float(np.abs(step / sizes_of(site, y, moved)).max(initial=0.0))
         if not np.isfinite(length):
             break

@@ -11,8 +11,9 @@ from msgspec.structs import replace
 
 from ..driving_inputs import derived
 from ..native import contract
+from ..numerics.rank import POSITIONS
 from ..problem import Array
-from .independent import RANK, independent
+from .independent import independent
 from .operating_point import Derivatives, Site, plan_of
 
 GAP, RATE, VALUES = 0, 1, 8
@@ -103,7 +104,7 @@ def _independent_rows(site: Site, found: Derivatives, rows: tuple[int, ...]) -> 
             for one in basis:
                 left = left - (one @ left) * one
         rest = float(np.linalg.norm(left))
-        if rest <= np.sqrt(RANK):
+        if rest <= np.sqrt(POSITIONS):
             return False
         basis.append(left / rest)
         return True

@@ -7,13 +7,11 @@ import scipy.linalg
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics.rank import POSITIONS, condition, decomposed, singular_values
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
 from .operating_point import Derivatives
-
-RANK = 1e-10
-"""Singular values below this share of the largest one count as zero."""
 
 
 class Independent(Struct, frozen=True, eq=False):
@@ -47,9 +45,7 @@ def independent(chart: Chart, found: Derivatives, before: NDArray[np.intp] | Non
     held = np.vstack([found.position, found.rate])
     basis = null_space(held, len(held))
     part = basis[everything]
-    return Independent(
-        everything, basis @ np.linalg.inv(part), float(np.linalg.cond(part)) if part.size else 1.0
-    )
+    return Independent(everything, basis @ np.linalg.inv(part), condition(part))
 
 
 def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> Independent:
@@ -57,13 +53,12 @@ def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> Independent:
     held = np.vstack([found.position, found.rate])
     basis = null_space(held, len(held))
     part = basis[chosen]
-    condition = float(np.linalg.cond(part)) if part.size else 1.0
-    if not condition < 1 / RANK:
+    if not condition(part) < 1 / POSITIONS:
         raise SimulationError(
             "the independent coordinates of the start do not describe the motion everywhere",
             help="begin elsewhere, or end before",
         )
-    return Independent(chosen, basis @ np.linalg.inv(part), condition)
+    return Independent(chosen, basis @ np.linalg.inv(part), condition(part))
 
 
 def null_space(rows: Array, rank: int) -> Array:
@@ -76,11 +71,10 @@ def null_space(rows: Array, rank: int) -> Array:
     sizes = np.linalg.norm(rows, axis=1, keepdims=True)
     if not (sizes > 0).all():
         raise _singular()
-    _, values, right = np.linalg.svd(rows / sizes)
-    if rank and values[rank - 1] <= RANK * values[0]:
+    found = decomposed(rows / sizes)
+    if found.rank(POSITIONS) < rank:
         raise _singular()
-    basis: Array = right[rank:].T
-    return basis
+    return found.right[rank:].T
 
 
 def _singular() -> SimulationError:
@@ -93,10 +87,8 @@ def _singular() -> SimulationError:
 def _pivots(basis: Array, preferred: list[int] | tuple[()]) -> NDArray[np.intp]:
     """Choose rows of a basis that are independent of each other: the preferred ones if they are, else well-conditioned ones."""
     count = basis.shape[1]
-    if len(preferred) == count and count:
-        values = np.linalg.svd(basis[list(preferred)], compute_uv=False)
-        if values[-1] > 1e-3:
-            return np.sort(np.array(preferred, dtype=np.intp))
+    if len(preferred) == count and count and singular_values(basis[list(preferred)])[-1] > 1e-3:
+        return np.sort(np.array(preferred, dtype=np.intp))
     order = scipy.linalg.qr(basis.T, pivoting=True, mode="r")[1]
     found: NDArray[np.intp] = np.sort(order[:count]).astype(np.intp)
     return found

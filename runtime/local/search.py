@@ -12,6 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..numerics.newton import newton
 from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import (
@@ -19,7 +20,7 @@ from .equilibrium import (
     Equilibrium,
     at_rest,
     moving,
-    newton,
+    newton_step,
     polished,
     rest,
     sizes_of,
@@ -170,7 +171,7 @@ class Search:
         for place in places:
             y = self.placed(start, place)
             try:
-                step = newton(rest(switched(self.site, y), y, box.moved)).step
+                step = newton_step(rest(switched(self.site, y), y, box.moved)).step
             except SimulationError:
                 continue
             length = float(np.linalg.norm(step))
@@ -267,25 +268,25 @@ class Search:
 
     def _search(self, guess: Array) -> Equilibrium | None:
         """Return an equilibrium by Newton's method with the factor 1 + sum 1/distance^2 before the equations."""
-        site, y, moved = switched(self.site, guess), guess, self.box.moved
-        for _ in range(STEPS):
+        site, moved = switched(self.site, guess), self.box.moved
+
+        def step(y: Array) -> tuple[Array, float] | None:
             try:
-                here = rest(site, y, moved)
+                found = newton_step(rest(site, y, moved)).step
             except SimulationError:
                 return None
-            step = newton(here).step
-            sizes = sizes_of(site, y, moved)
-            if not np.isfinite(step).all():
+            if self._far(y) or not np.isfinite(found).all():
                 return None
-            step = step * self._deflation(y, step)
-            size = float(np.abs(step / sizes).max(initial=0.0))
-            if size < 1e-7:
-                break
-            y = site.chart.moved(y, spread(site.chart, moved, step * min(1.0, LONGEST / size)))
-            if self._far(y):
-                return None
-        else:
+            found = found * self._deflation(y, found)
+            return found, float(np.abs(found / sizes_of(site, y, moved)).max(initial=0.0))
+
+        def after(y: Array, found: Array, share: float) -> Array:
+            return site.chart.moved(y, spread(site.chart, moved, share * found))
+
+        found = newton(guess, step, after, most=STEPS, close=1e-7, longest=LONGEST)
+        if not found.converged:
             return None
+        y = found.at
         one = polished(site, y, moved=moved)
         if one is None or not np.array_equal(switched(site, one.y).z, site.z):
             return None

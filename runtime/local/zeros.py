@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from ..numerics.rank import FORMULAS, decomposed
 from ..problem import Array
 
 Complex = NDArray[np.complex128]
@@ -68,15 +69,14 @@ def _reduced(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Arra
     """Take away states that outputs see at once, until D has full row rank; zeros stay as they are."""
     while True:
         size = max((float(np.abs(m).max(initial=0.0)) for m in (a, b, c, d)), default=0.0)
-        small = 1e3 * EPSILON * max(size, 1e-300)
-        left, values, _ = np.linalg.svd(d) if d.size else (np.eye(len(d)), np.zeros(0), None)
-        rank = int((values > small).sum())
-        c, d = left.T @ c, left.T @ d
+        found = decomposed(d)
+        rank = found.rank(FORMULAS, size)
+        c, d = found.left.T @ c, found.left.T @ d
         seen, c, d = c[rank:], c[:rank], d[:rank]
         if not len(seen):
             return a, b, c, d
-        _, values, right = np.linalg.svd(seen) if seen.size else (None, np.zeros(0), np.eye(a.shape[0]))
-        gone = int((values > small).sum())
+        found = decomposed(seen)
+        gone, right = found.rank(FORMULAS, size), found.right
         if not gone:
             return a, b, c, d
         turn = np.vstack([right[gone:], right[:gone]]).T

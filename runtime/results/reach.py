@@ -6,14 +6,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
+from ..numerics.rank import POSITIONS, decomposed
 from ..outcome import Failure, configuration, time_text
 from ..problem import Array
 
 KIND = "out of reach"
 NEAR = 1e-3
 """Share of the smallest singular value at the start below which constraints count as dependent."""
-LOST = 1e-9
-"""Share of the largest singular value below which rows are superfluous from the start."""
 SHARE = 0.3
 """Part of a unit vector from which on a row is named."""
 INSTANT = 1e-4
@@ -51,14 +50,11 @@ def out_of_reach(case: Case, t: float, y: Array) -> list[int]:
     first, last = derivatives(case.begin, case.y0), derivatives(t, y)
     if not (np.isfinite(first).all() and np.isfinite(last).all()):
         return []
-    sizes = np.linalg.svd(first, compute_uv=False)
-    rank = int((sizes > LOST * sizes[0]).sum()) if sizes.size else 0
-    if not rank:
+    begun, now = decomposed(first), decomposed(last)
+    rank = begun.rank(POSITIONS)
+    if not rank or now.values[rank - 1] > NEAR * begun.values[rank - 1]:
         return []
-    left, now, _ = np.linalg.svd(last)
-    if now[rank - 1] > NEAR * sizes[rank - 1]:
-        return []
-    direction = left[:, rank - 1]
+    direction = now.left[:, rank - 1]
     step = INSTANT * (t - case.begin)
     apart = [residuals(at, y, inputs_at(case, at), case.z, case.p)[rows] for at in (t - step, t + step)]
     if abs(direction @ (apart[1] - apart[0])) <= np.sqrt(NEAR) * np.linalg.norm(apart[1] - apart[0]):

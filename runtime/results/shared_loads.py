@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..case import Case, inputs_at
 from ..native import contract
+from ..numerics.rank import POSITIONS, inverse, solve
 from ..outcome import time_text
 from ..problem import Array
 from ..rows import slices
@@ -180,7 +181,7 @@ def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]
     while True:
         # what each of them takes from those that hold, and what of it these cannot do
         along = response[np.ix_(held, free)]
-        parts = np.linalg.lstsq(response[np.ix_(held, held)], along, rcond=DEPENDENT)[0]
+        parts = solve(response[np.ix_(held, held)], along, POSITIONS)
         left = 1.0 - np.einsum("ik,ik->k", along, parts)
         bound = {k for k, own in zip(free, left, strict=True) if own < DEPENDENT}
         rests = {-1, *held, *bound}  # a contact that rises yet may have a slip that depends on others
@@ -240,7 +241,7 @@ def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> 
     if not zero:
         return set()
     count, free = len(zero), shares.shape[1]
-    if (shares[zero] @ np.linalg.pinv(shares[zero]).sum(axis=1) > UNLOADED).all():
+    if (shares[zero] @ inverse(shares[zero]).sum(axis=1) > UNLOADED).all():
         return set()  # one share loads all of them, which is what is usual
     from scipy.optimize import linprog
 

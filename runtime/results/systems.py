@@ -9,6 +9,7 @@ import numpy as np
 
 from ..case import Case, inputs_at
 from ..functions import named_function
+from ..numerics.rank import singular_values, solve
 from ..problem import Array
 
 SETTLED = 1e-9
@@ -99,7 +100,7 @@ class System:
                 return np.asarray(-look.rows / look.matrix[0])
             try:
                 if self.rows > self.count:
-                    return np.asarray(np.linalg.lstsq(look.matrix, -look.rows, rcond=None)[0])
+                    return solve(look.matrix, -look.rows)
                 return np.asarray(np.linalg.solve(look.matrix, -look.rows))
             except np.linalg.LinAlgError:
                 return np.full(self.count, np.nan)
@@ -108,7 +109,7 @@ class System:
         """Give how far a solution moves, as a share of the unknowns, for residuals that are shares of their terms."""
         if not np.isfinite(look.matrix).all():
             return np.inf
-        least = np.linalg.svd(look.matrix * np.maximum(self.largest, np.abs(values)), compute_uv=False)[-1]
+        least = singular_values(look.matrix * np.maximum(self.largest, np.abs(values)))[-1]
         return float(1 / least) if least > 0 else np.inf
 
     def nearest(self, at: Place, start: Array) -> Array | None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 
+from ..numerics.rank import inverse
 from ..problem import Array
 from .instant import BILATERAL, COEFFICIENT, CONTACT, EXTRA, FRICTION, GAP, RATE, Instant
 
@@ -100,7 +101,7 @@ def hit_together(instant: Instant, rests: dict[int, bool]) -> None:
     for _ in range(ROUNDS * len(rows)):
         inside = [k for k, on in enumerate(active) if on]
         p = np.zeros(len(rows))
-        p[inside] = np.linalg.pinv(matrix[np.ix_(inside, inside)]) @ aims[inside] if inside else 0.0
+        p[inside] = inverse(matrix[np.ix_(inside, inside)]) @ aims[inside] if inside else 0.0
         short = matrix @ p - aims
         wrong = [
             k

@@ -13,6 +13,7 @@ from msgspec import Struct
 from ..case import inputs_at
 from ..functions import named_function
 from ..native import contract
+from ..numerics.rank import inverse
 from ..problem import Array
 from .augmented import Augmented
 from .coordinates import basis
@@ -162,16 +163,16 @@ class Instant:
                 continue
             (b, _), (m, _) = self.responses(), self.measured()
             matrix = b[np.ix_(rows, [nv + k for k in rows])].T
-            impulses = np.linalg.pinv(matrix, rcond=ROUNDING) @ (REMAINS * signs - m[rows, RATE])
+            impulses = inverse(matrix, ROUNDING) @ (REMAINS * signs - m[rows, RATE])
             self.y[nq : nq + nv] += impulses @ b[rows][:, :nv]
 
     def solve(
         self, matrix: Array, matrix_changes: Array, target: Array, target_changes: Array
     ) -> tuple[Array, Array]:
         """Solve A x = b with derivatives; rows that depend on others get none."""
-        inverse = np.linalg.pinv(matrix, rcond=ROUNDING)
-        x = inverse @ target
-        return x, inverse @ (target_changes - np.einsum("ijk,j->ik", matrix_changes, x))
+        solver = inverse(matrix, ROUNDING)
+        x = solver @ target
+        return x, solver @ (target_changes - np.einsum("ijk,j->ik", matrix_changes, x))
 
     def stop(self, held: Sequence[int]) -> None:
         """Let rows that hold have no gap and no rate, and the derivatives none either."""
@@ -184,8 +185,8 @@ class Instant:
             if which == GAP and not np.any([self.rows[i].kind != FRICTION for i in chosen]):
                 continue
             matrix = b[np.ix_(chosen, [nv + i for i in chosen])].T
-            inverse = np.linalg.pinv(matrix, rcond=ROUNDING)
-            change = np.einsum("jk,jw->wk", inverse @ -dm[chosen, which], b[chosen])[:nv]
+            solver = inverse(matrix, ROUNDING)
+            change = np.einsum("jk,jw->wk", solver @ -dm[chosen, which], b[chosen])[:nv]
             if which == GAP:
                 self.w[: problem.ny] += basis(problem, self.y)[:, :nv] @ change
             else:

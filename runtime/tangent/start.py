@@ -13,15 +13,13 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import AGAIN, Case, inputs_at, prepare
+from ..numerics.rank import POSITIONS, inverse, rank
 from ..outcome import SimulationError
 from ..problem import Array, Setting
 from ..start.free_state import Flags
 from .augmented import Augmented
 from .coordinates import basis
 from .directions import Direction, chosen
-
-RANK = 1e-10
-"""Singular values below this share of the largest one count as zero, as in the assembly."""
 
 LEFT_OVER = 1e-8
 """Share of a change that the equations of an assembly may leave unanswered for rounding."""
@@ -189,8 +187,7 @@ def _determined(case: Case, stage: int, free: Flags) -> bool:
     rows = _jacobian(case)[_rows(case, stage)][:, np.flatnonzero(free)]
     if not rows.shape[1]:
         return True
-    values = np.linalg.svd(rows / _sizes(rows), compute_uv=False)
-    return bool((values > RANK * values.max(initial=0.0)).sum() == rows.shape[1])
+    return bool(rank(rows / _sizes(rows), POSITIONS) == rows.shape[1])
 
 
 def _sizes(matrix: Array) -> Array:
@@ -203,7 +200,7 @@ def _onto(matrix: Array, left: Array) -> Array:
     if not matrix.size:
         return np.zeros((matrix.shape[1], left.shape[1]))
     sizes = _sizes(matrix)
-    found: Array = -np.linalg.pinv(matrix / sizes, rcond=RANK) @ (left / sizes)
+    found: Array = -inverse(matrix / sizes, POSITIONS) @ (left / sizes)
     return found
 
 

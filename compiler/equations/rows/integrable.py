@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.numerics import rank
 
 from ...graph import Node
 from ...graph.differentiate import jacobian
@@ -90,9 +91,7 @@ def _integrable(system: MechanicalSystem, rows: Sequence[Row], values: Mapping[N
 
 def _bracket(a: Array, slope: Array) -> float:
     """Return the largest dw(X, Y) over the directions X, Y with a X = a Y = 0."""
-    _, singular, right = np.linalg.svd(a)
-    rank = int((singular > 1e-12 * max(float(singular.max(initial=0.0)), 1e-300)).sum())
-    allowed = right[rank:].T
+    allowed = rank.null_space(a, rank.NEWTON)
     curl = slope - slope.transpose(0, 2, 1)
     return float(np.abs(allowed.T @ curl @ allowed).max(initial=0.0))
 

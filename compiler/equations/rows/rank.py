@@ -14,6 +14,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.runtime.numerics.rank import independent_rows
+
 from ...graph import Graph, Node
 from ...graph.differentiate import jacobian
 from ...graph.evaluate import FLOATS, Tape, evaluate
@@ -94,7 +96,7 @@ def rank(
         touched |= np.abs(matrix) > TOLERANCE * sizes
         changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)
         least = np.maximum(VANISHED * away, np.where(np.isfinite(changes), changes / NOISE, 0.0))
-        independent = _independent(matrix, least)
+        independent = tuple(independent_rows(matrix, TOLERANCE, least))
         if len(independent) > len(chosen):
             chosen = independent
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
@@ -187,23 +189,3 @@ def _normalised(system: MechanicalSystem, values: Mapping[Node, float]) -> dict[
         size = float(np.sqrt(sum(values[n] ** 2 for n in nodes)))
         result |= {n: values[n] / size for n in nodes}
     return result
-
-
-def _independent(matrix: Vector, least: Vector) -> tuple[int, ...]:
-    """Return the rows that are no combination of earlier ones (Gram-Schmidt, twice for accuracy); those that are no larger
-    than the ``least`` say nothing."""
-    basis: list[Vector] = []
-    chosen: list[int] = []
-    for i, row in enumerate(matrix):
-        size = float(np.linalg.norm(row))
-        if size == 0 or size <= least[i] or not np.isfinite(size):  # undefined here; another sample decides
-            continue
-        rest = row / size
-        for _ in range(2):
-            for b in basis:
-                rest = rest - (b @ rest) * b
-        length = float(np.linalg.norm(rest))
-        if length > TOLERANCE:
-            basis.append(rest / length)
-            chosen.append(i)
-    return tuple(chosen)

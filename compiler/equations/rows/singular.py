@@ -19,6 +19,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.runtime.numerics.rank import inverse
+
 from ...flat.model import Kind
 from ...graph import Node
 from ...graph.differentiate import jacobian
@@ -233,5 +235,5 @@ def _inverse_inertias(
         return np.ones(len(rows))  # undefined where it starts, as the run will tell
     weights = evaluate(graph, [graph.zero if row.weight is None else row.weight for row in rows], values)
     inertia += (k.T * weights) @ k
-    sizes: Array = np.einsum("ij,ji->i", k, np.linalg.pinv(inertia) @ k.T)
+    sizes: Array = np.einsum("ij,ji->i", k, inverse(inertia) @ k.T)
     return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)

@@ -21,6 +21,8 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.runtime.numerics.rank import inverse
+
 from ...graph import Node
 from ...graph.differentiate import jacobian, jvp
 from ...graph.evaluate import evaluate
@@ -136,7 +138,7 @@ def _weights(seen: Sequence[tuple[Array, Array]]) -> Array:
 def _inverse(matrix: Array) -> Array:
     """Return the inverse in the directions that have inertia, zero in the others."""
     scales = np.outer(_scales(matrix), _scales(matrix))
-    found: Array = scales * np.linalg.pinv(scales * matrix, rcond=SINGULAR * len(matrix), hermitian=True)
+    found: Array = scales * inverse(scales * matrix, SINGULAR * len(matrix), symmetric=True)
     return found
 
 

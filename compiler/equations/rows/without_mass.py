@@ -448,6 +448,8 @@ class _Work:
         """
         import numpy as np
 
+        from mechc.runtime.numerics.rank import independent_rows, solve
+
         graph = self.graph
         entries = jacobian(graph, rows, rates)
         if not any(entries):
@@ -457,7 +459,7 @@ class _Work:
             return list(range(len(rows))), [], []
         scales = np.max([np.abs(d).max(axis=1) for d in matrices], axis=0)
         wide = np.hstack(matrices) / np.where(scales > 0, scales, 1.0)[:, None]
-        kept = _independent(wide)
+        kept = independent_rows(wide, VANISHING)
         if len(kept) == len(rows):
             return kept, [], []
         others = [i for i in range(len(rows)) if i not in kept]
@@ -465,7 +467,7 @@ class _Work:
         still = substitute(graph, rows, dict.fromkeys(rates, graph.zero))
         basis = wide[kept].T if kept else np.zeros((wide.shape[1], 0))
         for i in others:
-            shares = np.linalg.lstsq(basis, wide[i], rcond=None)[0] if kept else np.zeros(0)
+            shares = solve(basis, wide[i]) if kept else np.zeros(0)
             total, whole, among = still[i], rows[i], [i]
             for j, share in zip(kept, shares, strict=True):
                 if abs(share) <= VANISHING:
@@ -659,24 +661,6 @@ def _listed(names: Sequence[str]) -> str:
     if len(names) > len(shown):
         return ", ".join(shown) + f" and {len(names) - len(shown)} more"
     return " and ".join([", ".join(shown[:-1]), shown[-1]] if len(shown) > 1 else shown)
-
-
-def _independent(matrix: Array) -> list[int]:
-    """Return rows that are no combination of earlier ones."""
-    import numpy as np
-
-    basis: list[Array] = []
-    kept = []
-    for i, row in enumerate(matrix):
-        rest = row
-        for _ in range(2):
-            for b in basis:
-                rest = rest - (b @ rest) * b
-        size = float(np.linalg.norm(rest))
-        if size > VANISHING * max(float(np.linalg.norm(row)), VANISHING):
-            basis.append(rest / size)
-            kept.append(i)
-    return kept
 
 
 def _pivots(matrix: Array, preferred: Sequence[bool]) -> list[int]:

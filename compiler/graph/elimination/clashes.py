@@ -55,6 +55,8 @@ def _fulfilled(
 ) -> bool:
     import numpy as np
 
+    from mechc.runtime.numerics import rank
+
     x = np.array(point)
     for _ in range(STEPS):
         values = system(around | dict(zip(unknowns, x.tolist(), strict=True)))
@@ -68,6 +70,5 @@ def _fulfilled(
         size = 1 + np.abs(matrix) @ np.abs(x)
         if np.max(np.abs(rest) / size) <= SMALL:
             return True
-        step = np.linalg.lstsq(matrix, -rest, rcond=1e-10)[0]
-        x = x + step
+        x = x + rank.solve(matrix, -rest, rank.NEWTON)
     return False

@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
-import scipy.linalg
 import scipy.optimize
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,6 +20,8 @@ from msgspec.structs import replace
 from ...case import inputs_at
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
+from ...numerics.continuation import Reached, follow, located
+from ...numerics.rank import MOTIONS, null_space
 from ...outcome import SimulationError
 from ...problem import Array
 from ...tangent.coordinates import minimal
@@ -40,6 +41,7 @@ CLOSING = 1e-6
 FOLDING = 0.2
 """A branch that ends with a multiplier as near as that to 1 may end in a fold."""
 MOST_STEPS = 4000
+ARRIVED = "the value is reached"
 IMPACTS = ("impact", "rest", "lift-off", "crossing", "reflection")
 
 NEIGHBOURS = 1e-7
@@ -122,7 +124,7 @@ class Follower:
         vectors = [v / np.linalg.norm(v) for v in vectors if np.linalg.norm(v) > 0]
         if not vectors:
             return found
-        left = scipy.linalg.null_space(np.array(vectors))
+        left = null_space(np.array(vectors), MOTIONS)
         error = np.abs(left.T) @ found.error @ np.abs(left)
         return replace(found, matrix=left.T @ found.matrix @ left, error=error)
 
@@ -162,43 +164,44 @@ class Follower:
 
     def go(self, before: Place | None, last: Place, target: float) -> tuple[list[Place], str]:
         """Follow the branch from an orbit to a value; give the orbits on the way, and why it does not get there."""
-        passed: list[Place] = []
-        step, failure, shorter = target - last.value, "", False
-        while last.value != target:
+        failure = ""
+
+        def advance(points: Sequence[Place], length: float) -> Reached[Place] | None:
+            nonlocal failure
             self.steps += 1
             if self.steps > MOST_STEPS:
-                return passed, f"more than {MOST_STEPS} steps"
-            near = abs(step) >= abs(target - last.value) * (1 - 1e-9)
-            value = target if near else last.value + step
-            here = None
+                return Reached([], end=f"more than {MOST_STEPS} steps")
+            before, last = points[-2] if len(points) > 1 else None, points[-1]
+            left = target - last.value
+            value = target if length >= abs(left) * (1 - 1e-9) else last.value + math.copysign(length, left)
             y, period = _guess(before, last, value)
             try:
                 here = self.at(value, y, period)
             except SimulationError as found:
                 failure = found.message
-            if (
-                here is not None
-                and here.happened != last.happened
-                and self._apart(here, y)
-                <= CLOSE + BEND * (self._apart(last, y) + self._apart(here, last.orbit.start))
+                return None
+            if here.happened != last.happened and self._apart(here, y) <= CLOSE + BEND * (
+                self._apart(last, y) + self._apart(here, last.orbit.start)
             ):
                 crossed = self._across(before, last, here)
                 if crossed is not None:
-                    passed += crossed
-                    before, last = crossed[-2] if len(crossed) > 1 else None, crossed[-1]
-                    step = target - last.value
-                    continue
-            if here is None or here.happened != last.happened or not self._near(before, last, here, y):
-                step, shorter = (value - last.value) / 2, True
-                if abs(step) < SHORTEST * self.span:
-                    return passed, failure or "other orbits alone lie beyond"
-                continue
+                    return Reached(crossed, math.inf, ARRIVED if crossed[-1].value == target else "")
+            if here.happened != last.happened or not self._near(before, last, here, y):
+                return None
             self._between(last, here)
-            passed.append(here)
-            before, last = last, here
-            step, shorter = (1 if shorter else 2) * (last.value - before.value), False
-            step = math.copysign(max(abs(step), SHORTEST * self.span), target - last.value)
-        return passed, ""
+            return Reached([here], 2.0, ARRIVED if value == target else "")
+
+        begun = [last] if before is None else [before, last]
+        whole = abs(target - last.value)
+        if not whole:
+            return [], ""
+        points, why = follow(
+            begun, advance, first=whole, shortest=SHORTEST * self.span, longest=whole, most=2 * MOST_STEPS
+        )
+        passed = points[len(begun) :]
+        if why == ARRIVED or why.startswith("more"):
+            return passed, "" if why == ARRIVED else why
+        return passed, failure or "other orbits alone lie beyond"
 
     def _apart(self, place: Place, y: Array) -> float:
         shooter = Shooter(self.linear, self.free, None)
@@ -234,14 +237,17 @@ class Follower:
     def _located(self, test: Test, a: Place, b: Place) -> float:
         """Give the value at which a test function vanishes between two orbits."""
 
-        def on(value: float) -> float:
-            return test(self.at(value, *_guess(a, b, value)))[0]
+        def at(value: float) -> Place | None:
+            try:
+                return self.at(value, *_guess(a, b, value))
+            except SimulationError:
+                return None
 
-        try:
-            return float(scipy.optimize.brentq(on, a.value, b.value, xtol=LOCATED * self.span, rtol=1e-14))
-        except (SimulationError, ValueError):
-            one, two = abs(test(a)[0]), abs(test(b)[0])
-            return a.value + (b.value - a.value) * one / (one + two)
+        found = located(at, lambda place: test(place)[0], a.value, b.value, LOCATED * self.span)
+        if found is not None:
+            return found.value
+        one, two = abs(test(a)[0]), abs(test(b)[0])
+        return a.value + (b.value - a.value) * one / (one + two)
 
     def _across(self, before: Place | None, last: Place, here: Place) -> list[Place] | None:
         """Cross a value at which events join or leave the orbit: give the orbits from the last one to the one behind it."""

@@ -6,6 +6,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ...numerics.rank import POSITIONS, decomposed, inverse
 from ...outcome import SimulationError, time_text
 from ...problem import Array, Problem
 from ...tangent.coordinates import basis, minimal
@@ -13,8 +14,6 @@ from ...tangent.flow import Tangents
 from ...tangent.projection import projected
 from ..runs.simulate import Plan
 
-RANK = 1e-9
-"""Relative singular value below which a direction is none."""
 ROUNDING = 64 * float(np.finfo(float).eps)
 """Of a map over some hundred steps, relative to its size."""
 
@@ -62,10 +61,8 @@ class Linearised:
         if not self.problem.constraints:
             return unit
         w = self.onto(self.tangents, self.tangents.case.begin, y, basis(self.problem, y) * self.scale)
-        columns, singular, _ = np.linalg.svd(
-            (minimal(self.problem, y, w) / self.scale[:, None])[:, self.kept]
-        )
-        return columns[:, : int((singular > RANK * singular[0]).sum())]
+        found = decomposed((minimal(self.problem, y, w) / self.scale[:, None])[:, self.kept])
+        return found.left[:, : found.rank(POSITIONS)]
 
     @staticmethod
     def onto(tangents: Tangents, t: float, y: Array, w: Array) -> Array:
@@ -166,5 +163,5 @@ def determinant(found: LinearMap) -> tuple[float, float]:
     """Give the determinant of a linear map and how far it may be off."""
     value = float(np.linalg.det(found.matrix))
     noise = float(np.linalg.norm(found.error)) + ROUNDING * float(np.linalg.norm(found.matrix))
-    inverse = float(np.linalg.norm(np.linalg.pinv(found.matrix)))
-    return value, abs(value) * inverse * noise
+    grown = float(np.linalg.norm(inverse(found.matrix)))
+    return value, abs(value) * grown * noise

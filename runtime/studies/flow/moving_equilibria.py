@@ -16,11 +16,12 @@ from scipy.linalg import expm
 from ...local.operating_point import Site
 from ...local.search import box_of
 from ...local.zeros import Complex, poles
+from ...numerics.newton import added, newton
+from ...numerics.rank import EPSILON, NEWTON, POSITIONS, null_space, solve
 from ...outcome import SimulationError
 from ...problem import Array
 from .moves import moves_of
 
-RANK = 1e-9
 SMALL = 1e-6
 """Of the largest row: smaller ones, which may be rounding, are not made as large as the others."""
 NOTHING = 1e-12
@@ -82,7 +83,7 @@ class Carried:
         """Return coordinates and rates of the moves as they are at the start: the rates nearest to its velocities."""
         y, n = self.site.y, self.n
         ways = np.array([move.at(y[:n]) for move in self.moves]).T
-        return np.concatenate([y[:n], np.linalg.lstsq(ways, y[n : 2 * n], rcond=RANK)[0]])
+        return np.concatenate([y[:n], solve(ways, y[n : 2 * n], POSITIONS)])
 
     def scaled(self, rows: Array) -> tuple[Array, Array]:
         """Return rows in sizes of the unknowns, of one length but for those that are nearly nothing, and what they were divided by."""
@@ -162,7 +163,7 @@ class Carried:
         b = ways @ x[self.n :] - turn @ x[: self.n]
         for move in self.moves:
             other = np.r_[(move.A @ turn - turn @ move.A).ravel(), move.A @ b - turn @ move.b]
-            rows.append(np.linalg.lstsq(span, other, rcond=RANK)[0] / self.speeds**2)
+            rows.append(solve(span, other, POSITIONS) / self.speeds**2)
         return np.array(rows)
 
     def nearest(self, x: Array) -> Array:
@@ -191,7 +192,7 @@ class Carried:
                     (ways / self.lengths[:, None] ** 2).T @ ways + (bend + bend.T) / 2
                 )
                 values = np.abs(values)
-                used = values > RANK * values.max(initial=0.0)
+                used = values > POSITIONS * values.max(initial=0.0)
                 step = -vectors[:, used] @ ((vectors[:, used].T @ slope) / values[used])
                 step *= min(1.0, 0.5 / max(float(np.abs(step[turning]).max(initial=0.0)), 1e-300))
                 moved = self._carried_by(fields, step) @ moved
@@ -200,7 +201,7 @@ class Carried:
             q = moved[:n, :n] @ x[:n] + moved[:n, n]
             away = float(np.linalg.norm((q - self.start[:n]) / self.lengths))
             if away < least - 1e-9:
-                carried = np.linalg.lstsq(self.ways(q), moved[:n, :n] @ v, rcond=RANK)[0]
+                carried = solve(self.ways(q), moved[:n, :n] @ v, POSITIONS)
                 best, least = np.r_[q, carried], away
         return best
 
@@ -225,10 +226,11 @@ class Carried:
         )
         scale = np.r_[self.lengths, np.full(n, max(float(np.abs(y[n : 2 * n]).max()), 1e-3))]
         rows = _alike(rows * scale)
-        allowed = _null(rows)
+        allowed = null_space(rows, POSITIONS, 1.0)
         ways = np.array([np.r_[move.at(y[:n]), move.A @ y[n : 2 * n]] for move in self.moves]) / scale
         ways = _alike(ways).T
-        kept = allowed @ _null((allowed.T @ (ways @ _null(rows @ ways))).T)
+        along = ways @ null_space(rows @ ways, POSITIONS, 1.0)
+        kept = allowed @ null_space((allowed.T @ along).T, POSITIONS, 1.0)
         values, errors = poles(kept.T @ (linear * scale / scale[:, None]) @ kept)
         size = float(np.abs(values).max(initial=0.0))
         limits = np.array([1e-7 * size if e is None else 4 * e + 1e-12 * size for e in errors])
@@ -247,21 +249,17 @@ class Carried:
         """Whether the energy has a strict minimum there over the states on the constraints with the same momenta, by differences."""
         wanted, m, h = self.momenta_of(y), ways.shape[1], APART
 
+        def onto(z: Array) -> tuple[Array, float]:
+            found, constant, n = self.site.derivatives(z), self._constant(), 2 * self.n
+            left = np.r_[*self.site.constraints(z), (self.momenta_of(z) - wanted)[constant]]
+            rows = np.vstack([found.position[:, :n], found.rate[:, :n], self.momenta_slopes(z)[constant]])
+            step = -solve(rows, left, NEWTON)
+            return np.r_[step, np.zeros(len(z) - n)], float(np.abs(step).max())
+
         def energy(way: Array) -> float:
             z = y.copy()
             z[: 2 * self.n] += way
-            for _ in range(6):
-                found, constant = self.site.derivatives(z), self._constant()
-                left = np.r_[*self.site.constraints(z), (self.momenta_of(z) - wanted)[constant]]
-                rows = np.vstack(
-                    [
-                        found.position[:, : 2 * self.n],
-                        found.rate[:, : 2 * self.n],
-                        self.momenta_slopes(z)[constant],
-                    ]
-                )
-                z[: 2 * self.n] -= np.linalg.lstsq(rows, left, rcond=RANK)[0]
-            return float(self._phase(z)[self._energy])
+            return float(self._phase(newton(z, onto, added, most=6, close=EPSILON).at)[self._energy])
 
         hessian = np.zeros((m, m))
         try:
@@ -284,11 +282,3 @@ def _alike(rows: Array) -> Array:
     norms = np.linalg.norm(rows, axis=1)
     filled = norms > NOTHING * norms.max(initial=1e-300)
     return np.asarray(rows[filled] / norms[filled][:, None])
-
-
-def _null(rows: Array) -> Array:
-    """Return an orthonormal basis of the directions in which rows, of the length 1, vanish."""
-    if not rows.size:
-        return np.eye(rows.shape[1])
-    _, values, right = np.linalg.svd(rows, full_matrices=True)
-    return np.asarray(right[int((values > RANK).sum()) :].T)

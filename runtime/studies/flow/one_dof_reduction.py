@@ -11,18 +11,19 @@ import numpy as np
 from msgspec import Struct
 from scipy.integrate import DOP853
 from scipy.interpolate import BSpline, make_interp_spline
-from scipy.optimize import brentq
 
 from ...local.equilibrium import moving
 from ...local.operating_point import Site
 from ...local.search import Box, box_of
+from ...numerics.newton import added, newton
+from ...numerics.rank import EPSILON, NEWTON, POSITIONS, null_space, solve
+from ...numerics.roots import root
 from ...outcome import SimulationError
 from ...problem import Array
 
 ARC = "arc"
 """What the length along the curve is called, from the start on."""
 TOLERANCE = 1e-12
-RANK = 1e-9
 NODES = 1500
 """Positions that are solved for to rounding; between them are polynomials of seventh degree."""
 DEGREE = 7
@@ -92,9 +93,7 @@ class Tied:
         nd, nv = self.site.chart.nd, self.site.problem.nv
         rows = self.site.derivatives(y).rate[:, nd : nd + nv]
         sizes = np.linalg.norm(rows, axis=1, keepdims=True)
-        _, values, right = np.linalg.svd(rows / np.where(sizes > 0, sizes, 1.0))
-        rank = int((values > RANK * values.max(initial=0.0)).sum())
-        return right[rank:].T
+        return null_space(rows / np.where(sizes > 0, sizes, 1.0), POSITIONS)
 
     def _bounds(self, box: Box) -> None:
         """Set bounds and sizes of the displacements that move, and the unit of the length along them."""
@@ -148,20 +147,17 @@ class Tied:
 
     def _corrected(self, d: Array, held: int | None = None) -> Array:
         """Put displacements onto the constraints, by the shortest way or with one of them held."""
-        d = d.copy()
-        for _ in range(CORRECTIONS):
+
+        def step(d: Array) -> tuple[Array, float] | None:
             y = self._placed(d)
             left = self.site.constraints(y)[0]
-            if not len(left):
-                return d
             rows = self.site.derivatives(y).position[:, self.moved] * self.sizes
             if held is not None:
                 rows[:, held] = 0.0
-            step = np.linalg.lstsq(rows, -left, rcond=RANK)[0]
-            d += self.sizes * step
-            if float(np.abs(step).max()) < 4e-16:
-                break
-        return d
+            found = solve(rows, -left, NEWTON)
+            return self.sizes * found, float(np.abs(found).max())
+
+        return newton(d, step, added, most=CORRECTIONS, close=EPSILON).at
 
     def _orientation(self, y: Array, along: Array) -> float:
         """Return a sign that changes where positions branch: of the determinant of constraints and direction; 0 where
@@ -233,7 +229,7 @@ class Tied:
         first, last = float(solver.t_old), float(solver.t)
         if first == 0.0 or not ahead(first) < 0 <= ahead(last):
             return None
-        end = float(brentq(ahead, first, last, xtol=1e-15 * self.range))
+        end = root(ahead, first, last)
         away = self._wrapped(dense(end)) / self.sizes  # type: ignore[operator]
         return end if float(np.linalg.norm(away)) < SAME * self.range else None
 

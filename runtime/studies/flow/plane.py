@@ -12,12 +12,12 @@ from collections.abc import Collection
 import numpy as np
 from msgspec import Struct
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from ...local.equilibrium import check_autonomous
 from ...local.operating_point import Site
 from ...local.search import Search, box_of
 from ...local.zeros import Complex
+from ...numerics.roots import root
 from ...outcome import SimulationError
 from ...problem import Array
 from ..formulas.effective import Effective
@@ -210,7 +210,7 @@ class Plane:
         found: list[float] = []
         for k in np.flatnonzero(good):
             try:
-                x = float(brentq(force, axis[k], axis[k + 1], xtol=1e-14 * (high - low), rtol=1e-14))
+                x = root(force, axis[k], axis[k + 1])
             except ValueError:  # a pole between them
                 continue
             new = not found or x - found[-1] > 1e-9 * (high - low)

@@ -12,20 +12,20 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case, inputs_at
+from ...numerics import rank
+from ...numerics.newton import newton
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...tangent.coordinates import basis, minimal
 from .linearised import Linearised, LinearMap
 from .pieces import column_at, periodic
 
-MOST_ITERATIONS, HALVINGS = 25, 8
+MOST_ITERATIONS = 25
 GROWTH = 1e3
 """Of small changes over one piece of the motion."""
 MOST_PIECES = 64
 CLOSED = 1e-8
 """Residual, in nominal sizes, below which an orbit counts as closed, if rounding allows no better."""
-UNDECIDED = 1e-6
-"""Relative singular value of directions in which nothing is decided."""
 MOST_ROUNDS = 64
 """Of an orbit within the period that was found; more of them are found one factor after the other."""
 PROJECTIONS = 6
@@ -87,6 +87,18 @@ class Energy(Struct, frozen=True):
     value: float
 
 
+class _Pieces(Struct, frozen=True, eq=False):
+    """Where the pieces begin, the ``residual`` [m n] by which they miss joining, their linear maps, the states where they end, and
+    the ``size`` of what is wrong, in nominal sizes."""
+
+    nodes: list[Array]
+    period: float
+    residual: Array
+    blocks: list[Array]
+    ends: list[Array]
+    size: float
+
+
 class Shooter:
     def __init__(self, linear: Linearised, free: bool, energy: Energy | None) -> None:
         self.linear, self.free, self.energy = linear, free, energy
@@ -100,34 +112,30 @@ class Shooter:
         for k in range(count - 1):
             begin = case.begin + k * period / count
             nodes.append(self.linear.map(begin, nodes[-1], period / count, checked=False).end)
-        residual, blocks, ends = self._residuals(nodes, period)
-        size = self._size(residual, nodes[0])
-        correction, best = math.inf, math.inf
-        iterations = 0
-        while iterations < MOST_ITERATIONS:
-            iterations += 1
-            step, change = self._correction(nodes, period, residual, blocks, ends)
-            correction = abs(change)
-            share = 1.0
-            for _ in range(HALVINGS):
-                moved = [self._moved(node, share * d) for node, d in zip(nodes, step, strict=True)]
-                longer = period + share * change
-                if longer > 0.2 * period:
-                    try:
-                        tried = self._residuals(moved, longer)
-                    except SimulationError:
-                        tried = None
-                    if tried is not None:
-                        new = self._size(tried[0], moved[0])
-                        if new < max(size, CLOSED):
-                            break
-                share /= 2
-            else:
-                break
-            nodes, period, (residual, blocks, ends), size = moved, longer, tried, new
-            if size < CLOSED and size > 0.3 * best:
-                break
-            best = min(best, size)
+
+        def step(at: _Pieces) -> tuple[tuple[list[Array], float], float]:
+            return self._correction(at), at.size
+
+        def moved(at: _Pieces, change: tuple[list[Array], float], share: float) -> _Pieces | None:
+            longer = at.period + share * change[1]
+            if longer <= 0.2 * at.period:
+                return None
+            places = [self._moved(node, share * d) for node, d in zip(at.nodes, change[0], strict=True)]
+            try:
+                return self._pieces(places, longer)
+            except SimulationError:
+                return None
+
+        solved = newton(
+            self._pieces(nodes, period),
+            step,
+            moved,
+            most=MOST_ITERATIONS,
+            resting=CLOSED,
+            accepted=lambda at, _, after, __: after.size < max(at.size, CLOSED),
+        )
+        nodes, period, size = solved.at.nodes, solved.at.period, solved.at.size
+        correction = abs(solved.step[1]) if solved.step else math.inf
         if not size < CLOSED:
             raise SimulationError(
                 f"no periodic motion of '{self.problem.name}' was found near its start: the last one misses itself by "
@@ -138,7 +146,7 @@ class Shooter:
         closing = self.linear.map(case.begin, nodes[0], period)
         if count > 1:  # the product of the pieces: what has grown and fallen within them is not lost
             closing = self._product(nodes, period, closing)
-        return Orbit(nodes[0], period, closing, size, correction, iterations, count)
+        return Orbit(nodes[0], period, closing, size, correction, solved.steps, count)
 
     def _product(self, nodes: list[Array], period: float, whole: LinearMap) -> LinearMap:
         maps = [
@@ -155,8 +163,8 @@ class Shooter:
             return whole
         return LinearMap(matrix, error, whole.directions, whole.end)
 
-    def _residuals(self, nodes: list[Array], period: float) -> tuple[Array, list[Array], list[Array]]:
-        """Give how far the pieces are from joining [m n], their linear maps and the states where they end."""
+    def _pieces(self, nodes: list[Array], period: float) -> _Pieces:
+        """Give how far the pieces are from joining, their linear maps and the states where they end."""
         linear, count = self.linear, len(nodes)
         residual, blocks, ends = [], [], []
         for k, node in enumerate(nodes):
@@ -166,7 +174,8 @@ class Shooter:
             residual.append(self.gap(following, end, turns=k == count - 1)[linear.kept])
             blocks.append(matrix)
             ends.append(end)
-        return np.concatenate(residual), blocks, ends
+        gaps = np.concatenate(residual)
+        return _Pieces(nodes, period, gaps, blocks, ends, self._size(gaps, nodes[0]))
 
     def gap(self, wanted: Array, there: Array, *, turns: bool = True) -> Array:
         """Give how far a state is from a wanted one [2 nv + nx], in nominal sizes; up to whole ``sincos_batch`` of angles."""
@@ -184,10 +193,9 @@ class Shooter:
         kept = self.linear.kept
         return max(size, abs(self.energy_row(node, self.linear.allowed(node)[kept], self.energy)[1]))
 
-    def _correction(
-        self, nodes: list[Array], period: float, residual: Array, blocks: list[Array], ends: list[Array]
-    ) -> tuple[list[Array], float]:
+    def _correction(self, at: _Pieces) -> tuple[list[Array], float]:
         """Give the least change of the nodes [m, 2 nv + nx] in nominal sizes and of the period that closes the gaps."""
+        nodes, period = at.nodes, at.period
         linear, count = self.linear, len(nodes)
         kept = linear.kept
         n = len(kept)
@@ -197,18 +205,18 @@ class Shooter:
         matrix = np.zeros((n * count, places[-1] + int(self.free)))
         for k in range(count):
             rows, following = slice(n * k, n * (k + 1)), (k + 1) % count
-            matrix[rows, places[k] : places[k + 1]] += blocks[k][np.ix_(kept, kept)] @ spaces[k]
+            matrix[rows, places[k] : places[k + 1]] += at.blocks[k][np.ix_(kept, kept)] @ spaces[k]
             matrix[rows, places[following] : places[following + 1]] -= spaces[following]
             if self.free:
-                rate = self._rate(self.case.begin + (k + 1) * period / count, ends[k])
+                rate = self._rate(self.case.begin + (k + 1) * period / count, at.ends[k])
                 matrix[rows, -1] = (rate / linear.scale)[kept] * period / count
-        wanted = -residual
+        wanted = -at.residual
         if self.energy is not None:
             slope, missing = self.energy_row(nodes[0], spaces[0], self.energy)
             row = np.zeros((1, matrix.shape[1]))
             row[0, : widths[0]] = slope
             matrix, wanted = np.vstack([matrix, row]), np.append(wanted, missing)
-        solution = np.linalg.lstsq(matrix, wanted, rcond=UNDECIDED)[0]
+        solution = rank.solve(matrix, wanted, rank.MOTIONS)
         steps = []
         for k in range(count):
             whole = np.zeros(linear.size)

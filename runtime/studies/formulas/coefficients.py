@@ -7,6 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from ...numerics.rank import FORMULAS, rank, solve
 from ...problem import Array
 
 LARGEST_DENOMINATOR = 60
@@ -52,7 +53,7 @@ def _monomial(values: Array, parameters: Array, names: Sequence[str]) -> str | N
     if not usable or len(values) < len(usable) + 3 or not ((values > 0).all() or (values < 0).all()):
         return None
     logs = np.hstack([np.ones((len(values), 1)), np.log(parameters[:, usable])])
-    solution, *_ = np.linalg.lstsq(logs, np.log(np.abs(values)), rcond=None)
+    solution = solve(logs, np.log(np.abs(values)), FORMULAS)
     exponents = np.round(solution[1:] * HALVES) / HALVES
     rest = values / np.exp(logs[:, 1:] @ exponents)
     number = fraction(float(rest[-1]))
@@ -87,8 +88,8 @@ def _sum(values: Array, columns: Array, texts: Sequence[str]) -> str | None:
     if count < 2 or not np.isfinite(values).all():
         return None
     used = columns[:, :count] / np.abs(columns[:, :count]).max(axis=0)
-    solution, _, rank, _ = np.linalg.lstsq(used, values, rcond=1e-13)
-    if rank < count or np.abs(used @ solution - values).max() > 1e-8 * np.abs(values).max():
+    solution = solve(used, values, FORMULAS)
+    if rank(used, FORMULAS) < count or np.abs(used @ solution - values).max() > 1e-8 * np.abs(values).max():
         return None
     solution = solution / np.abs(columns[:, :count]).max(axis=0)
     text = ""

@@ -7,6 +7,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 from scipy.linalg import qr, solve_triangular
 
+from ...numerics.rank import GRADIENTS, condition, decomposed, decomposed_columns, rank
 from ...problem import Array
 
 DEPENDENT = 1e-8
@@ -88,13 +89,10 @@ def null_space(rates: Array, sizes: Array, values: Array | None = None) -> Null:
 
 def _singular(rows: Array) -> tuple[Array, Array]:
     """Return the singular values relative to the largest, one for each column, and the directions that belong to them."""
-    count = len(rows)
-    if count > rows.shape[1]:
-        rows = np.asarray(np.linalg.qr(rows, mode="r"))
-    _, found, right = np.linalg.svd(rows)
+    found = decomposed_columns(rows)
     values = np.zeros(rows.shape[1])
-    values[: len(found)] = found / max(found[0], FAINT * np.sqrt(count))
-    return values, right
+    values[: len(found.values)] = found.values / max(found.values[0], FAINT * np.sqrt(len(rows)))
+    return values, found.right
 
 
 def _zeros(values: Array) -> int:
@@ -137,7 +135,7 @@ class Refining:
             places = np.flatnonzero(shares >= share)
             if len(places) >= tried:
                 continue
-            _, _, right = np.linalg.svd(self.triangle[:, places], full_matrices=True)
+            right = decomposed(self.triangle[:, places]).right
             own = np.zeros_like(scaled)
             own[places] = right[-1] / right[-1][np.abs(right[-1]).argmax()]
             alone = np.abs(own) >= NEGLIGIBLE
@@ -170,7 +168,7 @@ def sparse_basis(
         weights = np.exp(random.uniform(-6, 6, n)) if trial else 1.0 / costs
         _, _, pivots = qr(scaled * weights, mode="economic", pivoting=True)
         square = scaled[:, pivots[:count]]
-        if np.linalg.cond(square) > 1e7:
+        if condition(square) > 1 / GRADIENTS:
             continue
         rows += list(np.linalg.solve(square, scaled))
     cleaned = []
@@ -192,7 +190,7 @@ def sparse_basis(
         if len(chosen) >= count:
             break
         tried = np.array([*before, *chosen, cleaned[k]])
-        if np.linalg.svd(tried / np.linalg.norm(tried, axis=1)[:, None], compute_uv=False)[-1] > 1e-6:
+        if rank(tried / np.linalg.norm(tried, axis=1)[:, None], GRADIENTS) == len(tried):
             chosen.append(cleaned[k])
     return np.array(chosen).reshape(-1, n) / sizes
 
@@ -200,9 +198,8 @@ def sparse_basis(
 def _orthonormal(rows: Array) -> Array:
     """Return an orthonormal basis of the space that rows span."""
     rows = rows / np.linalg.norm(rows, axis=1)[:, None]
-    _, found, right = np.linalg.svd(rows, full_matrices=False)
-    result: Array = right[found > 1e-7]
-    return result
+    found = decomposed(rows)
+    return found.right[: found.rank(GRADIENTS)]
 
 
 def sizes_of(values: Array, rates: Array, time: float) -> Array:

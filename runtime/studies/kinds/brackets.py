@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case, inputs_at
+from ...numerics.rank import FORMULAS, rank, solve
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, settable
@@ -219,9 +220,9 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
     if columns.shape[1] > len(values) - 4:
         return ""
     scale = np.abs(columns).max(axis=0)
-    solution, _, rank, _ = np.linalg.lstsq(columns / scale, values, rcond=1e-11)
+    solution = solve(columns / scale, values, FORMULAS)
     off = np.abs(columns / scale @ solution - values).max()
-    if off > EXACT * np.abs(values).max() or rank < columns.shape[1]:
+    if off > EXACT * np.abs(values).max() or rank(columns / scale, FORMULAS) < columns.shape[1]:
         return ""
     pairs = [
         (_number(float(c / s)), name)

@@ -9,13 +9,13 @@ from typing import Annotated
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from ...case import Case, inputs_at
 from ...local.chart import chart_of
 from ...local.equilibrium_feasibility import contacts
 from ...local.held import GAP, row_values
 from ...local.operating_point import Site, moving_inputs, switched
+from ...numerics.roots import root
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number
@@ -68,16 +68,11 @@ class Energy(Study, frozen=True, kw_only=True):
         turning, open_at = [], rest.gaps(k, places)
         for a, b, f, g in zip(places, places[1:], values - level, values[1:] - level, strict=False):
             if f == 0 or (np.isfinite(f * g) and f * g < 0):
-                root = (
-                    a
-                    if f == 0
-                    else brentq(
-                        lambda x: float(rest.line(k, np.array([x]))[0]) - level, a, b, xtol=1e-14, rtol=1e-14
-                    )
+                turning.append(
+                    a if f == 0 else root(lambda x: float(rest.line(k, np.array([x]))[0]) - level, a, b)
                 )
-                turning.append(float(root))
         walls = [
-            float(brentq(lambda x: float(rest.gaps(k, np.array([x]))[0]), a, b, xtol=1e-14, rtol=1e-14))
+            root(lambda x: float(rest.gaps(k, np.array([x]))[0]), a, b)
             for a, b, f, g in zip(places, places[1:], open_at, open_at[1:], strict=False)
             if (f < 0) != (g < 0)
         ]

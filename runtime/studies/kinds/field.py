@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ...case import Case, inputs_at
+from ...numerics.rank import FORMULAS, solve
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number
@@ -269,7 +270,7 @@ class Forces:
         rates = terms.values(sample)[1]
         scale = np.abs(rates).max(axis=0)
         rows = np.maximum(np.abs(power), 1e-3 * np.abs(power).max() or 1.0)
-        solution, *_ = np.linalg.lstsq(rates / scale / rows[:, None], -power / rows, rcond=1e-13)
+        solution = solve(rates / scale / rows[:, None], -power / rows, FORMULAS)
         off = np.abs(rates / scale @ solution + power).max()
         if off > 1e-8 * (np.abs(power).max() or 1.0):
             return ""

@@ -13,6 +13,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case, inputs_at
+from ...numerics.rank import FORMULAS, solve
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Table
@@ -184,7 +185,7 @@ class _Fit:
         rows = np.maximum(np.abs(target), 1e-3 * np.abs(target).max() + 1e-300)
         scale = np.abs(values / rows[:, None]).max(axis=0)
         scale = np.where(scale > 0, scale, 1.0)
-        solution, *_ = np.linalg.lstsq(values / rows[:, None] / scale, target / rows, rcond=1e-14)
+        solution = solve(values / rows[:, None] / scale, target / rows, FORMULAS)
         sizes = np.abs(solution)
         solution = np.where(sizes < 1e-9 * sizes.max(initial=0.0), 0.0, solution)
         return solution / scale, 0.0
@@ -203,7 +204,7 @@ class _Fit:
                 return None
             values, target = self._columns(terms, sample)[:, places], wanted(sample)
             scale = np.abs(values).max(axis=0)
-            solution, *_ = np.linalg.lstsq(values / scale, target, rcond=None)
+            solution = solve(values / scale, target, FORMULAS)
             off = np.abs(values / scale @ solution - target).max()
             return solution / scale if off <= 1e-8 * (np.abs(target).max() or 1.0) else None
 

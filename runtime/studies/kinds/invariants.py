@@ -16,6 +16,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import Case
+from ...numerics.rank import GRADIENTS, rank, solve
 from ...outcome import Outcome
 from ...problem import Array, Problem
 from ...results.files import json_number
@@ -59,9 +60,6 @@ SHOWN = 130
 
 EXACT_PRODUCT = 1e-8
 """Relative difference of a product of constants from a combination of terms that is the same."""
-
-RANK = 1e-7
-"""Singular value of gradients, relative to the largest, below which they depend on each other."""
 
 
 class Integral(Struct, frozen=True, eq=False):
@@ -190,7 +188,7 @@ class _Search:
         scaled = np.hstack([np.ones((len(self.values), 1)), self.values / scale])
         targets = np.array(wanted).T
         targets = targets / np.abs(targets).max(axis=0)
-        coefficients, *_ = np.linalg.lstsq(scaled, targets, rcond=None)
+        coefficients = solve(scaled, targets)
         off = np.abs(scaled @ coefficients - targets).max(axis=0)
         for j in range(targets.shape[1]):
             if off[j] < EXACT_PRODUCT:
@@ -204,24 +202,20 @@ def _rank(vectors: Sequence[Array], sizes: Array) -> int:
         return 0
     scaled = np.array(vectors) * sizes
     scaled /= np.linalg.norm(scaled, axis=1)[:, None]
-    return int((np.linalg.svd(scaled, compute_uv=False) > 1e-7).sum())
+    return rank(scaled, GRADIENTS)
 
 
 def _adds(known: Sequence[Array], vector: Array, gradients: Array) -> bool:
     """Tell whether a constant is no function of known ones: the rank of gradients grows, at most of the states."""
 
-    def rank(vectors: Sequence[Array], at: Array) -> int:
+    def rank_of(vectors: Sequence[Array], at: Array) -> int:
         if not vectors:
             return 0
         rows = np.array(vectors) @ at
         norms = np.linalg.norm(rows, axis=1)
-        rows = rows[norms > 0] / norms[norms > 0][:, None]
-        if len(rows) == 0:
-            return 0
-        found = np.linalg.svd(rows, compute_uv=False)
-        return int((found > RANK * found[0]).sum())
+        return rank(rows[norms > 0] / norms[norms > 0][:, None], GRADIENTS)
 
-    votes = [rank([*known, vector], at) > rank(known, at) for at in gradients]
+    votes = [rank_of([*known, vector], at) > rank_of(known, at) for at in gradients]
     return sum(votes) * 2 > len(votes)
 
 

@@ -11,10 +11,11 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec.structs import replace
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import minimize
 
 from ...case import find_setting
 from ...integrate.interruption import NotedInterruptions
+from ...numerics.roots import minimum
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
@@ -141,14 +142,8 @@ class _Search:
                 raise SimulationError(
                     f"no motion of '{self.problem.name}' between {low:g} and {high:g} has a goal{self.failed}"
                 )
-            around = (axis[max(k - 1, 0)], axis[min(k + 1, LOOKS - 1)])
-            found = minimize_scalar(
-                lambda x: self(np.array([x])),
-                bounds=around,
-                method="bounded",
-                options={"xatol": 1e-6 * self.size[0]},
-            )
-            return np.array([float(found.x)])
+            low, high = axis[max(k - 1, 0)], axis[min(k + 1, LOOKS - 1)]
+            return np.array([minimum(lambda x: self(np.array([x])), low, high, 1e-6 * self.size[0])[0]])
         simplex = np.vstack([self.begin, self.begin + WIDTH * np.diag(self.size)])
         found = minimize(
             self, self.begin, method="Nelder-Mead",

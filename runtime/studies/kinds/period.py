@@ -13,8 +13,8 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
-from scipy.optimize import brentq, minimize_scalar
 
+from ...numerics.roots import minimum, root
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import settable
@@ -113,10 +113,8 @@ class Well:
 
     def _least(self, one: float, other: float, sign: float = 1.0) -> float:
         """Give the place of the minimum in between; of the maximum, for the other sign."""
-        options = {"xatol": 1e-12 * self.size}
-        bounds = (min(one, other), max(one, other))
-        found = minimize_scalar(lambda q: sign * self.at(q), bounds=bounds, method="bounded", options=options)
-        return float(found.x)
+        low, high = min(one, other), max(one, other)
+        return minimum(lambda q: sign * self.at(q), low, high, 1e-12 * self.size)[0]
 
     def _highest(self, one: float, other: float) -> float:
         return self._least(one, other, -1.0)
@@ -175,8 +173,7 @@ class Well:
             if middle in (inner, outer):
                 return inner
             inner, outer = (middle, outer) if self.at(middle) < energy else (inner, middle)
-        found: float = brentq(lambda q: self.at(q) - energy, inner, outer, xtol=1e-300, rtol=4 * EPSILON)
-        return found
+        return root(lambda q: self.at(q) - energy, inner, outer)
 
     def _swing(self, low: float, high: float) -> Loop:
         ends = (self.at(low), self.at(high))

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 from ...local.equilibrium import EPSILON, check_autonomous
 from ...local.operating_point import site_of
 from ...local.search import spread_evenly
+from ...numerics.newton import added, newton
+from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, rank, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...settings import Place
-from ..flow.moving_equilibria import RANK, Carried
+from ..flow.moving_equilibria import Carried
 from ..study import Study
 from .routh import GUESSES, ITERATIONS, LONGEST, NEAR, REACH, SAME, Motion
 
@@ -58,15 +60,15 @@ class CarriedSearch(Carried):
             places = [("place", k) for k in range(n) if names[k] not in vary and not self.shifted[k]]
             rates = [("rate", a) for a in self._stated() if a not in sought]
             tried = sorted([*rates, *places], key=lambda one: not self._is_stated(*one))
-        place, rank = self._some()
+        place, found = self._some()
         held: list[tuple[str, int]] = []
         for one in tried:
-            if rank == self.n + self.k:
+            if found == self.n + self.k:
                 break
             more = self.rows(place, [*held, one])[1]
-            if self._rank(more) > rank:
-                held, rank = [*held, one], self._rank(more)
-        if vary and 0 < rank < n + self.k:
+            if self._rank(more) > found:
+                held, found = [*held, one], self._rank(more)
+        if vary and 0 < found < n + self.k:
             raise SimulationError(
                 "the steady motions form a family when these are sought: " + ", ".join(vary),
                 help="name fewer, or none: then the momenta stay as they start",
@@ -94,17 +96,16 @@ class CarriedSearch(Carried):
             x = self._newton(guess)
             if x is None or not np.isfinite(left := self.rows(x, [])[0]).all() or np.abs(left).max() > 1e-6:
                 continue
-            rank = self._rank(self.rows(x, [])[1])
-            if rank > most:
-                best, most = x, rank
+            found = self._rank(self.rows(x, [])[1])
+            if found > most:
+                best, most = x, found
             seen += 1
             if seen == ENOUGH:
                 break
         return best, most
 
     def _rank(self, rows: Array) -> int:
-        found = np.linalg.svd(self.scaled(rows)[0], compute_uv=False)
-        return int((found > RANK * found.max(initial=1e-300)).sum())
+        return rank(self.scaled(rows)[0], POSITIONS)
 
     def words(self) -> str:
         """Say what stays as at the start."""
@@ -144,7 +145,7 @@ class CarriedSearch(Carried):
                 slopes = self.momenta_slopes(y)[:, self.n :] @ self.ways(x[: self.n])
                 wanted = (self.p0 - self.momenta_of(y))[kept]
                 if np.isfinite(slopes).all() and np.isfinite(wanted).all():
-                    x[self.n :][kept] = np.linalg.lstsq(slopes[np.ix_(kept, kept)], wanted, rcond=RANK)[0]
+                    x[self.n :][kept] = solve(slopes[np.ix_(kept, kept)], wanted, POSITIONS)
             found.append(x)
         return found
 
@@ -152,26 +153,24 @@ class CarriedSearch(Carried):
         """Return a guess moved onto the constraints of positions, as far as a few steps get."""
         if not self.site.problem.constraints:
             return x
-        x = x.copy()
-        for _ in range(8):
+
+        def step(x: Array) -> tuple[Array, float] | None:
             y = self.site.y.copy()
             y[: self.n], y[self.n : 2 * self.n] = x[: self.n], 0.0
             try:
                 slopes = self.site.derivatives(y).position[:, : self.n]
             except SimulationError:
-                return x
+                return None
             left = self.site.constraints(y)[0]
             if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
-                return x
-            step = np.linalg.lstsq(slopes * self.lengths, -left, rcond=RANK)[0]
-            x[: self.n] += (
-                self.lengths * step * min(1.0, 1.0 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
-            )
-        return x
+                return None
+            sized = solve(slopes * self.lengths, -left, NEWTON)
+            return np.r_[self.lengths * sized, np.zeros(self.k)], float(np.abs(sized).max(initial=0.0))
+
+        return newton(x, step, added, most=8, close=NEAR, longest=1.0).at
 
     def _newton(self, x: Array) -> Array | None:
-        x = x.copy()
-        for _ in range(ITERATIONS):
+        def step(x: Array) -> tuple[Array, float] | None:
             try:
                 left, slopes = self.rows(x, self.held)
             except (SimulationError, np.linalg.LinAlgError):  # a derivative is undefined there
@@ -179,13 +178,11 @@ class CarriedSearch(Carried):
             if not (np.isfinite(left).all() and np.isfinite(slopes).all()):
                 return None
             scaled, norms = self.scaled(slopes)
-            step = -np.linalg.lstsq(scaled, left / norms, rcond=1e-12)[0]
-            length = float(np.abs(step).max(initial=0.0))
-            limit = np.maximum(1.0, np.abs(x) / self.sizes) * LONGEST
-            x += self.sizes * step * min(1.0, float((limit / np.maximum(np.abs(step), 1e-300)).min()))
-            if length < NEAR:
-                return x
-        return None
+            found = -self.sizes * solve(scaled, left / norms, NEWTON)
+            return found, float((np.abs(found) / np.maximum(self.sizes, np.abs(x))).max(initial=0.0))
+
+        solved = newton(x, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
+        return solved.at if solved.converged else None
 
     def _told(self, x: Array) -> Motion | None:
         x = self.nearest(x)
@@ -197,10 +194,10 @@ class CarriedSearch(Carried):
         if (np.abs(left) > 1e-7 * scale + 1e-300).any():
             return None  # the least squares have a minimum here, the equations no zero
         scaled, norms = self.scaled(slopes)
-        if np.linalg.cond(scaled) > 1e10:
+        if condition(scaled) > 1 / POSITIONS:
             errors = np.full(n + self.k, np.nan)  # not isolated
         else:
-            own = np.abs(np.linalg.pinv(scaled)) @ ((np.abs(left) + EPSILON * scale) / norms)
+            own = np.abs(inverse(scaled)) @ ((np.abs(left) + EPSILON * scale) / norms)
             errors = self.sizes * own + EPSILON * np.abs(x)
         values, stable = self.stability(x)
         return Motion(x, dict(enumerate(errors.tolist())), values, stable)

@@ -14,6 +14,8 @@ from ...local.equilibrium import EPSILON, check_autonomous
 from ...local.operating_point import site_of
 from ...local.search import box_of, spread_evenly
 from ...local.zeros import Complex, poles
+from ...numerics.newton import added, newton
+from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...settings import Place
@@ -154,12 +156,13 @@ class SteadySearch:
         slopes = self._slopes(y)[:, rates]
         change = self.p0 - self._phase(y)[self.momenta][self.cyclic]
         if np.isfinite(slopes).all() and np.isfinite(change).all():
-            y[rates] += np.linalg.lstsq(slopes, change, rcond=None)[0]
+            y[rates] += solve(slopes, change)
 
     def _newton(self, y: Array) -> Motion | None:
-        y = y.copy()
+        """Return the steady motion that Newton's method leads to."""
         sizes = self.sizes[self.unknown]
-        for _ in range(ITERATIONS):
+
+        def step(y: Array) -> tuple[Array, float] | None:
             try:
                 left, slopes = self.equations(y)
             except SimulationError:  # a derivative is undefined there
@@ -167,16 +170,13 @@ class SteadySearch:
             chosen = slopes[:, self.unknown]
             if not (np.isfinite(left).all() and np.isfinite(chosen).all()):
                 return None
-            scaled = chosen * sizes
-            step = -np.linalg.lstsq(scaled, left, rcond=1e-12)[0]
-            length = float(np.abs(step).max(initial=0.0))
-            limit = np.maximum(1.0, np.abs(y[self.unknown]) / sizes) * LONGEST
-            y[self.unknown] += (
-                sizes * step * min(1.0, float((limit / np.maximum(np.abs(step), 1e-300)).min()))
-            )
-            if length < NEAR:
-                return self._told(y)
-        return None
+            found = np.zeros_like(y)
+            found[self.unknown] = -sizes * solve(chosen * sizes, left, NEWTON)
+            sized = np.abs(found[self.unknown]) / np.maximum(sizes, np.abs(y[self.unknown]))
+            return found, float(sized.max(initial=0.0))
+
+        solved = newton(y, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
+        return self._told(solved.at) if solved.converged else None
 
     def _told(self, y: Array) -> Motion | None:
         turns = [k for k in self.unknown if self.periodic[k]]
@@ -188,11 +188,12 @@ class SteadySearch:
         scale = np.abs(slopes) @ np.maximum(np.abs(y[: 2 * self.nq]), 1e-3 * self.sizes)
         if (np.abs(left) > 1e-7 * scale + 1e-300).any():
             return None  # the least squares have a minimum here, the equations no zero
-        inverse = np.linalg.pinv(slopes[:, self.unknown])
-        if np.linalg.cond(slopes[:, self.unknown] * self.sizes[self.unknown]) > 1e12:
+        if condition(slopes[:, self.unknown] * self.sizes[self.unknown]) > 1 / POSITIONS:
             errors = np.full(len(self.unknown), np.nan)  # not isolated
         else:
-            errors = np.abs(inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * np.abs(y[self.unknown])
+            errors = np.abs(inverse(slopes[:, self.unknown])) @ (
+                np.abs(left) + EPSILON * scale
+            ) + EPSILON * np.abs(y[self.unknown])
         values, stable = self._stability(y)
         return Motion(y, dict(zip(self.unknown.tolist(), errors.tolist(), strict=True)), values, stable)
 

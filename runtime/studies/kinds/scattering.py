@@ -15,13 +15,13 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
-from scipy.optimize import brentq, minimize_scalar
 
 from ...case import inputs_at
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import DenseOutput
+from ...numerics.roots import minimum, root
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.accuracy import companion_tolerance
@@ -268,7 +268,7 @@ class _Beam:
             return float(np.linalg.norm(self.root @ dense(np.array([s]))[0, :nq])) - reach
 
         low = float(t[k - 1])
-        at = brentq(beyond, low, float(t[k]), xtol=1e-300, rtol=1e-15) if beyond(low) < 0 else float(t[k])
+        at = root(beyond, low, float(t[k])) if beyond(low) < 0 else float(t[k])
         last = dense(np.array([at]))
         return np.append(t[:k], at), np.vstack([rows[:k], last])
 
@@ -294,13 +294,8 @@ def _rainbows(beam: _Beam, found: list[Passage]) -> list[Passage]:
     for one, other in itertools.pairwise(found):
         if not (one.slope * other.slope < 0 and abs(one.deflection - other.deflection) < 1.0):
             continue
-        best = minimize_scalar(
-            partial(_signed_deflection, beam, 1.0 if one.slope < 0 else -1.0),
-            bounds=(one.b, other.b),
-            method="bounded",
-            options={"xatol": 1e-6 * abs(one.b)},
-        )
-        rainbows.append(beam.passage(float(best.x)))
+        turned = partial(_signed_deflection, beam, 1.0 if one.slope < 0 else -1.0)
+        rainbows.append(beam.passage(minimum(turned, one.b, other.b, 1e-6 * abs(one.b))[0]))
     return rainbows
 
 

@@ -15,6 +15,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...case import part_of
+from ...numerics.roots import minimum
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
@@ -168,8 +169,6 @@ def power(record: Record) -> tuple[Array, Array]:
 
 def line_near(record: Record, window: str, frequency: float) -> Line:
     """Return the line within a step of frequency of a given one."""
-    from scipy.optimize import minimize_scalar
-
     x, total = _windowed(record, window)
     t = record.step * np.arange(len(x))
     width = 1 / (record.step * len(x))
@@ -178,10 +177,8 @@ def line_near(record: Record, window: str, frequency: float) -> Line:
         return -abs(complex(x @ np.exp(-2j * math.pi * f * t)))
 
     low = max(frequency - width, 0.25 * width)
-    found = minimize_scalar(
-        height, bounds=(low, frequency + width), method="bounded", options={"xatol": 1e-9 * width}
-    )
-    return Line(float(found.x), -2 * float(found.fun) / total)
+    top, least = minimum(height, low, frequency + width, 1e-9 * width)
+    return Line(top, -2 * least / total)
 
 
 def lines_of(record: Record, window: str, count: int) -> list[Line]:
