@@ -80,7 +80,7 @@ def exact(model: mechc.Model, angles: Any) -> Any:
     """Return end angles to some 15 digits: by heyoka in long double where it is there, else by mechc at 1e-14."""
     if importlib.util.find_spec("heyoka"):
         return peers.exactly(angles)
-    return by_mechc(model, "taylor", "off")(angles, 1e-15)[1]
+    return by_mechc(model, "taylor", "off")(angles, 1e-14)[1]
 
 
 def contestants(model: mechc.Model, n: int) -> dict[str, tuple[Solver, tuple[float, ...], int]]:

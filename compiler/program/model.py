@@ -214,7 +214,7 @@ class ProgramFunction(Struct, frozen=True):
 
 
 FEW_SLOTS: Final = 64
-"""Slots up to which one loop over orders is faster than calls of the kernel. Measured: 62 are 1.2 times, 108 slower."""
+"""Slots up to which one loop over orders is faster than calls of the kernel (MECH_FEW_SLOTS of series.h). Measured: 62 are 1.2 times, 108 slower."""
 
 
 class SeriesPlan(Struct, frozen=True):

@@ -57,7 +57,13 @@ def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
         yield f"    mech_real {', '.join(f'{name}_1 = 0, {name}_k = 0' for name in sides)};"
         yield "    for (int i = 0; i < SLOTS; i++) rows[SLOTS + i] = 0;"
     yield "    for (int k = 1;; k++) {"
-    inner = _with_ends(a, b) if ends else ["mech_series_sums(1, k, rows, SLOTS, rows);"] if slots else []
+    inner = (
+        _with_ends(a, b)
+        if ends
+        else ["mech_series_sums(1, k, rows, SLOTS, 2 * SLOTS, rows);"]
+        if slots
+        else []
+    )
     yield from (f"        {line}" for line in inner)
     written = replace(dialect, store=_store)
     for line in lines(results(body, stored, ny, {*a, *b}), written, names):
@@ -81,7 +87,7 @@ def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
 def _with_ends(a: Sequence[Side], b: Sequence[Side]) -> Iterator[str]:
     """Yield the lines that complete the sums of this order, and begin those of the next one."""
     yield "const mech_real *begun = rows + k % 2 * SLOTS;"
-    yield "mech_series_sums(2, k + 1, rows, SLOTS, rows + (k + 1) % 2 * SLOTS);"
+    yield "mech_series_sums(2, k + 1, rows, SLOTS, 2 * SLOTS, rows + (k + 1) % 2 * SLOTS);"
     pairs = [(name_of(first), name_of(second)) for first, second in zip(a, b, strict=True)]
     sums = (f"sum{k} = begun[{k}] + {first}_1 * {second}_k" for k, (first, second) in enumerate(pairs))
     yield f"mech_real {', '.join(sums)};"

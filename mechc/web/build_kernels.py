@@ -46,8 +46,6 @@ def sources(kernel: WebKernel) -> Mapping[str, str]:
     files = ["web.c", "web_plan.h"]
     if kernel.events:
         files.append("web_crowd.c")
-    if "taylor" in kernel.methods:
-        files.append("web_series.c")
     own = {name: (FOLDER / name).read_text(encoding="utf-8") for name in files}
     own["operations.c"] = _operations()
     chosen = fitted(kernel_sources(), methods=kernel.methods, states=0, switches=kernel.events)

@@ -44,7 +44,7 @@
  *     linear. `start`: out[ny + n_kept], the rates, then what all orders read. `next`: t = k, y = coefficients of order
  *     k of the state, u = M_k of the slots, then 1/k and the coefficient of t, z = what was kept; out = coefficients of
  *     order k of the rates, of all A and of all B. In u and out each of these begins at a multiple of MECH_LANES.
- *     Where slots are few, `next` is NULL and `expand` does all of it: x[order + 1][], of which it reads the coefficients of
+ *     Where slots are few, `next` may be NULL and `expand` does all of it: x[order + 1][], of which it reads the coefficients of
  *     order 1 of the state and writes those of 2 to `order`; rows[order][]: A_k, then B_k from order 1 on, of order 0 its own
  *     numbers. Rows consist of whole MECH_LANES, and begin at multiples of 64 bytes.
  */

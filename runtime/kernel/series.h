@@ -45,11 +45,14 @@ static const mech_real mech_series_over[MECH_SERIES_MOST + 2] = {
 #endif
 };
 
-/* Of all slots A_first B_(k-first) + ... + A_(k-first) B_first, where A_j stand at rows + 2 j slots, B_j behind them. What
+/* Models of no more slots form all orders in one loop. */
+enum { MECH_FEW_SLOTS = 64 };
+
+/* Of all slots A_first B_(k-first) + ... + A_(k-first) B_first, where A_j stand at rows + j stride, B_j behind them. What
  * was formed last is added last. */
-static inline void mech_series_sums(int first, int k, const mech_real *rows, int slots, mech_real *sums)
+static inline void mech_series_sums(int first, int k, const mech_real *rows, int slots, int stride, mech_real *sums)
 {
-    const int step = 2 * slots / MECH_SERIES_WIDTH, last = k - first;
+    const int step = stride / MECH_SERIES_WIDTH, last = k - first;
     for (int i = 0; i < slots / MECH_SERIES_WIDTH; i++) {
         const mech_lanes *a = (const mech_lanes *)rows + i, *b = a + slots / MECH_SERIES_WIDTH;
         mech_lanes even = {0}, odd = {0};

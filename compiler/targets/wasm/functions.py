@@ -10,14 +10,12 @@ from typing import Final
 from ...graph.table import Samples
 from ...program import Program, ProgramFunction, chunk
 from ...program.loops.rolled import Rolled
-from ...program.series import NEXT
 from ..c_loops import ON_STACK, loops_of
 from ..c_tables import LARGE, used_tables
-from ..model_data import EXPAND, is_emitted
+from ..model_data import is_emitted
 from . import binary as b
-from .place import EXPANSION, PARAMETER, PIECE, Place
+from .place import PARAMETER, PIECE, Place
 from .rolled import Loops
-from .series import expansion
 from .straight import Arrays, Writer, number
 
 LONGEST: Final = 800
@@ -30,8 +28,7 @@ ALIGNED: Final = 16
 def place_functions(program: Program, place: Place) -> None:
     """Write all functions of a program."""
     loops = loops_of(program)
-    whole = {*loops, NEXT} if program.few_slots else {*loops}
-    program = chunk(program, LONGEST, whole=whole)
+    program = chunk(program, LONGEST, whole={*loops})
     tables = {}
     for i, table in used_tables(program):
         if isinstance(table, Samples):
@@ -43,9 +40,7 @@ def place_functions(program: Program, place: Place) -> None:
         tables[i] = (place.numbers(numbers), len(table.values))
     functions = _Functions(program, place, tables)
     for function in (program.parameters_function, *program.functions):
-        if program.few_slots and function.name == NEXT:
-            place.function(EXPAND, EXPANSION, expansion(program, place, tables))
-        elif is_emitted(function):
+        if is_emitted(function):
             functions.add(function, loops.get(function.name))
 
 

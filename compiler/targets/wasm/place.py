@@ -9,14 +9,12 @@ from . import binary as b
 
 PARAMETER, PIECE = 1, 2
 """Added to a kind of function: that of parameters rather than of the contract, one body of several."""
-EXPANSION = 4
 
 TYPES = (
     b.function_type((b.F64, *(b.I32,) * 5)),  # mech_function
     b.function_type((b.I32, b.I32)),  # parameters
     b.function_type((b.F64, *(b.I32,) * 6)),  # a body of several: with the workspace
     b.function_type((b.I32, b.I32, b.I32)),
-    b.function_type((b.I32,) * 5),  # mech_expansion
 )
 """By kind of function."""
 

@@ -41,7 +41,7 @@ def web_plan(program: Program, experiment: str | None) -> Record:
         "plan",
         PlanStruct,
         {
-            "model": model_data(program, program.few_slots),
+            "model": model_data(program, expanded=False),
             "sizes": _sizes(program),
             "n_still": scene.n_still if scene else 0,
             "n_moving": scene.n_moving if scene else 0,

@@ -1,6 +1,6 @@
 /* Taylor's method: the state over a step as a polynomial whose coefficients follow from the program of the rates (model.h,
  * point 19). The order is 0.8 ln(1/rtol): an order costs nearly the same as any other, so that many orders and long
- * steps are cheaper than the order of least error for its price; ln(1/rtol) where the model forms all orders in one loop, which
+ * steps are cheaper than the order of least error for its price; ln(1/rtol) of few slots, which
  * the rest of a step outweighs. The step follows from the last four coefficients, of
  * which some vanish where a motion is symmetric in time; what the polynomial then misses shows in the residual of the
  * equations at its end.
@@ -84,7 +84,8 @@ static size_t n_extra(const mech_model *m)
 
 static int order_for(const mech_solver *s)
 {
-    const mech_real for_each = s->model->series->expand ? MECH_C(1.0) : MECH_C(0.8);
+    const mech_series *series = s->model->series;
+    const mech_real for_each = series->expand || series->n_slots <= MECH_FEW_SLOTS ? MECH_C(1.0) : MECH_C(0.8);
     const mech_real orders = for_each * -mech_log(mech_max(s->o.rtol, MECH_EPSILON));
     return orders <= LEAST ? LEAST : orders >= MOST ? MOST : (int)orders + ((int)orders < orders);
 }
@@ -160,6 +161,20 @@ static void add_up(const series *v, int k)
     }
 }
 
+/* The same in the order of additions that models of few slots have in their own loop: of very few, the products of the latest
+ * coefficients come last. */
+static void add_up_few(const series *v, int k)
+{
+    const mech_real *rows = v->rows + v->n, *first = rows + v->stride, *latest = rows + (k - 1) * v->stride;
+    mech_real *sums = v->sums + 4 * v->slots;
+    const int ends = v->slots == MECH_LANES;
+    mech_series_sums(ends ? 2 : 1, k, rows, v->slots, v->stride, sums);
+    for (int i = 0; ends && k > 1 && i < v->slots; i++) {
+        sums[i] += first[i] * latest[v->slots + i];
+        if (k > 2) sums[i] += latest[i] * first[v->slots + i];
+    }
+}
+
 static mech_real largest(const series *v, int k, int ny)
 {
     mech_real most = 0;
@@ -190,11 +205,12 @@ static mech_real representable(mech_real t, mech_real h)
 /* The orders from 2 on, one after the other. */
 static void next_orders(const mech_solver *s, const series *v, int order)
 {
-    const int ny = s->ny, n = v->n;
+    const int ny = s->ny, n = v->n, few = s->model->series->n_slots <= MECH_FEW_SLOTS;
     mech_real *u = v->sums + 4 * v->slots;
     for (int k = 1; k < order; k++) {
         mech_real *rates = v->rows + k * v->stride, *next = v->x + (k + 1) * n;
-        add_up(v, k);
+        if (few) add_up_few(v, k);
+        else add_up(v, k);
         u[v->slots] = mech_series_over[k];
         u[v->slots + 1] = k == 1;
         s->model->series->next(k, v->x + k * n, u, v->kept + ny, s->o.p, rates);

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from native_code import REPRODUCIBLE, Floats, compile_c
+from native_code import KERNEL, REPRODUCIBLE, Floats, compile_c
 
 import mechc
 from mechc.compiler.pipeline import program_with
@@ -123,6 +123,11 @@ def known_widths() -> list[str]:
     except OSError:
         known = []
     return [name for name in WIDTHS if name in known]
+
+
+def test_the_kernel_knows_how_many_slots_are_few() -> None:
+    """It adds up their products in the order of the loop, and takes as many orders."""
+    assert f"MECH_FEW_SLOTS = {limits.FEW_SLOTS} " in (KERNEL / "series.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", MODELS)

@@ -40,7 +40,6 @@ def test_they_offer_what_models_call(kernel: WebKernel) -> None:
         *(OF_KERNEL + name for name in c_tables.FUNCTIONS),
     }
     assert ("rhs_of_all" in functions) == kernel.events
-    assert ("f_series_sums" in functions) == ("taylor" in kernel.methods)
 
 
 def test_the_smallest_is_taken() -> None:
