@@ -59,7 +59,7 @@ def compile_for_reference(model: CompiledModel, precision: str | None = None) ->
     series = c_double_double.with_series(program) if precision == SERIES_PRECISION else None
     if series is not None:
         name = c_double_double.HEADER
-        sources[name] = header(f"reference/{name}")
+        sources |= {name: header(f"reference/{name}"), "series.h": header("series.h")}
         flags = (*flags, NATIVE, "-ffp-contract=off")
     text = emit_c(program if series is None else series, double_double=series is not None)
     library = build_shared({"model.c": text, **sources}, flags, name="reference-model")

@@ -7,7 +7,9 @@
 
 #include "model.h"
 
-#if defined(__GNUC__) && !defined(MECH_QUAD) && !defined(MECH_LONG)
+/* Numbers that lie otherwise (reference/double_double.h) say before what their lanes are, and how they are added up. */
+#if defined(MECH_SERIES_ADD)
+#elif defined(__GNUC__) && !defined(MECH_QUAD) && !defined(MECH_LONG)
 #if defined(__AVX512F__)
 typedef double mech_lanes __attribute__((vector_size(64)));
 #define MECH_SERIES_PUT(to, a, b, c, d, e, f, g, h) ((mech_lanes *)(to))[0] = (mech_lanes){a, b, c, d, e, f, g, h}
@@ -25,6 +27,11 @@ typedef double mech_lanes __attribute__((vector_size(16)));
 typedef mech_real mech_lanes;
 #define MECH_SERIES_PUT(to, a, b, c, d, e, f, g, h) \
     (to)[0] = a, (to)[1] = b, (to)[2] = c, (to)[3] = d, (to)[4] = e, (to)[5] = f, (to)[6] = g, (to)[7] = h
+#endif
+
+#ifndef MECH_SERIES_ADD
+#define MECH_SERIES_ADD(sum, a, b) (sum) += (a) * (b)
+#define MECH_SERIES_JOIN(sum, more) (sum) += (more)
 #endif
 
 #if defined(MECH_QUAD) || defined(MECH_LONG)
@@ -58,13 +65,13 @@ static inline void mech_series_sums(int first, int k, const mech_real *rows, int
         mech_lanes even = {0}, odd = {0};
         int j = first + 1;
         for (; j < last - 1; j += 2) {
-            even += a[step * j] * b[step * (k - j)];
-            odd += a[step * (j + 1)] * b[step * (k - j - 1)];
+            MECH_SERIES_ADD(even, a[step * j], b[step * (k - j)]);
+            MECH_SERIES_ADD(odd, a[step * (j + 1)], b[step * (k - j - 1)]);
         }
-        if (j < last) even += a[step * j] * b[step * (k - j)];
-        even += odd;
-        if (last > first) even += a[step * last] * b[step * first];
-        if (last >= first) even += a[step * first] * b[step * last];
+        if (j < last) MECH_SERIES_ADD(even, a[step * j], b[step * (k - j)]);
+        MECH_SERIES_JOIN(even, odd);
+        if (last > first) MECH_SERIES_ADD(even, a[step * last], b[step * first]);
+        if (last >= first) MECH_SERIES_ADD(even, a[step * first], b[step * last]);
         ((mech_lanes *)sums)[i] = even;
     }
 }

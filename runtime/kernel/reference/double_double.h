@@ -65,9 +65,6 @@ MECH_DD mech_dd mech_dd_mul(mech_dd a, mech_dd b)
     return mech_dd_quick(product, fma(a.high, b.high, -product) + (a.high * b.low + a.low * b.high));
 }
 
-/* 2^k */
-MECH_INLINE double mech_dd_power(int k) { return ldexp(1, k); }
-
 /* By a power of two. */
 MECH_INLINE mech_dd mech_dd_scaled(mech_dd a, double power) { return (mech_dd){a.high * power, a.low * power}; }
 
@@ -78,23 +75,69 @@ MECH_INLINE mech_dd mech_dd_share(double s, int k)
     return (mech_dd){high, fma(-high, k, s) / k};
 }
 
-/* Of all slots A_1 B_(k-1) + ... + A_(k-1) B_1. Row j begins at rows + 4 j slots: high and low parts of A_j, then of B_j. Errors of
- * products and sums are added up beside them. */
-MECH_INLINE void mech_dd_sums(int k, const double *rows, int slots, mech_dd *sums)
+/* ---- eight slots at a time (series.h): errors of products and sums are added up beside them */
+
+typedef struct mech_lanes {
+    double high[MECH_LANES], low[MECH_LANES];
+} mech_lanes;
+
+MECH_INLINE void mech_dd_add_products(mech_lanes *sum, const mech_lanes *a, const mech_lanes *b)
 {
-    enum { WIDE = 8 };
-    for (int at = 0; at < slots; at += WIDE) {
-        double high[WIDE] = {0}, low[WIDE] = {0};
-        for (int j = 1; j < k; j++) {
-            const double *a = rows + 4 * j * slots + at, *b = rows + (4 * (k - j) + 2) * slots + at;
-            for (int i = 0; i < WIDE; i++) {
-                const double product = a[i] * b[i], sum = high[i] + product, part = sum - high[i];
-                const double rest = (high[i] - (sum - part)) + (product - part);
-                low[i] += rest + (fma(a[i], b[i], -product) + (a[i] * b[slots + i] + a[slots + i] * b[i]));
-                high[i] = sum;
-            }
+    for (int i = 0; i < MECH_LANES; i++) {
+        const double product = a->high[i] * b->high[i];
+        const mech_dd both = mech_dd_both(sum->high[i], product);
+        const double rest = fma(a->high[i], b->high[i], -product) + (a->high[i] * b->low[i] + a->low[i] * b->high[i]);
+        sum->high[i] = both.high;
+        sum->low[i] += both.low + rest;
+    }
+}
+
+MECH_INLINE void mech_dd_add_lanes(mech_lanes *sum, const mech_lanes *more)
+{
+    for (int i = 0; i < MECH_LANES; i++) {
+        const mech_dd both = mech_dd_both(sum->high[i], more->high[i]);
+        sum->high[i] = both.high;
+        sum->low[i] += both.low + more->low[i];
+    }
+}
+
+#define MECH_SERIES_ADD(sum, a, b) mech_dd_add_products(&(sum), &(a), &(b))
+#define MECH_SERIES_JOIN(sum, more) mech_dd_add_lanes(&(sum), &(more))
+#include "series.h"
+
+/* ---- all orders */
+
+typedef void mech_dd_next(mech_dd t, const mech_dd *y, const mech_dd *u, const mech_dd *z, const mech_dd *p, mech_dd *out);
+
+/* Coefficients of n states from order 2 up to a given one, formed for time in units of 2^scale. */
+static inline void mech_dd_orders(mech_dd_next *next, int n, int n_slots, int order, int scale, const mech_dd *kept,
+                                  const mech_dd *p, mech_real *restrict x, mech_real *restrict rows)
+{
+    const int states = (n + MECH_LANES - 1) / MECH_LANES * MECH_LANES;
+    const int slots = (n_slots + MECH_LANES - 1) / MECH_LANES * MECH_LANES;
+    mech_dd y[states], u[slots + 2], out[states + 2 * slots];
+    mech_lanes *blocks = (mech_lanes *)rows;
+    const double unit = ldexp(1, scale);
+    mech_real back = (mech_real)1 / (mech_real)unit;
+    for (int i = 0; i < n; i++) y[i] = mech_dd_scaled(mech_dd_of(x[states + i]), unit);
+    for (int k = 1; k < order; k++) {
+        mech_series_sums(1, k, rows, slots, 2 * slots, rows);
+        for (int i = 0; i < slots; i++)
+            u[i] = mech_dd_quick(blocks[i / MECH_LANES].high[i % MECH_LANES], blocks[i / MECH_LANES].low[i % MECH_LANES]);
+        u[slots] = mech_dd_share(1, k);
+        u[slots + 1] = (mech_dd){k == 1 ? unit : 0, 0};
+        next((mech_dd){k, 0}, y, u, kept, p, out);
+        mech_lanes *row = blocks + 2 * slots / MECH_LANES * k;
+        for (int i = 0; i < 2 * slots; i++) {
+            row[i / MECH_LANES].high[i % MECH_LANES] = out[states + i].high;
+            row[i / MECH_LANES].low[i % MECH_LANES] = out[states + i].low;
         }
-        for (int i = 0; i < WIDE; i++) sums[at + i] = mech_dd_quick(high[i], low[i]);
+        const mech_dd share = mech_dd_share(unit, k + 1);
+        back /= (mech_real)unit;
+        for (int i = 0; i < n; i++) {
+            y[i] = mech_dd_mul(out[i], share);
+            x[states * (k + 1) + i] = mech_dd_value(y[i], scale, back);
+        }
     }
 }
 
@@ -113,5 +156,17 @@ MECH_INLINE int mech_dd_scale(const mech_real *x, int n, int stride)
             steepest = fmax(steepest, (log2(largest[k + 1]) - log2(largest[k])) / 4);
     return isfinite(steepest) ? -(int)lrint(steepest) : 0;
 }
+
+/* Defines a mech_expansion by the `next` of a model. Two sweeps: a short one finds the unit of time. */
+#define MECH_DD_EXPANSION(name, next, n, n_slots, n_kept, n_p)                                                        \
+    static void name(int order, const mech_real *kept, const mech_real *p, mech_real *x, mech_real *rows)             \
+    {                                                                                                                 \
+        mech_dd kept_dd[(n_kept) + 1], p_dd[(n_p) + 1];                                                               \
+        for (int i = 0; i < (n_kept); i++) kept_dd[i] = mech_dd_of(kept[i]);                                          \
+        for (int i = 0; i < (n_p); i++) p_dd[i] = mech_dd_of(p[i]);                                                   \
+        mech_dd_orders(next, n, n_slots, MECH_DD_PILOT, 0, kept_dd, p_dd, x, rows);                                   \
+        const int scale = mech_dd_scale(x, n, ((n) + MECH_LANES - 1) / MECH_LANES * MECH_LANES);                      \
+        mech_dd_orders(next, n, n_slots, order, scale, kept_dd, p_dd, x, rows);                                       \
+    }
 
 #endif
