@@ -7,7 +7,6 @@ from typing import Final
 
 from msgspec import Struct
 
-from ..graph import operations as ops
 from ..graph.operation import Form, form_of
 from ..graph.operations import LOOKUP, OPERATIONS
 from . import c_forms
@@ -33,30 +32,14 @@ BY_LANE: Final[Mapping[int, str]] = {
 
 
 class LaneNumbers(Struct, frozen=True):
-    """Vectors of one precision: the type, what the names of functions begin with, how a number is written, and 2; a b + c and
-    c - a b, rounded once."""
+    """Vectors of one precision: the types of numbers and of conditions, the function that makes one of a number; the names of all
+    others begin as it."""
 
     vector: str
-    prefix: str
-    literal: str
-    two: str
-    fused_sum: str
-    fused_difference: str
-    forms: Mapping[int, Form]
+    mask: str
+    name: str
 
 
-DOUBLES: Final = LaneNumbers(
-    "V", "", "lane({})", "2.0", "lane_fma({}, {}, {})", "lane_fnma({}, {}, {})", FORMS
-)
-SINGLES: Final = LaneNumbers(
-    "S",
-    "single_",
-    "single({})",
-    "2.0f",
-    "single_fma({}, {}, {})",
-    "single_fnma({}, {}, {})",
-    {code: FORMS[code] for code in (ops.ADD, ops.SUB, ops.MUL, ops.NEG)},
-)
+DOUBLES: Final = LaneNumbers("V", "M", "lane")
+SINGLES: Final = LaneNumbers("S", "SM", "single")
 """Of the high orders of a series, of all rooms at once."""
-AS_CONDITION: Final = "{} != 0.0"
-AS_NUMBER: Final = "lane_number({})"

@@ -19,8 +19,8 @@ from ..program.chunk import split
 from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
 from . import c_tables
 from .c_forms import OWN, literal
-from .lane_forms import AS_CONDITION, AS_NUMBER, BY_LANE, DOUBLES, FORMS, SINGLES, LaneNumbers
-from .lane_series import moved_statement, series_functions, single_series
+from .lane_forms import BY_LANE, DOUBLES, FORMS, SINGLES, LaneNumbers
+from .lane_series import moved_statement, series_functions
 from .literal import PI_DIGITS
 
 CHUNK = 400
@@ -83,18 +83,13 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str, endin
     }
     for name, size in sizes.items():
         yield f"#define {name} {size}"
-    further: tuple[str, ...] = ()
     if method == "taylor":
-        series, further = series_functions(program)
-        functions += series
-    yield from function_lines(program, functions)
-    yield from further
-    if method == "taylor":
-        tail_sizes, following, sums = single_series(program)
-        yield tail_sizes
-        if following is not None:
-            yield from _function(following, SINGLES)
-        yield from sums
+        start, following, in_singles, sides = series_functions(program)
+        yield from function_lines(program, [*functions, start, following])
+        yield from _function(in_singles, SINGLES)
+        yield sides
+    else:
+        yield from function_lines(program, functions)
     if program.rotations:
         yield f"static MECH_FIXED int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
     yield f'#include "{METHODS[method]}"\n#include "{ending}"'
@@ -157,7 +152,7 @@ def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[
 
 def _function(function: ProgramFunction, numbers: LaneNumbers) -> Iterator[str]:
     function = split(function, CHUNK)
-    name, vector = numbers.prefix + function.name, numbers.vector
+    name, vector = function.name, numbers.vector
     several = len(function.bodies) > 1
     if not several:
         yield from _head("static inline", name, "", vector)
@@ -210,11 +205,11 @@ class _Printer:
     def number(self, value: Value) -> str:
         """Return the name of a number; conditions become 0 or 1."""
         name = self.name(value)
-        return AS_NUMBER.format(name) if self.is_condition(value) else name
+        return f"{self.numbers.name}_number({name})" if self.is_condition(value) else name
 
     def condition(self, value: Value) -> str:
         name = self.name(value)
-        return name if self.is_condition(value) else f"({AS_CONDITION.format(name)})"
+        return name if self.is_condition(value) else f"({name} != {self.numbers.name}(0))"
 
     def is_condition(self, value: Value) -> bool:
         statement = self.body[value]
@@ -232,7 +227,7 @@ class _Printer:
             case Load(array, index):
                 return "t" if array == "t" else f"{array}[{index}]"
             case Literal(number):
-                return self.numbers.literal.format(literal(number)[0])
+                return f"{self.numbers.name}({literal(number)[0]})"
             case Lookup(table, order, operand):
                 asked = f"{order}, " if order < ELEMENT else ""
                 text = f"{question(order)}_{table}({asked}{self.number(operand)})"
@@ -242,7 +237,7 @@ class _Printer:
                 text = self.operation(code, operands)
             case _:
                 raise AssertionError("a store has no value")
-        kind = "M" if self.is_condition(value) else self.numbers.vector
+        kind = self.numbers.mask if self.is_condition(value) else self.numbers.vector
         self.out.append(f"const {kind} v{value} = {text};")
         return f"v{value}"
 
@@ -258,22 +253,22 @@ class _Printer:
         if code in (ops.ADD, ops.SUB) and operands[0] != operands[1]:
             a, b = operands
             if b in self.fusable:
-                form = self.numbers.fused_sum if code == ops.ADD else self.numbers.fused_difference
-                return form.format(*self.factors(b), self.number(a))
+                return self.fused("fma" if code == ops.ADD else "fnma", b, self.number(a))
             if a in self.fusable:
-                last = self.number(b) if code == ops.ADD else f"-{self.number(b)}"
-                return self.numbers.fused_sum.format(*self.factors(a), last)
-        form_of = self.numbers.forms[code]
+                return self.fused("fma", a, self.number(b) if code == ops.ADD else f"-{self.number(b)}")
+        form_of = FORMS[code]
         parts = (
             self.condition(a) if marked else self.number(a)
             for a, marked in zip(operands, form_of.conditions, strict=False)
         )
-        return form_of.template.format(*parts)
+        return form_of.template.replace("lane_", f"{self.numbers.name}_").format(*parts)
 
-    def factors(self, value: Value) -> tuple[str, str]:
+    def fused(self, function: str, value: Value, last: str) -> str:
+        """Write a product and what it is added to, or taken from, rounded once."""
         product = self.body[value]
         assert type(product) is Operate
-        return self.number(product.operands[0]), self.number(product.operands[1])
+        factors = ", ".join(map(self.number, product.operands))
+        return f"{self.numbers.name}_{function}({factors}, {last})"
 
 
 def _fusable(body: Body) -> set[Value]:

@@ -13,6 +13,7 @@ from slow_params import slow_among
 import mechc
 from mechc.compiler import lanes as compiled_lanes
 from mechc.compiler.program import Program
+from mechc.compiler.targets.lanes import emit_lanes
 from mechc.runtime.ensembles import lanes as chosen
 from mechc.runtime.ensembles import run as ensemble_run
 from mechc.runtime.ensembles.result import Ensemble
@@ -237,14 +238,23 @@ def test_orders_of_single_precision_spoil_no_member_whose_numbers_do_not_fit() -
     assert (all_sizes.steps.reshape(few, 3) <= 1.5 * plain.steps[:, None] + 10).all()
 
 
-def test_series_with_conditions_have_no_tail() -> None:
-    """A choice by a parameter is a choice of numbers that every order reads."""
-    text = SIZES.replace("-size^3/sqrt", "-size^3/(if bent > 1 then 2 else 1)/sqrt")
-    model = mechc.loads(text)
-    runs = model.ensemble(
-        "e ~ uniform(0.1, 0.6)", "final(x)", samples=24, method="taylor", lanes="on", errors="none"
+def test_series_with_conditions() -> None:
+    """A parameter chooses between two series; half of the members have each of them, beside each other."""
+    text = SIZES.replace(
+        "-size^3/sqrt(x^2 + y^2)", "if bent > 1 then 1/2*(x^2 + 4*y^2) else -size^3/sqrt(x^2 + y^2)"
     )
-    np.testing.assert_allclose(runs["final(x)"], 1 - runs["e"], rtol=0, atol=1e-8)
+    model = mechc.loads(text.replace("stop = 2*pi", "stop = 6.28"))
+    assert "single_pick" in emit_lanes(model.program(frozenset({"series"})), [("y", 0)], "taylor")
+    bent = np.tile([0.0, 2.0], 12)
+    rows = np.column_stack([np.linspace(0.1, 0.6, 24), bent])
+    runs = model.ensemble({("e", "bent"): rows}, "final(x)", method="taylor", lanes="on", errors="none")
+    exact = model.ensemble(
+        {("e", "bent"): rows}, "final(x)", method="dop853", lanes="off", tolerance=1e-13, errors="none"
+    )
+    np.testing.assert_allclose(runs["final(x)"], exact["final(x)"], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(
+        runs["final(x)"][bent > 1], ((1 - rows[:, 0]) * np.cos(6.28))[bent > 1], rtol=0, atol=1e-8
+    )
 
 
 MEANS = """\

@@ -19,7 +19,6 @@ typedef struct tail {
     S wanted;                  /* the step that the last terms allow, in units              */
 } tail;
 
-#if TAIL
 /* A member of which a tail has spoiled more steps than these, and than a share of all, goes on without one. */
 static MECH_FIXED double SPOILED_AT_FIRST = 4, SPOILED_SHARE = 0.05;
 
@@ -57,26 +56,6 @@ static void put_row(tail *s, int room, M which, const V *from, int n, int k)
         lane_narrow(&s->x[k][i], room, lane_pick(which, from ? from[i] : lane(0), lane_widened(&s->x[k][i], room)));
 }
 
-/* The longest step over which none of the last terms is larger than an error allowed. */
-static void suggest(const mech_lane_room *r, tail *s, const span *all)
-{
-    const S order = lane_joined(AT(r[0].order), AT(r[GROUPS - 1].order));
-    S least = single(INFINITY);
-    for (int k = all->most; k > all->least - LAST; k--) {
-        S size = single(0);
-        for (int i = 0; i < NY; i++) {
-            const S here = single_value(single_raw(s->x[k][i]) & 0x7fffffff) * s->weight[i];
-            size = single_pick(size > here, size, here);
-        }
-        const SM counts = (order >= (float)k) & (order < (float)(k + LAST)) & (size - size == 0.0f) & (size > 0.0f);
-        const S here = single_rough_log2(size) * (float)(-1.0 / k);
-        least = single_pick(counts & (here < least), here, least);
-    }
-    s->wanted = single_rough_exp2(least);
-}
-
-LANE V tail_suggests(const work *w, const tail *s) { return lane_widened(&s->wanted, w->room); }
-
 static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all)
 {
     if (all->first_low >= all->most) return;
@@ -85,16 +64,12 @@ static void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all
     s->p = s->kept + N_SERIES_KEPT;
     enter(s, r, w, all->first_low);
     for (int k = all->first_low; k < all->most; k++) {
-        S sums[N_BEHIND + 3];
-        single_series_sums(k, (const S(*)[N_ROWS])s->x, sums, s->later);
-        sums[N_BEHIND] = single(1.0 / k);
-        sums[N_BEHIND + 1] = k == 1 ? s->unit : single(0);
-        sums[N_BEHIND + 2] = s->unit * single(1.0 / (k + 1));
-        single_series_next(single(k), s->x[k], sums, s->kept, s->p, s->x[k + 1]);
+        single_next_order(k, s->x[0], s->kept, s->p, s->unit, s->later);
         for (int g = 0; g < GROUPS && k < all->last_low; g++)
             put_row(s, g, w[g].low > (double)k, w[g].x[k + 1], N_ROWS, k + 1);
     }
-    suggest(r, s, all);
+    const S order = lane_joined(AT(r[0].order), AT(r[GROUPS - 1].order));
+    s->wanted = single_suggested(s->x[0], s->weight, order, all->most, all->least);
     for (int k = all->least + 1; k <= all->most; k++)
         for (int g = 0; k > all->first_low && g < GROUPS; g++) put_row(s, g, AT(r[g].order) < (double)k, NULL, NY, k);
 }
@@ -121,22 +96,5 @@ static void end_tail(work *w, const tail *s, const span *all)
         }
     }
 }
-#else
-LANE V low_orders(const mech_lane_room *r, const V *held)
-{
-    (void)r, (void)held;
-    return lane(MOST + 1);
-}
-
-LANE V coefficient(const work *w, const tail *s, const span *all, int k, int i)
-{
-    (void)s, (void)all;
-    return w->x[k][i];
-}
-
-LANE void form_tail(const mech_lane_room *r, work *w, tail *s, const span *all) { (void)r, (void)w, (void)s, (void)all; }
-LANE V tail_suggests(const work *w, const tail *s) { return (void)w, (void)s, lane(0); }
-LANE void end_tail(work *w, const tail *s, const span *all) { (void)w, (void)s, (void)all; }
-#endif
 
 #endif

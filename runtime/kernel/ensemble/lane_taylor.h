@@ -1,6 +1,5 @@
-/* Taylor's method in lanes: methods/taylor.c for the model that is included before, with `series_start`, and `series_next` and
- * `series_sums` of which compiler/targets/lane_series.py says how they lie in memory: row k of the coefficients begins with those of
- * order k of the state, behind which stand those of order k - 1 of the sides of the slots. The last orders stand in the tail.
+/* Taylor's method in lanes: methods/taylor.c for the model that is included before, with `series_start` and what lane_orders.h needs.
+ * The last orders stand in the tail.
  *
  * Lanes may have different tolerances, and so different orders: all go to the highest, and each reads the terms of its own.
  */
@@ -11,14 +10,28 @@ enum { LEAST = 6, MOST = 31, LAST = 4, N_DENSE = MOST + 1, LOOK_EVERY = 0 };
 /* Of the extra numbers: what each order reads, the unit of times, the last order before the tail, and steps that the tail has
  * spoiled; then the coefficients. */
 enum { N_START = NY + N_SERIES_KEPT, UNIT = N_START, LOW, SPOILED, N_HELD };
-enum { N_COEFFICIENTS = (MOST + 1) * N_ROWS, N_TAIL = TAIL ? N_COEFFICIENTS + N_SERIES_KEPT + N_TAIL_P : 0 };
-enum { N_EXTRA = N_HELD + N_COEFFICIENTS + N_TAIL };
+enum { N_COEFFICIENTS = (MOST + 1) * N_ROWS, N_EXTRA = N_HELD + 2 * N_COEFFICIENTS + N_SERIES_KEPT + N_TAIL_P };
 enum { TAIL_ORDERS = 12 }; /* at least; measured: ten and fourteen cost more for the same error */
-#define GROUPS (TAIL ? PAIRED : 1) /* without a tail, the coefficients of two do not stay near */
+#define GROUPS PAIRED
 #define STIFFNESS_BOUND 0
 #define LANE_PLAIN 1
 
 #include "lane_step.h"
+
+#define EACH_SLOT(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7)
+enum { GROUP = 8 };
+
+#define N V
+#define MASK M
+#define OF(name) lane_##name
+#define NUMBER lane
+#include "lane_orders.h"
+
+#define N S
+#define MASK SM
+#define OF(name) single_##name
+#define NUMBER single
+#include "lane_orders.h"
 
 /* Orders for each factor e of the tolerance: more than in the scalar kernel, as those of the tail cost half. Measured: 0.8 and 1.0
  * cost more for the same error. */
@@ -121,16 +134,6 @@ static void begin_series(const mech_lane_room *r, work *w, span *all)
     }
 }
 
-LANE void next_order(const mech_lane_room *r, work *w, int k)
-{
-    V sums[N_BEHIND + 3];
-    series_sums(k, (const V(*)[N_ROWS])w->x, sums, w->later);
-    sums[N_BEHIND] = lane(1.0 / k);
-    sums[N_BEHIND + 1] = k == 1 ? w->unit : lane(0); /* of the time, as all orders in units */
-    sums[N_BEHIND + 2] = w->unit * (1.0 / (k + 1));
-    series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->x[k + 1]);
-}
-
 /* Leaves out of each lane what is beyond its order. */
 static void cut(const mech_lane_room *r, work *w, const span *all, int last)
 {
@@ -138,25 +141,15 @@ static void cut(const mech_lane_room *r, work *w, const span *all, int last)
         for (int i = 0; i < NY; i++) w->x[k][i] = lane_pick(AT(r->order) >= (double)k, w->x[k][i], lane(0));
 }
 
-/* The longest step over which none of the last terms is larger than an error allowed, in units: of lanes without a tail. */
-static V suggested(const mech_lane_room *r, const work *w, const tail *s, const span *all)
-{
-    const V order = AT(r->order);
-    V least = lane(INFINITY); /* logarithms: one power serves all */
-    for (int k = all->most; k > all->least - LAST; k--) {
-        V size = lane(0);
-        for (int i = 0; i < NY; i++)
-            size = lane_larger(size, lane_abs(w->x[k][i]) * lane_widened(&s->weight[i], w->room));
-        const M counts = (order >= (double)k) & (order < (double)(k + LAST)) & lane_finite(size) & (size > 0.0);
-        least = lane_pick(counts, lane_smaller(least, lane_rough_log2(size) * (-1.0 / k)), least);
-    }
-    return lane_rough_exp2(least);
-}
-
 static void cut_step(mech_lane_room *r, work *w, const tail *s, const span *all)
 {
-    V wanted = tail_suggests(w, s);
-    if (all->last_low >= all->most) wanted = lane_pick(w->low >= AT(r->order), suggested(r, w, s, all), wanted);
+    V wanted = lane_widened(&s->wanted, w->room);
+    if (all->last_low >= all->most) { /* of lanes without a tail */
+        V weight[NY];
+        for (int i = 0; i < NY; i++) weight[i] = lane_widened(&s->weight[i], w->room);
+        const V whole = lane_suggested(w->x[0], weight, AT(r->order), all->most, all->least);
+        wanted = lane_pick(w->low >= AT(r->order), whole, wanted);
+    }
     const V longest = lane_smaller(AT(r->dt), AT(r->longest)), dt = lane_smaller(longest, wanted * w->unit);
     AT(r->dt) = dt;
     w->held[UNIT] = unit_of(dt, w->unit);
@@ -228,7 +221,8 @@ static void attempt(mech_lane_room *r)
     for (int i = 0; i < NY; i++) s.weight[i] = 1.0f / lane_joined(w[0].scale[i], w[GROUPS - 1].scale[i]);
     const int last = all.last_low < all.most ? all.last_low : all.most;
     for (int k = 1; k < last; k++)
-        for (int g = 0; g < GROUPS; g++) next_order(&r[g], &w[g], k);
+        for (int g = 0; g < GROUPS; g++)
+            lane_next_order(k, w[g].x[0], w[g].held + NY, (const V *)r[g].p, w[g].unit, w[g].later);
     form_tail(r, w, &s, &all);
     for (int g = 0; g < GROUPS; g++) {
         cut(&r[g], &w[g], &all, last);
