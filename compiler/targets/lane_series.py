@@ -18,6 +18,7 @@ from ..graph.operations import MUL
 from ..program import Program, ProgramFunction
 from ..program.model import Body, Load, Lookup, Operate, Statement, Store, Value
 from ..program.series import NEXT, START, padded
+from .c_series import Side, sides_of
 
 GROUP = 8
 """Slots whose sums of two orders are formed at once: as many as registers hold."""
@@ -35,20 +36,16 @@ def series_functions(program: Program) -> tuple[ProgramFunction, ProgramFunction
     ny, behind = len(program.arrays["y"]), padded(plan.n_slots)
     (body,) = following.bodies
     stored = {s.index: s.value for s in body if type(s) is Store}
-    rows: dict[Value, int] = {}
-
-    def side(value: Value) -> tuple[bool, int]:
-        """Whether it is none of the states, and its place."""
-        source = body[value]
-        if type(source) is Load and source.array == "y":
-            return False, source.index
-        return True, rows.setdefault(value, ny + len(rows))
-
-    pairs = [
-        (side(stored[at]), side(stored[at + behind])) for at in range(padded(ny), padded(ny) + plan.n_slots)
-    ]
+    pairs = [*zip(*sides_of(body, stored, plan.n_slots, ny), strict=True)]
+    made = dict.fromkeys(value for pair in pairs for kind, value in pair if kind == "r")
+    rows = {value: ny + k for k, value in enumerate(made)}
     n_rows = ny + len(rows)
-    sides = [(a + n_rows * later, b + n_rows * after) for (later, a), (after, b) in pairs]
+
+    def place(side: Side) -> int:
+        kind, index = side
+        return index if kind == "x" else n_rows + rows[index]
+
+    sides = [(place(a), place(b)) for a, b in pairs]
     order = sorted(range(len(sides)), key=lambda slot: (sides[slot][0] == sides[slot][1], sides[slot]))
     slots = {slot: k for k, slot in enumerate(order)}
     shorter = _body(body, [stored[i] for i in range(ny)], rows, slots, behind + 2)

@@ -17,6 +17,9 @@
 #define MECH_FIXED __constant
 #define mech_abs fabs
 #define mech_min(a, b) ((a) < (b) ? (a) : (b))
+#define mech_max(a, b) ((a) > (b) ? (a) : (b))
+#define mech_log log
+#define mech_pow pow
 #define mech_floor floor
 #define mech_finite(x) ((x) - (x) == 0)
 typedef double mech_real;

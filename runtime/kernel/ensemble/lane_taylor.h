@@ -6,7 +6,9 @@
 #ifndef MECH_LANE_TAYLOR_H
 #define MECH_LANE_TAYLOR_H
 
-enum { LEAST = 6, MOST = 31, LAST = 4, N_DENSE = MOST + 1, LOOK_EVERY = 0 };
+#include "taylor.h"
+
+enum { MOST = 31, N_DENSE = MOST + 1, LOOK_EVERY = 0 };
 /* Of the extra numbers: what each order reads, the unit of times, the last order before the tail, and steps that the tail has
  * spoiled; then the coefficients. */
 enum { N_START = NY + N_SERIES_KEPT, UNIT = N_START, LOW, SPOILED, N_HELD };
@@ -36,17 +38,12 @@ enum { GROUP = 8 };
 /* Orders for each factor e of the tolerance: more than in the scalar kernel, as those of the tail cost half. Measured: 0.8 and 1.0
  * cost more for the same error. */
 static MECH_FIXED double ORDERS = 0.9;
-/* Residuals at the end of a good step, in errors that its last coefficients let expect. */
-static MECH_FIXED double RESIDUAL = 10.0;
 
 /* The order of a lane, from its tolerance. */
 LANE V orders(const mech_lane_room *r)
 {
     V order;
-    for (int l = 0; l < WIDTH; l++) {
-        const double wanted = ceil(ORDERS * -log(r->rtol[l] > MECH_EPSILON ? r->rtol[l] : MECH_EPSILON));
-        LANE_OF(order, l) = wanted <= LEAST ? LEAST : wanted >= MOST ? MOST : wanted;
-    }
+    for (int l = 0; l < WIDTH; l++) LANE_OF(order, l) = mech_taylor_order(r->rtol[l], ORDERS, MOST);
     return order;
 }
 
@@ -200,10 +197,7 @@ static void judge(mech_lane_room *r, work *w, const tail *s, const span *all)
     V factor = lane(0.25);
     const unsigned shorter = lane_bits((error > 1.0) & lane_finite(error));
     for (int l = 0; shorter >> l; l++) /* rare, and of another power in each lane */
-        if (shorter >> l & 1) {
-            const double wanted = 0.9 * pow(LANE_OF(error, l), -1.0 / (LANE_OF(order, l) + 1));
-            LANE_OF(factor, l) = wanted < 0.2 ? 0.2 : wanted;
-        }
+        if (shorter >> l & 1) LANE_OF(factor, l) = mech_taylor_part(LANE_OF(error, l), (int)LANE_OF(order, l));
     w->held[SPOILED] += lane_number(~good & (w->low < order));
     for (int i = 0; i < N_START; i++) w->held[i] = lane_pick(took, w->found[i], w->held[i]);
     take(r, &w->step, good, error, AT(r->longest), h * factor, w->y_new, w->found);

@@ -15,11 +15,9 @@
 #include "method.h"
 #include "fast_pow.h"
 #include "series.h"
+#include "taylor.h"
 
-enum { LEAST = 6, MOST = MECH_SERIES_MOST, LAST = 4, ROWS = MOST + 1 };
-
-/* Residuals at the end of a good step, in errors that its last coefficients let expect. */
-static const mech_real RESIDUAL = MECH_C(10.0);
+enum { MOST = MECH_SERIES_MOST, ROWS = MOST + 1 };
 
 typedef mech_lanes lanes;
 enum { WIDTH = MECH_SERIES_WIDTH };
@@ -85,9 +83,8 @@ static size_t n_extra(const mech_model *m)
 static int order_for(const mech_solver *s)
 {
     const mech_series *series = s->model->series;
-    const mech_real for_each = series->expand || series->n_slots <= MECH_FEW_SLOTS ? MECH_C(1.0) : MECH_C(0.8);
-    const mech_real orders = for_each * -mech_log(mech_max(s->o.rtol, MECH_EPSILON));
-    return orders <= LEAST ? LEAST : orders >= MOST ? MOST : (int)orders + ((int)orders < orders);
+    const int few = series->expand || series->n_slots <= MECH_FEW_SLOTS;
+    return mech_taylor_order(s->o.rtol, few ? MECH_C(1.0) : MECH_C(0.8), MOST);
 }
 
 /* What was remembered belongs to other parameters, or lies at another place of a line of the cache. */
@@ -291,7 +288,7 @@ static mech_real attempt(mech_solver *s, mech_real h)
     }
     const mech_real error = h * most / (RESIDUAL * (m->order + 1));
     if (error > 1 && mech_finite(error))
-        s->run->cut = mech_max(MECH_C(0.2), MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / (m->order + 1)));
+        s->run->cut = mech_taylor_part(error, m->order);
     return error;
 }
 
