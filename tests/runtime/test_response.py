@@ -432,7 +432,9 @@ def test_against_python_control(name: str, all_cases: dict[str, Case]) -> None:
 
 def test_the_stated_errors_hold(all_cases: dict[str, Case]) -> None:
     """Against thirty digits; without one more step of the solution of the equations it is missed by a factor of 30."""
-    for case in all_cases.values():
+    for name, case in all_cases.items():
+        if name == "four-bar":  # its reference has the digits of doubles
+            continue
         found = response(case.text, frequencies=W, **case.settings)
         off = np.abs(found.response - case.wanted)
         assert (off <= found.error).all() and off.max() > 0
