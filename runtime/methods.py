@@ -21,6 +21,8 @@ class KernelMethod(Struct, frozen=True):
     name: str
     parts: frozenset[str] = frozenset()
     consists_of: tuple[str, ...] = ()
+    fixed_step: bool = True
+    """Whether the user gives the step."""
     file: str = ""
     """Where a macro makes it; empty: a file of its own name."""
 
@@ -30,10 +32,10 @@ _JACOBIAN, _MOMENTA = frozenset({"jacobian"}), frozenset({"momenta"})
 KERNEL_METHODS = {
     row.name: row
     for row in (
-        KernelMethod("auto", _JACOBIAN, consists_of=("dop853", "radau5")),
-        KernelMethod("dop853"),
+        KernelMethod("auto", _JACOBIAN, consists_of=("dop853", "radau5"), fixed_step=False),
+        KernelMethod("dop853", fixed_step=False),
         KernelMethod("rk4"),
-        KernelMethod("radau5", _JACOBIAN),
+        KernelMethod("radau5", _JACOBIAN, fixed_step=False),
         KernelMethod("gauss2", _JACOBIAN, file="gauss.c"),
         KernelMethod("gauss4", _JACOBIAN, file="gauss.c"),
         KernelMethod("gauss6", _JACOBIAN, file="gauss.c"),
@@ -42,7 +44,7 @@ KERNEL_METHODS = {
         KernelMethod("rattle", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto4", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto6", _MOMENTA, file="lobatto.c"),
-        KernelMethod("taylor", frozenset({"series"})),
+        KernelMethod("taylor", frozenset({"series"}), fixed_step=False),
     )
 }
 
@@ -61,6 +63,20 @@ def unknown_method(wanted: str, known: Collection[str] = tuple(KERNEL_METHODS)) 
     return SimulationError(
         f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
     )
+
+
+def check_step(name: str, *, fixed: bool, given: bool) -> None:
+    """Refuse a method of fixed step without a step, and a step for one that chooses its own. Raises SimulationError."""
+    if fixed and not given:
+        raise SimulationError(
+            f"'{name}' takes steps of one size",
+            help='give a step: step = 1 ms in the experiment, --step "1 ms" to the command, or step="1 ms" in Python',
+        )
+    if given and not fixed:
+        raise SimulationError(
+            f"'{name}' chooses its steps itself, 'step' is for methods of fixed step; "
+            "the spacing of the output is 'every'"
+        )
 
 
 def parts_for(method: str) -> frozenset[str]:

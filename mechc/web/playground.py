@@ -28,7 +28,7 @@ from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
 from ..requests.parse_values import UsageMistake
 from ..runtime.limits_of_time import no_stop
-from ..runtime.methods import KERNEL_METHODS, NEEDS, unknown_method
+from ..runtime.methods import KERNEL_METHODS, NEEDS, check_step, unknown_method
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem, interface_of
 from .facts import Facts, Found, Settings, Span
@@ -128,6 +128,11 @@ def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
     method = method or model.method(None) or "dop853"
     if method not in KERNEL_METHODS:
         raise unknown_method(method)
+    check_step(
+        model.method(None) or "auto",
+        fixed=KERNEL_METHODS[method].fixed_step,
+        given="step" in experiment.options,
+    )
     words = experiment.words.get("display", "")
     display = choose(words) if words else Display()
     known = list(problem.known)

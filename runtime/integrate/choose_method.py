@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from ..case import Case
 from ..memo import once
-from ..methods import NEEDS, unknown_method
+from ..methods import NEEDS, check_step, unknown_method
 from ..native import contract
 from ..native import kernel as native
 from ..native.status import Status
@@ -33,16 +33,8 @@ def choose_method(case: Case, reproducible: bool = False) -> Method:
     if key not in known:
         known[key] = _find(case.functions.struct, case.method, reproducible, case.problem.no_series)
     method = known[key]
-    if method.fixed_step and case.step is None:
-        raise SimulationError(
-            f"'{method.name}' takes steps of one size",
-            help='give a step: step = 1 ms in the experiment, --step "1 ms" to the command, or step="1 ms" in Python',
-        )
-    if not method.fixed_step and case.step is not None:
-        raise SimulationError(
-            f"'{case.method}' chooses its steps itself, 'step' is for methods of fixed step; "
-            "the spacing of the output is 'every'"
-        )
+    name = method.name if method.fixed_step else case.method
+    check_step(name, fixed=method.fixed_step, given=case.step is not None)
     return method
 
 

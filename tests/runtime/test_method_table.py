@@ -48,6 +48,13 @@ def test_it_says_what_it_consists_of(method: str) -> None:
 
 
 @EVERY
+def test_it_says_who_chooses_the_step(method: str) -> None:
+    kernel = native.load_kernel()
+    adaptive = bool(kernel.mech_method_is_adaptive(kernel.mech_method_index(method.encode())))
+    assert KERNEL_METHODS[method].fixed_step != adaptive, f"'fixed_step' of '{method}' in {PLACE}"
+
+
+@EVERY
 def test_it_says_whether_it_works_on_the_jacobian(method: str) -> None:
     """The models are such that those that can do without it where it does not pay work on it."""
     pendulum = run(PENDULUM, method, (1.0, 0.0), 0.5, step=0.1)

@@ -5,7 +5,7 @@ self.importScripts = undefined;  // Pyodide wants modules; a page of the file sy
 let python, playground;
 
 const FEW_STEPS = 20000;  // after which a run that names no method is compiled with what stiff motions take, as native runs do
-const SLICES = [1 / 64, 1 / 8, 1];
+const SLICES = [2 ** -15, 2 ** -12, 2 ** -9, 2 ** -6, 2 ** -3, 1];  // of the time, so that a stiff run is told early
 const LOST = [-1, -2, -4, -5];  // statuses of runs that end where constraints become dependent: status.py
 
 async function unpacked(base64) {
@@ -49,7 +49,7 @@ function found(engine, run, errors, told, span) {
   };
 }
 
-/** Runs the module of the last text; the run is tried on parts of its time first, so that a stiff one is told early. */
+/** Runs the module of the last text, on these parts of its time one after another. */
 async function tried(told, slices) {
   const bytes = playground.module().toJs(), module = await WebAssembly.compile(bytes), engine = await makeEngine(module, told.run);
   for (const share of slices) {

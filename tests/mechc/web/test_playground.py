@@ -55,6 +55,8 @@ WRONG = {
     "nothing": "",
     "no stop": SWING.replace("experiment(stop = 2 s, der(theta) = 1 rad/s, tolerance = 1e-10);", ""),
     "a curve": (EXAMPLES / "curves" / "thrown.mech").read_text(encoding="utf-8"),
+    "no step": SWING.replace("tolerance = 1e-10", 'method = "rk4"'),
+    "a step": SWING.replace("tolerance = 1e-10", "step = 1 ms"),
     "a method": SWING.replace("tolerance = 1e-10", 'method = "scipy:LSODA"'),
 }
 

@@ -281,7 +281,7 @@ ndarray.__hash__ = None  # type: ignore[assignment]
 # ---------------------------------------------------------------- making
 
 
-def array(value: Any, kind: Any = None) -> ndarray:
+def array(value: Any, dtype: Any = None) -> ndarray:
     if isinstance(value, ndarray):
         found = value
     elif isinstance(value, list | tuple | range) or hasattr(value, "__next__"):
@@ -290,7 +290,7 @@ def array(value: Any, kind: Any = None) -> ndarray:
         found = ndarray((len(parts), *shape), [x for part in parts for x in part.data])
     else:
         found = ndarray((), [value])
-    return found if kind is None else found.astype(kind)
+    return found if dtype is None else found.astype(dtype)
 
 
 asarray = array
@@ -411,6 +411,15 @@ def _rotated(rows: list[list[float]], basis: list[list[float]]) -> None:
             break
 
 
+class finfo:
+    """numpy.finfo of floats"""
+
+    eps = 2.0**-52
+
+    def __init__(self, kind: object) -> None:
+        pass
+
+
 class linalg:
     """numpy.linalg"""
 
@@ -471,7 +480,7 @@ class linalg:
         return array([m[k][k] for k in order]), array([v[k] for k in order]).T if n else zeros((0, 0))
 
     @staticmethod
-    def svd(a: ndarray) -> tuple[ndarray, ndarray, ndarray]:
+    def svd(a: ndarray, full_matrices: bool = True, compute_uv: bool = True) -> Any:
         """U with the columns that belong to singular values, these, in descending order, and a whole V transposed."""
         m, n = a.shape
         rows, basis = a.T.tolist() if n and m else [[] for _ in range(n)], eye(n).tolist() if n else []
@@ -480,12 +489,11 @@ class linalg:
         sizes = [math.hypot(*row) if row else 0.0 for row in rows]
         order = sorted(range(n), key=lambda k: -sizes[k])
         kept = order[: builtins.min(m, n)]
+        values = array([sizes[k] for k in kept])
+        if not compute_uv:
+            return values
         u = [[x / sizes[k] if sizes[k] else 0.0 for x in rows[k]] for k in kept]
-        return (
-            array(u).T if kept else zeros((m, 0)),
-            array([sizes[k] for k in kept]),
-            array([basis[k] for k in order]),
-        )
+        return array(u).T if kept else zeros((m, 0)), values, array([basis[k] for k in order])
 
     @staticmethod
     def pinv(a: ndarray, rcond: float = 1e-15, hermitian: bool = False) -> ndarray:
