@@ -19,6 +19,7 @@ from ...local.frequency_response import NEAR, Answers, Continuous, Sampled, Tran
 from ...local.linear_system import proper_form
 from ...local.operating_point import PART
 from ...local.zeros import EPSILON, Complex, poles
+from ...numerics.roots import minimum
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem, Quantity
 from ...results.files import json_number
@@ -347,8 +348,6 @@ class Peak(Struct, frozen=True):
 
 def _peak(one: System, w: Array, found: Answers, turn: Array, k: int, j: int) -> Peak:
     """Return the greatest gain, between the frequencies too; it is infinite on a pole of the imaginary axis."""
-    from scipy.optimize import minimize_scalar
-
     gains = np.abs(found.values[:, k, j])
     top = int(np.argmax(gains))
     best = Peak(float(gains[top]), float(found.errors[top, k, j]), float(w[top]), float(turn[top, k, j]))
@@ -362,9 +361,7 @@ def _peak(one: System, w: Array, found: Answers, turn: Array, k: int, j: int) ->
     def lower(x: float) -> float:
         return -abs(complex(answers(one.transfer, np.array([x])).values[0, k, j]))
 
-    place = float(
-        minimize_scalar(lower, bounds=(low, high), method="bounded", options={"xatol": 1e-10 * high}).x
-    )
+    place = minimum(lower, low, high, 1e-10 * high)[0]
     there = answers(one.transfer, np.array([place]))
     gain = abs(complex(there.values[0, k, j]))
     if gain <= best.gain:
