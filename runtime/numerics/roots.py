@@ -10,13 +10,14 @@ EPSILON = float(np.finfo(float).eps)
 
 
 def root(function: Callable[[float], float], low: float, high: float, within: float = 0.0) -> float:
-    """Return where a function vanishes, to rounding of the place or ``within`` (absolute), whichever is more.
+    """Return where a function vanishes, to rounding of the place or of the interval, or ``within`` (absolute).
 
     Raises ValueError where its values at both ends have one sign.
     """
     from scipy.optimize import brentq
 
-    return float(brentq(function, low, high, xtol=max(within, 1e-300), rtol=4 * EPSILON))
+    apart = max(within, EPSILON * abs(high - low), 1e-300)
+    return float(brentq(function, low, high, xtol=apart, rtol=4 * EPSILON, maxiter=1000))
 
 
 def minimum(

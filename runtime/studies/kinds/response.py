@@ -361,7 +361,7 @@ def _peak(one: System, w: Array, found: Answers, turn: Array, k: int, j: int) ->
     def lower(x: float) -> float:
         return -abs(complex(answers(one.transfer, np.array([x])).values[0, k, j]))
 
-    place, _ = minimum(lower, low, high, 1e-10 * high)
+    place = minimum(lower, low, high, 1e-10 * high)[0]
     there = answers(one.transfer, np.array([place]))
     gain = abs(complex(there.values[0, k, j]))
     if gain <= best.gain:
