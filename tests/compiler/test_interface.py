@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 from native_code import compile_c
-from python_functions import load_python
+from random_models.python_functions import load_python
 from sample_equations import pendulum
 
 from mechc.compiler.equations.model import CompilerInterface, Equations

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from python_functions import load_python
+from random_models.python_functions import load_python
 
 import mechc
 from mechc import session

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from python_functions import load_python
+from random_models.python_functions import load_python
 
 import mechc.runtime
 from mechc.compiler.equations.model import Equations

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from native_code import NativeModel, bits
-from python_functions import load_python
+from random_models.python_functions import load_python
 from sample_equations import equations
 
 from mechc.compiler import pipeline

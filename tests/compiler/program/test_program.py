@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from python_functions import load_python
+from random_models.python_functions import load_python
 from sample_equations import chain, equations, every_operation, pendulum
 
 from mechc.compiler.equations.model import Function

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from native_code import NativeModel, bits, random_states
-from python_functions import load_python
+from random_models.python_functions import load_python
 from sample_equations import equations
 
 from mechc.compiler.equations.model import Equations, Function

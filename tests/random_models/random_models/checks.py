@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from msgspec import structs
-from python_functions import load_python
 
 from mechc.compiler.program.series import without_series
 from random_models.another_library import another_library
@@ -52,6 +51,7 @@ from random_models.modes import MODES
 from random_models.motions import Edged, by_another_method, difference, doubts, ended, errors, run
 from random_models.narrow import is_marked
 from random_models.nesting import NESTED, by_element
+from random_models.python_functions import load_python
 from random_models.rolled import in_loops
 from random_models.said_otherwise import along_motions, at_states
 from random_models.settings import settings

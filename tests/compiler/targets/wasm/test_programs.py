@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 from native_code import bits, random_states
-from python_functions import load_python
+from random_models.python_functions import load_python
 from sample_equations import chain, every_operation, pendulum
 from wasm_module import Floats, WasmModel, WasmRun, needs_wasmtime
 
