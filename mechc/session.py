@@ -262,9 +262,9 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
 
     So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``: what is not stiff
     after these goes on. Before that the question is answered by code that is ready at once, if it takes little work; not one about
-    members of an ensemble, and not where rows are written as they come.
+    members of an ensemble, which are many.
     """
-    if asked.to is None and not asked.question.of_members:
+    if not asked.question.of_members:
         problem, question = _posed(model, asked, quick=True)
         if problem.quick:
             with suppress(BetterCodePays), little_work():

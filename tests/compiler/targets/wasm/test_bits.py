@@ -61,7 +61,14 @@ def of_zig(program: Program, names: list[str], folder: Path) -> Instance:
     ]
     (folder / "model.c").write_text(emit_c(program) + DRIVER + "".join(lines) + "    }\n}\n")
     include = [f"-I{KERNEL / room}" for room in (".", "algebra", "events", "run")]
-    link = ["-mexec-model=reactor", "-Wl,--strip-all", "-Wl,--export-table", "-lm", "-o", str(folder / "model.wasm")]
+    link = [
+        "-mexec-model=reactor",
+        "-Wl,--strip-all",
+        "-Wl,--export-table",
+        "-lm",
+        "-o",
+        str(folder / "model.wasm"),
+    ]
     command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *include, str(folder / "model.c"), *link]
     subprocess.run(command, check=True)
     return Instance((folder / "model.wasm").read_bytes())
