@@ -33,7 +33,7 @@ class Functions(ModelFunctions):
     def __init__(self, model: CompiledModel) -> None:
         if model.compilation.equations.curve is not None:
             raise UsageMistake(f"'{model.name}' is a curve and does not move: it has no functions of a state")
-        problem = model.problem(quick=model.is_large, parts={"functions"})
+        problem = model.problem(quick=True, parts={"functions"})
         made = model_functions(problem, SimulationOptions(values=model.settings))
         super().__init__(problem, made._bound.site)
         self._model = model

@@ -196,11 +196,6 @@ class CompiledModel:
             plans[name] = self._found(name)
         return plans[name]
 
-    @property
-    def is_large(self) -> bool:
-        """Whether gcc takes more than half a second for its code."""
-        return self.compilation.summary.operations > LARGE
-
     def sweeps(self, experiment: str | None) -> bool:
         """Tell whether an experiment gives several values to something."""
         plan = self.experiment(experiment)
@@ -287,8 +282,8 @@ class CompiledModel:
                 problem = make_problem(self.program(wanted), reproducible=reproducible, quick=quick)
             problems[key] = replace(
                 problem,
-                tangents=self._tangents(reproducible, wanted),
-                adjoints=self._adjoints(reproducible),
+                tangents=self._tangents(reproducible, quick, wanted),
+                adjoints=self._adjoints(reproducible, quick),
             )
         return problems[key]
 
@@ -313,7 +308,9 @@ class CompiledModel:
 
         return program_with(self.compilation, parts)
 
-    def _tangents(self, reproducible: bool, parts: frozenset[str]) -> Callable[[Directions], Problem]:
+    def _tangents(
+        self, reproducible: bool, quick: bool, parts: frozenset[str]
+    ) -> Callable[[Directions], Problem]:
         """Return what makes the problem of the motion with its derivatives, when it is asked for."""
 
         @functools.cache
@@ -322,11 +319,11 @@ class CompiledModel:
             from .compiler.problem import make_problem
 
             program = tangent_program(self.compilation, directions, parts)
-            return make_problem(program, reproducible=reproducible)
+            return make_problem(program, reproducible=reproducible, quick=quick)
 
         return tangents
 
-    def _adjoints(self, reproducible: bool) -> Callable[[Adjoint], Problem]:
+    def _adjoints(self, reproducible: bool, quick: bool) -> Callable[[Adjoint], Problem]:
         """Return what makes the problem that pulls a goal back, when it is asked for."""
 
         @functools.cache
@@ -334,7 +331,8 @@ class CompiledModel:
             from .compiler.pipeline import adjoint_program
             from .compiler.problem import make_problem
 
-            return make_problem(adjoint_program(self.compilation, asked), reproducible=reproducible)
+            program = adjoint_program(self.compilation, asked)
+            return make_problem(program, reproducible=reproducible, quick=quick)
 
         return adjoints
 
@@ -374,9 +372,6 @@ class CompiledModel:
             )
         return type(self)(code.asked[wanted], self._settings)
 
-
-LARGE = 3000
-"""Operations for which gcc takes half a second."""
 
 M = TypeVar("M", bound=CompiledModel)
 

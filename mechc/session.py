@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -15,6 +16,7 @@ from .requests.parse_values import UsageMistake
 from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas
 from .runtime.case import find_experiment
+from .runtime.integrate.little_work import BetterCodePays, little_work
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
@@ -33,9 +35,6 @@ M = TypeVar("M", bound=CompiledModel)
 
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
-QUICK_STEPS = 4000
-"""Steps after which a large model is compiled by gcc or clang, and its run begins anew: with fewer, code by libtcc is done sooner.
-Some fifty thousand evaluations take a quarter of the time that gcc needs, from 7 to 67 joints."""
 MOST_POSED = 16
 """Questions that are remembered for each compilation."""
 REPEATED = "the run was repeated with multipliers of a small compliance"
@@ -253,14 +252,6 @@ def _met(run: Run) -> bool:
     return failure is not None and failure.kind in AT_SINGULAR_POSITIONS
 
 
-def _may_be_quick(model: CompiledModel, asked: Asked) -> bool:
-    """Whether the code of a model takes long, and a question may take few evaluations: one run without its derivatives, or what
-    looks at some states."""
-    derived = asked.given.get("sensitivity") or asked.given.get("condition")
-    few = asked.question.quick and asked.to is None and not derived and not model.sweeps(asked.experiment)
-    return few and model.is_large
-
-
 def _gave_up(run: Run) -> bool:
     failure = run.motion.stopped
     return failure is not None and failure.kind == TOO_MANY_STEPS
@@ -270,14 +261,14 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     """Answer by the method that was asked for; without one explicitly, and again with the Jacobian if that is stiff.
 
     So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``: what is not stiff
-    after these goes on. Before that a large model is run in code that is ready at once: better code pays from ``QUICK_STEPS`` on.
+    after these goes on. Before that the question is answered by code that is ready at once, if it takes little work; not one about
+    members of an ensemble, which are many.
     """
-    if _may_be_quick(model, asked):
+    if not asked.question.of_members:
         problem, question = _posed(model, asked, quick=True)
         if problem.quick:
-            found = solve(problem, replace(question, max_steps=QUICK_STEPS))
-            if not any(map(_gave_up, found.runs)):
-                return problem, found
+            with suppress(BetterCodePays), little_work():
+                return problem, solve(problem, question)
     problem, question = _posed(model, asked)
     if question.of_members:
         return problem, solve(problem, with_others(model, asked, problem, question))

@@ -26,7 +26,7 @@ def initial_text(
     Raises SimulationError where there is none, CompilerMissing, BuildError.
     """
     model = model.for_experiment(experiment)
-    problem = model.problem()
+    problem = model.problem(quick=True)
     options = SimulationOptions(experiment=experiment, values=model.settings, start=0.0, stop=0.0)
     case = prepare(problem, load_functions(problem), options)
     title = style.bold(problem.name + (f", {case.experiment}" if case.experiment else ""))

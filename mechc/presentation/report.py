@@ -88,17 +88,12 @@ def _cost(solution: ShownSolution, style: Style) -> list[str]:
     made = solution.statistics
     rejected = f", {count(made.rejected)} rejected" if made.rejected else ""
     rows = [
-        ("method", _method(solution)),
+        ("method", f"{made.method}, compiled C"),
         ("steps", f"{count(made.steps)}{rejected}, {count(made.evaluations)} evaluations"),
         ("run time", duration(made.run_time)),
     ]
     rows += [("note", remark) for remark in solution.remarks]
     return [f"  {style.dim(pad(label, 10))} {text}" for label, text in rows]
-
-
-def _method(solution: ShownSolution) -> str:
-    by = "compiled C by libtcc" if solution.problem.quick else "compiled C"
-    return f"{solution.statistics.method}, {by}"
 
 
 def _without_motion(solution: ShownSolution) -> bool:

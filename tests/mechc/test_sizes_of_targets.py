@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from c_programs import build
 from scipy.linalg import expm
+from slow_params import slow_but
 
 import mechc
 from mechc.compiler.pipeline import program_with
@@ -51,7 +52,7 @@ def exact(rate: float) -> float:
     return 1e-9 * math.cos(math.sqrt(rate**2 + GM / RADIUS**3) * STOP)
 
 
-@pytest.fixture(scope="module", params=RATES)
+@pytest.fixture(scope="module", params=slow_but(RATES[1:], RATES))
 def rate(request: pytest.FixtureRequest) -> float:
     return float(request.param)
 

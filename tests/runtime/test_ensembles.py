@@ -109,10 +109,11 @@ def test_what_is_kept_is_that_of_the_closed_form(spring: mechc.Model) -> None:
 
 
 def test_a_member_is_the_run_of_its_values(spring: mechc.Model) -> None:
-    runs = spring.ensemble("k = 1 N/m .. 9 N/m, 7", "x, final(x)", errors="none")
+    """Every bit, where both have code of the same bits: of a single run libtcc makes the code, of an ensemble gcc."""
+    runs = spring.ensemble("k = 1 N/m .. 9 N/m, 7", "x, final(x)", errors="none", reproducible=True)
     assert np.isnan(runs.errors).all()
     for k, x in zip(runs["k"], runs["x"], strict=True):
-        np.testing.assert_array_equal(spring.simulate(set={"k": k})["x"], x)  # every bit
+        np.testing.assert_array_equal(spring.simulate(set={"k": k}, reproducible=True)["x"], x)
 
 
 def test_threads_and_batches_change_no_bit(spring: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -62,7 +62,8 @@ def pieces(
 
     ``looked_at``: within the steps; else a piece has its first and its last time alone. ``ending`` is filled when the last piece was given. Raises SimulationError where there is no kernel.
     """
-    case, kernel = plan.case, native.load_kernel(plan.options.reproducible)
+    case = plan.case
+    kernel = native.kernel_for(case.functions.struct, plan.options.reproducible, plan.method.name)
     with Solver(
         kernel, case, plan.method.name, case.tolerance, case.tolerance * plan.nominal, case.step or 0.0
     ) as solver:

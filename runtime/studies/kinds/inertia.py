@@ -44,7 +44,6 @@ class InertiaOf(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs = frozenset({"matter"})
-    quick = True
     about: Annotated[
         str,
         settable(

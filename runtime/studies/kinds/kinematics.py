@@ -38,7 +38,6 @@ class Kinematics(Study, frozen=True, kw_only=True):
 
     unused = frozenset({"every", "estimate_error"})
     needs = frozenset({"phase"})
-    quick = True
     of: Annotated[
         tuple[str, ...], settable("Outputs that are points or rotation matrices; all without it.", "names")
     ] = ()

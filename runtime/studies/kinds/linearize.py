@@ -101,7 +101,6 @@ class Linearize(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
-    quick = True
 
     at: Annotated[
         Place, settable("Where: the start, the equilibrium reached from it, or other values.", "place")

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec.structs import replace
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from ...case import inputs_at
 from ...integrate.interruption import NotedInterruptions
@@ -190,10 +190,10 @@ class _Carrier:
             z=augmented.discretes(case.z), y0=row, known=np.ones(row.size, dtype=bool), wanted=row, assembled=None,
             grid=np.empty(0),
         )  # fmt: skip
-        self.solver = Solver(
-            native.load_kernel(self.plan.options.reproducible), made, self.tangents.method.name, case.tolerance,
-            case.tolerance * nominal, case.step or 0.0,
-        )  # fmt: skip
+        struct, method = augmented.functions.struct, self.tangents.method.name
+        kernel = native.kernel_for(struct, self.plan.options.reproducible, method)
+        tolerance = case.tolerance
+        self.solver = Solver(kernel, made, method, tolerance, tolerance * nominal, case.step or 0.0)
 
     def close(self) -> None:
         if self.solver is not None:
@@ -260,7 +260,7 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
         edges = _index(times, np.linspace(times[first], times[-1], count + 1))
         batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
         spread = batches.std(axis=0, ddof=1) / math.sqrt(count)
-        halves = np.maximum(halves, student.ppf((1 + CONFIDENCE) / 2, count - 1) * spread)
+        halves = np.maximum(halves, stdtrit(count - 1, (1 + CONFIDENCE) / 2) * spread)
     powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
     middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
     early = (growth[middle] - growth[first]) / (times[middle] - times[first])

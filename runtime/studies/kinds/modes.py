@@ -52,7 +52,6 @@ class FindModes(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
-    quick = True
     of_own_states = True
 
     at: Annotated[

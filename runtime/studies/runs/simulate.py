@@ -53,7 +53,6 @@ RUN_SHARE = 0.3
 class Run(Study, frozen=True, kw_only=True):
     """What runs have beside what every study has."""
 
-    quick = True
     sensitivity: Annotated[
         tuple[str, ...],
         settable(

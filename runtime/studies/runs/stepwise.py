@@ -64,13 +64,11 @@ class Stepper:
         self._problem = problem
         self._at_singular_positions = at_singular_positions
         self._end: SimulationError | None = None
-        self._kernel = native.load_kernel(options.reproducible)
-        tolerance = plan.case.tolerance
+        struct, method = plan.case.functions.struct, plan.method.name
+        kernel = native.kernel_for(struct, options.reproducible, method)
+        tolerance, step = plan.case.tolerance, plan.case.step or 0.0
         self._nominal = plan.nominal
-        self._solver = Solver(
-            self._kernel, self._case, plan.method.name, tolerance, tolerance * plan.nominal,
-            plan.case.step or 0.0,
-        )  # fmt: skip
+        self._solver = Solver(kernel, self._case, method, tolerance, tolerance * plan.nominal, step)
 
     def __enter__(self) -> Stepper:
         return self

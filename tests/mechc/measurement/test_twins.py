@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
+from slow_params import slow_among
 
 import mechc
 from mechc.cli.main import run
@@ -142,7 +143,7 @@ def base_of(text: str) -> Base:
 BASES: dict[str, Base] = {}
 
 
-@pytest.fixture(params=["plane", "space", "losing", "told"])
+@pytest.fixture(params=slow_among(["space"], ["plane", "space", "losing", "told"]))
 def base(request: pytest.FixtureRequest) -> Base:
     name = request.param
     if name not in BASES:

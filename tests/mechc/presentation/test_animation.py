@@ -89,8 +89,8 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, monkeypatch: pytest.Monkey
         snapshot(found, tmp_path / "s.png", [0.0, 2.0])
     with pytest.raises(UsageMistake, match="has the ending"):
         animate(found, tmp_path / "motion.avi")
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(UsageMistake, match="mp4 needs an encoder"):
+    with monkeypatch.context() as bare, pytest.raises(UsageMistake, match="mp4 needs an encoder"):
+        bare.setattr(importlib.util, "find_spec", lambda name: None)
         animate(found, tmp_path / "motion.mp4")
     with pytest.raises(UsageMistake, match="nothing of 'model' is drawn"):
         snapshot(

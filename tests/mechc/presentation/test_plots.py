@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
+from slow_params import slow_but
 
 import mechc
 from mechc.cli.main import run
@@ -112,7 +113,7 @@ def test_the_balance_is_total_and_dissipated_energy(solution: Solution) -> None:
     assert unit == "mJ" and shown == pytest.approx(1000 * error, rel=1e-15)
 
 
-@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+@pytest.mark.parametrize("ending", slow_but(["png"], ["png", "pdf", "svg"]))
 def test_pictures_need_no_display(
     ending: str, solution: Solution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

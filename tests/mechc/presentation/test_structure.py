@@ -27,7 +27,7 @@ def rows(text: str) -> dict[str, str]:
         ("peaucellier", "1"),
         ("n_four_bar", "1"),
         ("squeezing_mechanism", "1"),
-        ("stewart_platform", "6"),
+        pytest.param("stewart_platform", "6", marks=pytest.mark.slow),
         ("double_pendulum", "2"),
         ("chaplygin_sleigh", "2, 3 of positions"),
         ("ball_on_turntable", "3, 5 of positions"),
