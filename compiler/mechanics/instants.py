@@ -1,4 +1,5 @@
-"""What is true at single instants, ``sample()`` and ``initial()``, refused in all that is continuous."""
+"""What is true at single instants, ``sample()`` and ``initial()``, refused in all that is continuous; the past, refused in
+what is a function of the present state."""
 
 from __future__ import annotations
 
@@ -24,6 +25,28 @@ def check_instants(system: MechanicalSystem, reporter: Reporter) -> None:
             caption="it belongs to the condition of a 'when'",
             help="set a 'discrete' variable there, and use that: 'when sample(T) then n := ...; end when;'",
         )
+
+
+def check_past(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report energies and masses that depend on the past: forces are their derivatives by the present state."""
+    found = system.lowering.delays.found
+    if not found:
+        return
+    energies = [system.kinetic, system.potential, system.lagrangian, system.dissipation]
+    matter = [
+        n for m in system.masses for n in (m.mass, *(m.field or ()), *system.kinematics.position(m.point))
+    ]
+    matter += [n for body in system.inertias for row in body.inertia for n in row]
+    for symbol in system.graph.support(*energies, *matter):
+        if symbol in found:
+            reporter.error(
+                "E0582",
+                "an energy, a mass or a place of a body cannot depend on the past",
+                found[symbol].span,
+                caption="forces follow from energies by the present state, and this is none",
+                help="write the force itself, as in 'force -k*delay(x, T) on x;'",
+            )
+            return
 
 
 def _continuous(system: MechanicalSystem) -> Iterator[Node]:
