@@ -88,10 +88,12 @@ class Delays:
             source, delay = before.source, graph.add(before.delay, delay)
         key = (source, delay)
         if key not in self._symbols:
-            number, name = len(self._symbols) + 1, graph.name(source)
-            symbol = self._symbols[key] = graph.symbol(f"delayed({number})")
+            name = graph.name(source)
+            others = sum(d.source == source for d in self.found.values())
+            known = f"delay({name})" if not others else f"delay({name}) {others + 1}"
+            symbol = self._symbols[key] = graph.symbol(known)
             self.found[symbol] = Delayed(source, delay, name, span)
-            rate = graph.symbol(f"#rate of delayed({number})", RATE)
+            rate = graph.symbol(f"#rate of {known}", RATE)
             self._rate.define(symbol, rate)
             self._unknown_rates[rate] = self.found[symbol]
         return self._symbols[key]

@@ -54,6 +54,7 @@ class Run(Study, frozen=True, kw_only=True):
     """What runs have beside what every study has."""
 
     quick = True
+    of_past = True
     sensitivity: Annotated[
         tuple[str, ...],
         settable(
