@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "event_state.h"
 #include "method.h"
 
 /* Breaks follow from breaks until the derivative that jumps is beyond the order of the method, or they are as many as this:
@@ -146,10 +147,23 @@ static int follow(mech_solver *s, mech_real t, int level)
     return MECH_RUNNING;
 }
 
-int mech_history_break(mech_solver *s)
+static int break_here(mech_solver *s) { return follow(s, s->run->report.t, 1); }
+
+int mech_history_stop(mech_solver *s)
 {
-    s->history->at.jumps = 1;
-    return follow(s, s->run->report.t, 1);
+    if (s->history->n_u) s->history->at.jumps = 1;
+    return break_here(s);
+}
+
+int mech_history_instant(mech_solver *s)
+{
+    mech_history *h = s->history;
+    const mech_event_state *e = s->events;
+    for (int i = 0; i < h->n_y + h->n_u + h->n_z; i++) {
+        const int at = h->d->sources[2 * i + 1];
+        if (i < h->n_y ? s->y[at] != e->y_before[at] : i >= h->n_y + h->n_u && e->z[at] != e->z_before[at]) h->at.jumps = 1;
+    }
+    return break_here(s);
 }
 
 mech_real mech_history_next(const mech_solver *s)
@@ -214,10 +228,9 @@ int mech_history_begin(mech_solver *s)
 int mech_history_freeze(mech_solver *s)
 {
     mech_history *h = s->history;
-    if (h->at.frozen) return mech_history_break(s); /* taken up again with what the caller has changed */
-    read_sources(s, h->start);
-    h->at.frozen = 1;
-    return mech_history_break(s);
+    if (!h->at.frozen) read_sources(s, h->start);
+    h->at.frozen = h->at.jumps = 1; /* or taken up again with what the caller has changed */
+    return break_here(s);
 }
 
 /* ---------------------------------------------------------------- looking back */

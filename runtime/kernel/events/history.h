@@ -31,8 +31,9 @@ void mech_history_look_before(mech_solver *s);
 /* Keeps the attempted step of h. */
 int mech_history_keep(mech_solver *s, mech_real h);
 
-/* Something jumps at the present time: what looks back will. */
-int mech_history_break(mech_solver *s);
+/* Values or slopes jump at the present time, at an instant or between rows of a table: what looks back will. */
+int mech_history_instant(mech_solver *s);
+int mech_history_stop(mech_solver *s);
 
 /* The time until which the present step may last. */
 mech_real mech_history_next(const mech_solver *s);

@@ -235,7 +235,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const int stop = run->next_stop;
     if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
-    if (!status && s->history && run->next_stop > stop) status = mech_history_break(s);
+    if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
     const int broken = s->history ? mech_history_at_break(s) : 0;

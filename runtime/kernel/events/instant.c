@@ -223,7 +223,7 @@ int mech_instant(mech_solver *s, int hit)
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);
     if (is_changed(s, events))
         mech_journal_instant(s);
-    if (s->history && !status && is_changed(s, events)) status = mech_history_break(s);
+    if (s->history && !status && is_changed(s, events)) status = mech_history_instant(s);
     if (status) return status;
     run->error_old = 0;
     run->started = 0; /* a jump: methods with a memory forget it */
