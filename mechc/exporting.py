@@ -178,6 +178,11 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
     program = model.compilation.program
+    if program.switching is not None and program.switching.delays is not None:
+        raise UsageMistake(
+            f"'{program.name}' has delays, and a module of functions of the present state keeps no past",
+            "the targets c, fmu and web run it",
+        )
     if target == "python":
         refuse_driving_inputs(model, "a Python module")
         from .compiler.targets.python import emit_python

@@ -63,6 +63,12 @@ class DelaysStruct(Contract):
         *((name, c_int) for name in ("n_sources", "n_delays", "n_delayed")),
         *((name, c_void_p) for name in ("sources", "delayed", "times")),
     )
+    n_sources: int
+    n_delays: int
+    n_delayed: int
+    sources: int
+    delayed: int
+    times: int
 
 
 class HybridStruct(Contract):
@@ -86,6 +92,7 @@ class HybridStruct(Contract):
     n_rows: int
     indicators: int | None
     conditions: int | None
+    delays: int | None
 
 
 class StartRowStruct(Contract):
