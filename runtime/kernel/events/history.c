@@ -33,7 +33,7 @@ typedef struct mech_history {
     int n_y, n_u, n_z, nu, n_dense, width, deepest;
     long capacity, break_capacity;
     mech_real *records;          /* [capacity][width]                                                   */
-    mech_real *start, *delay, *u; /* [n_sources] values of the start; [n_delays]; [nu]                  */
+    mech_real *start, *delay, *u; /* [n_sources] values of the start; [n_delays]; [2 nu]                */
     breaking *breaks;            /* [n_breaks], by their times                                          */
 } mech_history;
 
@@ -66,7 +66,7 @@ mech_history *mech_history_new(const mech_model *model, int n_dense, int order)
     h->capacity = FIRST_RECORDS;
     h->break_capacity = FIRST_BREAKS;
     h->records = malloc((size_t)h->capacity * (size_t)h->width * sizeof(mech_real));
-    h->start = calloc((size_t)(d->n_sources + d->n_delays + model->nu), sizeof(mech_real));
+    h->start = calloc((size_t)(d->n_sources + d->n_delays + 2 * model->nu), sizeof(mech_real));
     h->breaks = malloc((size_t)h->break_capacity * sizeof(breaking));
     if (!h->records || !h->start || !h->breaks) {
         mech_history_free(h);
@@ -233,6 +233,14 @@ int mech_history_freeze(mech_solver *s)
     return break_here(s);
 }
 
+/* The value of an input that the caller holds by a table of one row; else it follows a table or the model. */
+static mech_real held(const mech_solver *s, int input)
+{
+    for (int k = 0; k < s->o.n_tables; k++)
+        if (s->o.tables[k].input == input && s->o.tables[k].n == 1) return s->o.tables[k].value[0];
+    return (mech_real)NAN;
+}
+
 /* ---------------------------------------------------------------- looking back */
 
 /* Where one looks at: a record, or -1 for the start, and the time there. */
@@ -272,6 +280,14 @@ static mech_real polynomial_at(const mech_history *h, const mech_real *r, int k,
     return sum;
 }
 
+/* An input at the place of read_inputs. One that the caller holds now, and did not then, followed the model. */
+static mech_real input_at(const mech_solver *s, int input)
+{
+    const mech_history *h = s->history;
+    const mech_real now = held(s, input);
+    return now == now ? h->u[h->nu + input] : h->u[input];
+}
+
 static mech_real source_at(mech_solver *s, const place *at, int i)
 {
     mech_history *h = s->history;
@@ -280,7 +296,7 @@ static mech_real source_at(mech_solver *s, const place *at, int i)
     const mech_real *r = record(h, at->record), *values = r + HEAD + h->n_y * h->n_dense - h->n_y;
     switch (kind) {
     case MECH_SOURCE_Y: return polynomial_at(h, r, i, at->t);
-    case MECH_SOURCE_U: return values[i] == values[i] ? values[i] : h->u[h->d->sources[2 * i + 1]];
+    case MECH_SOURCE_U: return values[i] == values[i] ? values[i] : input_at(s, h->d->sources[2 * i + 1]);
     case MECH_SOURCE_Z: return values[i];
     default: return at->t;
     }
@@ -293,6 +309,7 @@ static void read_inputs(mech_solver *s, const place *at)
     if (!h->n_u || at->record < 0) return;
     const mech_real t = at->before ? at->t - 2 * MECH_EPSILON * mech_abs(at->t) : at->t;
     mech_inputs(s->model, s->o.tables, s->o.n_tables, NULL, t, s->o.p, h->u);
+    mech_inputs(s->model, NULL, 0, NULL, t, s->o.p, h->u + h->nu);
 }
 
 static void look(mech_solver *s, mech_real t, int behind)
@@ -313,14 +330,6 @@ void mech_history_look(mech_solver *s, mech_real t) { look(s, t, t <= s->run->fr
 void mech_history_look_before(mech_solver *s) { look(s, s->run->report.t, 0); }
 
 /* ---------------------------------------------------------------- steps */
-
-/* The value of an input that the caller holds by a table of one row; else it follows a table or the model. */
-static mech_real held(const mech_solver *s, int input)
-{
-    for (int k = 0; k < s->o.n_tables; k++)
-        if (s->o.tables[k].input == input && s->o.tables[k].n == 1) return s->o.tables[k].value[0];
-    return (mech_real)NAN;
-}
 
 int mech_history_keep(mech_solver *s, mech_real length)
 {

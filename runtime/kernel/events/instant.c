@@ -211,7 +211,6 @@ static int is_changed(const mech_solver *s, long events)
 int mech_instant(mech_solver *s, int hit)
 {
     mech_run *run = s->run;
-    mech_event_state *e = s->events;
     int status = check_progress(s, hit);
     if (status) return status;
     const long events = run->report.n_events;
@@ -221,8 +220,7 @@ int mech_instant(mech_solver *s, int hit)
     if (status < 0) return status;
     mech_journal_modes(s, 0);
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);
-    if (is_changed(s, events))
-        mech_journal_instant(s);
+    if (is_changed(s, events)) mech_journal_instant(s);
     if (s->history && !status && is_changed(s, events)) status = mech_history_instant(s);
     if (status) return status;
     run->error_old = 0;
