@@ -166,11 +166,11 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
                 "clock", f"a 'sample' has the period {report.failed_value:.6g} (SI): a period is positive"
             )
         case Status.NO_DELAY:
-            delay = hybrid.delays[k]
+            delay = _entry(hybrid.delays, k)
+            what = f"the delay of '{delay.text}'" if delay is not None else "a delay"
+            origin = delay.origin if delay is not None else None
             return _Told(
-                "delay",
-                f"the delay of '{delay.text}' is {report.failed_value:.6g} s: a delay is positive",
-                origin=delay.origin,
+                "delay", f"{what} is {report.failed_value:.6g} s: a delay is positive", origin=origin
             )
         case Status.NO_MEMORY:
             return _Told(

@@ -68,8 +68,8 @@ _ELSEWHERE = {
 """What functions of other languages are called here."""
 _INSTEAD = {
     **dict.fromkeys(
-        ("delay", "delayed", "transportdelay"),
-        "there are no delayed values; a state of first order lags: 'equation der(y) = (x - y)/T;'",
+        ("delayed", "transportdelay", "fixeddelay", "delay_line"),
+        "what it was a while ago is 'delay(x, T)'; a state of first order lags: 'equation der(y) = (x - y)/T;'",
     ),
     **dict.fromkeys(
         (
