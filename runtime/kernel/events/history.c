@@ -34,6 +34,7 @@ typedef struct mech_history {
     long capacity, break_capacity;
     mech_real *records;          /* [capacity][width]                                                   */
     mech_real *start, *delay, *u; /* [n_sources] values of the start; [n_delays]; [2 nu]                */
+    mech_real *slope;            /* [ny] derivatives before the present instant                          */
     breaking *breaks;            /* [n_breaks], by their times                                          */
 } mech_history;
 
@@ -50,6 +51,7 @@ static int deepest_level(int n_delays, int order)
 mech_history *mech_history_new(const mech_model *model, int n_dense, int order)
 {
     const mech_delays *d = model->hybrid->delays;
+    const int ny = model->nq + model->nv + model->nx;
     mech_history *h = calloc(1, sizeof *h);
     if (!h) return NULL;
     h->d = d;
@@ -66,7 +68,7 @@ mech_history *mech_history_new(const mech_model *model, int n_dense, int order)
     h->capacity = FIRST_RECORDS;
     h->break_capacity = FIRST_BREAKS;
     h->records = malloc((size_t)h->capacity * (size_t)h->width * sizeof(mech_real));
-    h->start = calloc((size_t)(d->n_sources + d->n_delays + 2 * model->nu), sizeof(mech_real));
+    h->start = calloc((size_t)(d->n_sources + d->n_delays + 2 * model->nu + ny), sizeof(mech_real));
     h->breaks = malloc((size_t)h->break_capacity * sizeof(breaking));
     if (!h->records || !h->start || !h->breaks) {
         mech_history_free(h);
@@ -74,6 +76,7 @@ mech_history *mech_history_new(const mech_model *model, int n_dense, int order)
     }
     h->delay = h->start + d->n_sources;
     h->u = h->delay + d->n_delays;
+    h->slope = h->u + 2 * model->nu;
     return h;
 }
 
@@ -147,23 +150,41 @@ static int follow(mech_solver *s, mech_real t, int level)
     return MECH_RUNNING;
 }
 
-static int break_here(mech_solver *s) { return follow(s, s->run->report.t, 1); }
-
 int mech_history_stop(mech_solver *s)
 {
     if (s->history->n_u) s->history->at.jumps = 1;
-    return break_here(s);
+    return follow(s, s->run->report.t, 1);
+}
+
+/* Whether an instant has changed what z holds beside ticks and what is delayed. */
+static int changes_modes(const mech_solver *s)
+{
+    const mech_hybrid *hybrid = s->model->hybrid;
+    const mech_event_state *e = s->events;
+    int changed = 0;
+    for (int i = 0; i < s->model->nz; i++) changed += e->z[i] != e->z_before[i];
+    for (int k = 0; k < 2 * hybrid->n_clocks; k++) changed -= e->z[hybrid->clocks[k]] != e->z_before[hybrid->clocks[k]];
+    for (int k = 0; k < s->history->d->n_delayed; k++) {
+        const int at = s->history->d->delayed[3 * k];
+        changed -= e->z[at] != e->z_before[at];
+    }
+    return changed;
 }
 
 int mech_history_instant(mech_solver *s)
 {
+    const mech_real rounding_of_slopes = MECH_C(1e-12);
     mech_history *h = s->history;
     const mech_event_state *e = s->events;
+    int slopes = 0;
+    for (int i = 0; i < s->ny; i++)
+        slopes |= mech_abs(s->dy[i] - h->slope[i]) > rounding_of_slopes * mech_max(mech_abs(s->dy[i]), mech_abs(h->slope[i]));
     for (int i = 0; i < h->n_y + h->n_u + h->n_z; i++) {
         const int at = h->d->sources[2 * i + 1];
         if (i < h->n_y ? s->y[at] != e->y_before[at] : i >= h->n_y + h->n_u && e->z[at] != e->z_before[at]) h->at.jumps = 1;
     }
-    return break_here(s);
+    if (!h->at.jumps && !slopes && !changes_modes(s)) return MECH_RUNNING;
+    return follow(s, s->run->report.t, h->at.jumps || slopes ? 1 : 2);
 }
 
 mech_real mech_history_next(const mech_solver *s)
@@ -230,7 +251,7 @@ int mech_history_freeze(mech_solver *s)
     mech_history *h = s->history;
     if (!h->at.frozen) read_sources(s, h->start);
     h->at.frozen = h->at.jumps = 1; /* or taken up again with what the caller has changed */
-    return break_here(s);
+    return follow(s, s->run->report.t, 1);
 }
 
 /* The value of an input that the caller holds by a table of one row; else it follows a table or the model. */
@@ -327,7 +348,12 @@ static void look(mech_solver *s, mech_real t, int behind)
 }
 
 void mech_history_look(mech_solver *s, mech_real t) { look(s, t, t <= s->run->from); }
-void mech_history_look_before(mech_solver *s) { look(s, s->run->report.t, 0); }
+
+void mech_history_look_before(mech_solver *s)
+{
+    memcpy(s->history->slope, s->dy, (size_t)s->ny * sizeof(mech_real));
+    look(s, s->run->report.t, 0);
+}
 
 /* ---------------------------------------------------------------- steps */
 

@@ -25,13 +25,13 @@ int mech_history_freeze(mech_solver *s);
  * comes before at its end. */
 void mech_history_look(mech_solver *s, mech_real t);
 
-/* The same at the present time, before it jumps. */
+/* The same at the present time, before it jumps: an instant begins. */
 void mech_history_look_before(mech_solver *s);
 
 /* Keeps the attempted step of h. */
 int mech_history_keep(mech_solver *s, mech_real h);
 
-/* Values or slopes jump at the present time, at an instant or between rows of a table: what looks back will. */
+/* Something may jump at the present time, by an instant or between rows of a table: what looks back will. */
 int mech_history_instant(mech_solver *s);
 int mech_history_stop(mech_solver *s);
 

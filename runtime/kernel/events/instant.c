@@ -221,11 +221,11 @@ int mech_instant(mech_solver *s, int hit)
     mech_journal_modes(s, 0);
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);
     if (is_changed(s, events)) mech_journal_instant(s);
-    if (s->history && !status && is_changed(s, events)) status = mech_history_instant(s);
     if (status) return status;
     run->error_old = 0;
     run->started = 0; /* a jump: methods with a memory forget it */
     status = enter_behind(s);
     run->started = 1;
+    if (s->history && !status) status = mech_history_instant(s);
     return status ? status : mech_piece_check(s);
 }
