@@ -11,9 +11,9 @@ import fmpy
 import numpy as np
 import pytest
 from c_programs import build
-from fmu_models import put, references, restore, save
 from fmpy.fmi2 import FMU2Slave
 from fmpy.fmi3 import FMU3Slave
+from fmu_models import put, references, restore, save
 from wasm_module import WasmRun, needs_wasmtime
 
 import mechc
@@ -142,7 +142,9 @@ def test_members_of_an_ensemble_are_runs() -> None:
     text = "model M\n parameter T = 1 s; state x = 1; equation der(x) = -delay(x, T)/(1 s); experiment(stop = 5 s);\nend M;"
     model = mechc.loads(text)
     found = model.ensemble({"T": [0.3, 0.7, 1.2]}, "final(x)")
-    single = [float(model.simulate(set={"T": delay}, estimate_error=False)["x"][-1]) for delay in (0.3, 0.7, 1.2)]
+    single = [
+        float(model.simulate(set={"T": delay}, estimate_error=False)["x"][-1]) for delay in (0.3, 0.7, 1.2)
+    ]
     assert np.abs(np.asarray(found["final(x)"]) - single).max() < 1e-8
 
 
@@ -159,13 +161,16 @@ def test_model_exchange_refuses(model: mechc.Model, kind: str, tmp_path: Path) -
 
 
 def test_taylor_refuses(model: mechc.Model) -> None:
-    free = mechc.loads("model M\n state x = 1; equation der(x) = -delay(x, 1 s)/(1 s); experiment(stop = 1 s);\nend M;")
+    free = mechc.loads(
+        "model M\n state x = 1; equation der(x) = -delay(x, 1 s)/(1 s); experiment(stop = 1 s);\nend M;"
+    )
     with pytest.raises(SimulationError, match="it has delays"):
         free.simulate(method="taylor")
 
 
 @pytest.mark.parametrize(
-    "study", ["linearize", "modes", "equilibria", "floquet", "orbit", "lyapunov", "period", "steady", "volume"]
+    "study",
+    ["linearize", "modes", "equilibria", "floquet", "orbit", "lyapunov", "period", "steady", "volume"],
 )
 def test_studies_of_states_refuse(model: mechc.Model, study: str) -> None:
     with pytest.raises(SimulationError, match="looks back"):
