@@ -27,6 +27,7 @@ _OF_MOTIONS = {
     "sample": "'sample()' is an instant, and a curve has none",
     "initial": "'initial()' is an instant, and a curve has none",
     "delay": "'delay' looks back in time, and a curve has none",
+    "noise": "'noise' runs in time, and a curve has none",
 }
 """Functions of a motion in time."""
 _OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"

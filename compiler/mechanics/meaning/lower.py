@@ -42,6 +42,7 @@ from .delays import Delays
 from .fields import derivative_of_field
 from .functions import FUNCTIONS
 from .integrals import Integrals
+from .noise import check_noise, noise
 from .questions import Questions, title
 from .symbols import Symbols
 from .tables import Tables
@@ -177,6 +178,10 @@ class Lowering:
                 return self.initial
             case "delay":
                 return self._delayed(expression)
+            case "noise":
+                seed, period = (self.scalar(x) for x in arguments)
+                check_noise(self.graph, self._symbols, seed, period, expression.span, self.reporter)
+                return noise(self.graph, seed, self.graph.div(self._symbols.time, period))
         values = tuple([self.value(x) for x in arguments])
         if function == "eigenvalues":
             self._check_eigenvalues(expression, values[0])
