@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
@@ -96,7 +97,7 @@ def own_integrator(
         low = max(k for k, (begin, _) in enumerate(pieces) if begin <= t or k == 0)
         return pieces[low][1](t)
 
-    for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
+    for begin, end in itertools.pairwise(cuts):
         if end - begin < 1e-12:
             continue
         done = solve_ivp(
