@@ -77,6 +77,8 @@ def delay_plan(
         tuple(
             (slots[n].index, sources.index(found[n].source), delays.index(found[n].delay)) for n in by_delay
         ),
-        tuple(next(Delay(d.span.text, origin(d.span)) for d in found.values() if d.delay == t) for t in delays),
+        tuple(
+            next(Delay(d.span.text, origin(d.span)) for d in found.values() if d.delay == t) for t in delays
+        ),
     )
     return plan, (Function("delay_times", "how long ago, of what looks back", tuple(delays)),)
