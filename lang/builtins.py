@@ -23,6 +23,7 @@ class Category(Enum):
     EVENT = "event"  # conditions of ``when``
     STRUCTURE = "structure"  # values for arrays, sweeps and tables
     FIELD = "field"  # derivatives of functions by place
+    PAST = "past"  # signals: what was a while ago, noise
 
 
 class Builtin(Struct, frozen=True):
@@ -155,6 +156,10 @@ _ALL = (
         "sample", 1, 2, _W, "true at the start and then periodically: sample(period), sample(period, start)"
     ),
     Builtin("initial", 0, 0, _W, "true at the start only"),
+    Builtin(
+        "noise", 2, 2, Category.PAST, "random signal of size 1, the same in every run: noise(seed, period)"
+    ),
+    Builtin("delay", 2, 2, Category.PAST, "value of an expression a while ago: delay(e, T)"),
     Builtin(
         "table",
         3,

@@ -177,7 +177,15 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
+    from .compiler.graph.operations import NORMAL
+    from .compiler.program.model import Operate
+
     program = model.compilation.program
+    if program.switching is not None and program.switching.delays is not None:
+        raise UsageMistake(
+            f"'{program.name}' has delays, and a module of functions of the present state keeps no past",
+            "the targets c, fmu and web run it",
+        )
     if target == "python":
         refuse_driving_inputs(model, "a Python module")
         from .compiler.targets.python import emit_python
@@ -192,6 +200,13 @@ def _module(model: CompiledModel, target: str) -> str:
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which has no "
             "derivative where it does",
             "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
+        )
+    if target in ("casadi", "jax") and any(
+        type(s) is Operate and s.code == NORMAL for f in program.functions for body in f.bodies for s in body
+    ):
+        raise UsageMistake(
+            f"'{program.name}' has noise, whose whole numbers of 64 bits {'CasADi' if target == 'casadi' else 'JAX'} does not know",
+            "make it an input, and give that as you like; the targets python, c, fmu and web have the noise itself",
         )
     if (
         target == "casadi"

@@ -258,6 +258,10 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     if functions.found is not None:
         p = _found(problem, functions, begin, y0, u, z, p, chosen)
         check_parameters(problem, p)
+    if problem.hybrid is not None and problem.hybrid.delays:
+        from .delays import as_at_the_start
+
+        z = as_at_the_start(functions, begin, y0, u, z, p)
     return Case(
         problem=problem,
         functions=functions,

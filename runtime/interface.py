@@ -100,12 +100,20 @@ class SwitchedRow(Struct, frozen=True):
     origin: Origin | None = None
 
 
+class Delay(Struct, frozen=True):
+    """A delay: the text of one expression that has it."""
+
+    text: str
+    origin: Origin | None = None
+
+
 class Hybrid(Struct, frozen=True):
-    """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows."""
+    """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows, delays."""
 
     switches: tuple[str, ...]
     branches: tuple[Branch, ...]
     rows: tuple[SwitchedRow, ...]
+    delays: tuple[Delay, ...] = ()
 
 
 class Constraint(Struct, frozen=True):

@@ -17,6 +17,7 @@ from ..mechanics.system import AssertionRow, InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
+from .hybrid.delays import with_past
 from .model import Equations, Function, ParameterRule
 from .momenta import dense
 from .needs import choices, needs
@@ -67,6 +68,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
             solved = solve_system(system, reporter, parts, forces_by_name(members))
         except Undetermined:
             raise undecided.told() from None
+    solved = with_past(system, solved, reporter)
     reporter.stop_on_errors()
     try:
         draft = _begun(system, solved, members, reporter, parts)

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from mechc.lang.source import Span
-from mechc.runtime.interface import Branch, ModelInterface, Quantity, SoughtOutputs
+from mechc.runtime.interface import Branch, Delay, ModelInterface, Quantity, SoughtOutputs
 
 from ..graph import Graph, Node
 from .crowd_plan import CrowdPlan
@@ -94,6 +94,15 @@ class RowPlan(Struct, frozen=True):
     span: Span | None = None
 
 
+class DelayPlan(Struct, frozen=True):
+    """What looks back: ``sources`` (array, index) in the order of y, u, z and t; ``delayed`` (index in z, source, delay), by
+    ``delays``, of which the function ``delay_times`` gives the values."""
+
+    sources: tuple[tuple[str, int], ...]
+    delayed: tuple[tuple[int, int, int], ...]
+    delays: tuple[Delay, ...]
+
+
 class HybridPlan(Struct, frozen=True):
     """What switches, and the accounts that impacts are booked in (indices in y; -1: none).
 
@@ -117,6 +126,7 @@ class HybridPlan(Struct, frozen=True):
     crowd: CrowdPlan | None = None
     carried: bool = False
     slides: tuple[int, ...] = ()
+    delays: DelayPlan | None = None
 
 
 BALANCE = "balance"

@@ -23,6 +23,7 @@ FACTS = {
     "rotations": "quaternions and their normalisation",
     "constraints": "multipliers, projection and assembly",
     "events": "the search for events",
+    "delays": "the history that delays look back at",
     "modes": "contacts, friction and constraints that switch",
     "inputs": "inputs and their tables",
     "tables": "look-up tables",
@@ -151,7 +152,9 @@ def needs(
         "constraints": bool(system.constraints),
         "events": bool(system.branches)
         or (plan is not None and bool(plan.rows or plan.clocks))
+        or (plan is not None and plan.delays is not None)
         or (plan is not None and any(s.text != NEVER for s in (*plan.switches, *plan.times))),
+        "delays": plan is not None and plan.delays is not None,
         "modes": any(rows.mode is not None for rows in system.constraints),
         "inputs": bool(layout.inputs),
         "tables": _has_tables(system, functions),

@@ -24,7 +24,7 @@ KINDS = {
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
 
-READS = {"initial": "puzt", "discretes": "p", "inputs": "pt", "scene_still": "p"}
+READS = {"initial": "puzt", "discretes": "p", "inputs": "pt", "scene_still": "p", "delay_times": "p"}
 """Arrays that functions read which are called before a run; others read all."""
 
 
@@ -167,6 +167,7 @@ class _Check:
                 **dict.fromkeys(("indicators", "indicator_rates"), len(h.switches) + len(h.rows)),
                 "crossing_times": len(h.times) + len(h.clocks),
                 "conditions": len(h.branches),
+                "delay_times": 0 if h.delays is None else len(h.delays.delays),
                 "row_values": 8 * len(h.rows),
                 "respond": e.nv + len(h.rows),
             }
@@ -205,6 +206,7 @@ class _Check:
             "assembly",
             "conditions",
             "crossing_times",
+            "delay_times",
             "jacobian",
             *self.equations.patterns,
             *("phase", "phase_rate", "phase_gradient", "matter", "scene_still", "scene", SOUGHT),
@@ -349,7 +351,15 @@ class _Check:
         clocks = [i for clock in h.clocks for i in clock]
         held = [i for row in h.rows for i in (row.flag, row.sign, row.impulse, row.enabled) if i != -1]
         initial = [h.initial] if h.initial != -1 else []
-        used = [*switched, *clocks, *held, *initial, *(h.crowd.places if h.crowd is not None else ())]
+        delayed = [] if h.delays is None else [place for place, _, _ in h.delays.delayed]
+        used = [
+            *delayed,
+            *switched,
+            *clocks,
+            *held,
+            *initial,
+            *(h.crowd.places if h.crowd is not None else ()),
+        ]
         self.indices("hybrid, z", used, nz)
         for index in used:
             if e.discretes[index].kind != "mode":

@@ -258,6 +258,8 @@ RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
     "mesh_centre": lambda k: ((3,), k[0].dimension),
     "mesh_inertia": lambda k: ((3, 3), k[0].dimension ** Fraction(5)),
     "table": lambda k: ((), k[4 if len(k) == 7 else 2].dimension),
+    "noise": _none,
+    "delay": lambda k: (k[0].shape, k[0].dimension),
     "components": lambda k: (k[1].shape, k[1].dimension),
     "direction": lambda k: (k[1].shape, k[1].dimension),
 }

@@ -153,6 +153,9 @@ class Graph(Arithmetic):
     def atan2(self, y: Node, x: Node) -> Node:
         return self._binary(ops.ATAN2, y, x)
 
+    def normal(self, seed: Node, k: Node) -> Node:
+        return self._binary(ops.NORMAL, seed, k)
+
     def minimum(self, a: Node, b: Node) -> Node:
         return a if a == b else self._binary(ops.MINIMUM, min(a, b), max(a, b))
 

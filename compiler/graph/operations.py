@@ -69,6 +69,7 @@ NOT: Final = 35
 SELECT: Final = 36
 LOOKUP: Final = 37
 ERF: Final = 38
+NORMAL: Final = 39
 
 _BOTH: Final = (True, True, False)
 
@@ -90,6 +91,47 @@ _MAXIMUM: Final = """\
 static inline mech_real maximum(mech_real a, mech_real b)
 {
     return a > b || a != a ? a : b;
+}
+"""
+
+_NORMAL: Final = """\
+/* Number k of the standard normal numbers of a seed, both whole: Philox 4x32-10 (J. Salmon and others, SC 2011), its 52 bits by the
+ * inverse of the normal distribution (M. Wichura, AS 241, 1988). */
+static mech_real normal(mech_real seed, mech_real k)
+{
+    static const double above[3][8] = {{3.3871328727963666080e0, 1.3314166789178437745e+2, 1.9715909503065514427e+3, 1.3731693765509461125e+4, 4.5921953931549871457e+4, 6.7265770927008700853e+4, 3.3430575583588128105e+4, 2.5090809287301226727e+3},
+        {1.42343711074968357734e0, 4.63033784615654529590e0, 5.76949722146069140550e0, 3.64784832476320460504e0, 1.27045825245236838258e0, 2.41780725177450611770e-1, 2.27238449892691845833e-2, 7.74545014278341407640e-4},
+        {6.65790464350110377720e0, 5.46378491116411436990e0, 1.78482653991729133580e0, 2.96560571828504891230e-1, 2.65321895265761230930e-2, 1.24266094738807843860e-3, 2.71155556874348757815e-5, 2.01033439929228813265e-7}};
+    static const double below[3][8] = {{1, 4.2313330701600911252e+1, 6.8718700749205790830e+2, 5.3941960214247511077e+3, 2.1213794301586595867e+4, 3.9307895800092710610e+4, 2.8729085735721942674e+4, 5.2264952788528545610e+3},
+        {1, 2.05319162663775882187e0, 1.67638483018380384940e0, 6.89767334985100004550e-1, 1.48103976427480074590e-1, 1.51986665636164571966e-2, 5.47593808499534494600e-4, 1.05075007164441684324e-9},
+        {1, 5.99832206555887937690e-1, 1.36929880922735805310e-1, 1.48753612908506148525e-2, 7.86869131145613259100e-4, 1.84631831751005468180e-5, 1.42151175831644588870e-7, 2.04426310338993978564e-15}};
+    const unsigned long long low = 0xFFFFFFFFull;
+    if (!(seed < 9e18 && seed > -9e18 && k < 9e18 && k > -9e18)) return (seed - seed) / (k - k);
+    const unsigned long long number = (unsigned long long)(long long)k, key = (unsigned long long)(long long)seed;
+    unsigned long long a = number & low, b = number >> 32, c = 0, d = 0, p = key & low, q = key >> 32;
+    for (int i = 0; i < 10; i++) {
+        const unsigned long long x = 0xD2511F53ull * a, y = 0xCD9E8D57ull * c;
+        a = (y >> 32) ^ b ^ p, b = y & low;
+        c = (x >> 32) ^ d ^ q, d = x & low;
+        p = (p + 0x9E3779B9ull) & low, q = (q + 0xBB67AE85ull) & low;
+    }
+    const double share = ((double)((a << 32 | b) >> 12) + 0.5) / 4503599627370496.0, off = share - 0.5;
+    double r, top = 0, bottom = 0;
+    int part = 0;
+    if (off <= 0.425 && off >= -0.425) {
+        r = 0.180625 - off * off;
+    } else {
+        double rest = off < 0 ? share : 1 - share, exponent = 0, odd = 0;
+        while (rest < 0.70710678118654752) rest = rest * 2, exponent = exponent + 1;
+        const double s = (rest - 1) / (rest + 1), square = s * s;
+        for (int i = 25; i > 0; i -= 2) odd = odd * square + 1.0 / (double)i;
+        r = sqrt(exponent * 0.6931471805599453094 - 2 * s * odd);
+        part = r <= 5 ? 1 : 2;
+        r = r - (part == 1 ? 1.6 : 5);
+    }
+    for (int i = 7; i >= 0; i--) top = top * r + above[part][i], bottom = bottom * r + below[part][i];
+    if (part == 0) return off * top / bottom;
+    return off < 0 ? -top / bottom : top / bottom;
 }
 """
 
@@ -608,6 +650,22 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         array=None,
         jax="jax.scipy.special.erf",
         ball=methodcaller("erf"),
+    ),
+    Operation(
+        NORMAL,
+        "normal",
+        2,
+        value=scalar_functions.normal,
+        digits=lambda context: lambda seed, k: context.mpf(scalar_functions.normal(float(seed), float(k))),
+        jumps=True,
+        c_text=_NORMAL,
+        calls=("sqrt",),
+        python=scalar_functions.normal,
+        lanes=None,
+        array=None,
+        casadi=None,
+        jax=None,
+        sympy=None,
     ),
 )
 """The table, indexed by code."""

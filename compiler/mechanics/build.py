@@ -28,7 +28,7 @@ from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
-from .instants import check_instants
+from .instants import check_instants, check_past
 from .kinematics.frames import Frame, displaced, pose_between
 from .kinematics.planar import Planar
 from .kinematics.pose import Pose, inverse
@@ -37,6 +37,7 @@ from .kinematics.reactions import VirtualDisplacement, displace, reactions_forme
 from .kinematics.spatial import Spatial
 from .kinematics.topology import Topology, TreeEdge, classify
 from .matter import Matter
+from .meaning.delays import Delayed
 from .meaning.lower import Lowering
 from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
@@ -140,6 +141,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     if curve is None:
         check_known_beforehand(system, reporter)
         check_instants(system, reporter)
+        check_past(system, reporter)
         warn_of_idle(system, matter.statements, reporter)
         warn_of_sliding(system, matter.statements, reporter)
     reporter.stop_on_errors()
@@ -148,14 +150,14 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
 
 def _rates(
     graph: Graph, symbols: Symbols, constant: Sequence[str]
-) -> tuple[TotalDerivative, dict[Node, Scalar | Query]]:
+) -> tuple[TotalDerivative, dict[Node, Scalar | Query | Delayed]]:
     """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states are symbols of their own.
 
     So are the rates of inputs and of accelerations, which nothing determines: they are returned with what they are
     rates of, so that formulas which need them can be refused. ``constant`` are coordinates that are numbers of a curve.
     """
     rates = {symbols.time: graph.constant(1)}
-    unknown: dict[Node, Scalar | Query] = {}
+    unknown: dict[Node, Scalar | Query | Delayed] = {}
     for coordinate in symbols.coordinates:
         for s, qdot in zip(coordinate.q, coordinate.qdot, strict=True):
             rates[s.node] = qdot
@@ -170,7 +172,11 @@ def _rates(
 
 
 def _unknown_rates(
-    graph: Graph, scalar: Scalar, node: Node, rates: dict[Node, Node], unknown: dict[Node, Scalar | Query]
+    graph: Graph,
+    scalar: Scalar,
+    node: Node,
+    rates: dict[Node, Node],
+    unknown: dict[Node, Scalar | Query | Delayed],
 ) -> None:
     for order in (1, 2):
         of = graph.name(node)

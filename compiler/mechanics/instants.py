@@ -1,4 +1,5 @@
-"""What is true at single instants, ``sample()`` and ``initial()``, refused in all that is continuous."""
+"""What is true at single instants, ``sample()`` and ``initial()``, refused in all that is continuous; the past, refused in
+what is a function of the present state."""
 
 from __future__ import annotations
 
@@ -24,6 +25,46 @@ def check_instants(system: MechanicalSystem, reporter: Reporter) -> None:
             caption="it belongs to the condition of a 'when'",
             help="set a 'discrete' variable there, and use that: 'when sample(T) then n := ...; end when;'",
         )
+
+
+def check_past(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report what depends on the past and cannot: energies and masses, constraints and drives, periods of clocks."""
+    found = system.lowering.delays.found
+    for nodes, what, caption, help in _of_the_present(system) if found else ():
+        symbol = next((n for n in system.graph.support(*nodes) if n in found), None)
+        if symbol is None:
+            continue
+        reporter.error(
+            "E0582", f"{what} cannot depend on the past", found[symbol].span, caption=caption, help=help
+        )
+
+
+def _of_the_present(system: MechanicalSystem) -> Iterator[tuple[list[Node], str, str, str]]:
+    """Yield formulas of the present state alone, with what they are, why, and what to do."""
+    matter = [
+        n for m in system.masses for n in (m.mass, *(m.field or ()), *system.kinematics.position(m.point))
+    ]
+    matter += [n for body in system.inertias for row in body.inertia for n in row]
+    yield (
+        [system.kinetic, system.potential, system.lagrangian, system.dissipation, *matter],
+        "an energy, a mass or a place of a body",
+        "forces follow from energies by the present state, and this is none",
+        "write the force itself, as in 'force -k*delay(x, T) on x;'",
+    )
+    tied = [n for rows in system.constraints for n in rows.residuals]
+    tied += [n for drive in system.drives if not drive.balanced for n in (*drive.values, *drive.rates)]
+    yield (
+        tied,
+        "a constraint, a contact or a prescribed motion",
+        "its force follows from its second derivative, and what is delayed jumps",
+        "let a force pull there, as in 'force k*(delay(y, T) - x) on x;'",
+    )
+    yield (
+        [n for clock in system.lowering.clocks.values() for n in (clock.period, clock.start)],
+        "the period of a clock",
+        "it must be known before",
+        "write a condition: 'when delay(x, T) > a then'",
+    )
 
 
 def _continuous(system: MechanicalSystem) -> Iterator[Node]:

@@ -17,6 +17,7 @@ from .kinematics.frames import Frame, Kinematics, Point
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import VirtualDisplacement
 from .kinematics.topology import Topology
+from .meaning.delays import Delayed
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols
 from .meaning.unknowns import System
@@ -208,7 +209,7 @@ class MechanicalSystem(Struct, frozen=True):
     constraints: tuple[ConstraintRows, ...]
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
-    unknown_rates: Mapping[Node, Scalar | Query]
+    unknown_rates: Mapping[Node, Scalar | Query | Delayed]
     start_q: tuple[InitialValue, ...]
     start_v: tuple[InitialValue, ...]
     start_x: tuple[InitialValue, ...]

@@ -47,6 +47,7 @@ class _Check:
             self.others |= set(_switched(rows.mode)) if rows.mode is not None else set()
         lowering = system.lowering
         self.others |= {n for clock in lowering.clocks.values() for n in (clock.pulse, clock.count)}
+        self.others |= set(lowering.delays.found)
         self.others |= set(lowering.previous.values()) | (
             {lowering.initial} if lowering.initial is not None else set()
         )

@@ -8,6 +8,7 @@ from random import Random
 from msgspec.structs import replace
 
 from ..flat.model import Apply, Derivative, Drive, Expression, FlatModel, Kind, Load, Name, Query, Role
+from ..flat.operands import stated
 from .asked import RATES, Facts, defined_by, felt, parts
 from .rewriting import Rewriting, everywhere, measured, negative, number, total, undrawn
 from .starts import begun
@@ -57,6 +58,8 @@ def _refuse(model: FlatModel) -> None:
     for what in LOSING:
         if getattr(model, what):
             raise NotApplicable(f"{what} have no way back")
+    if any(isinstance(p, Apply) and p.function == "delay" for p in parts(list(stated(model)))):
+        raise NotApplicable("what looks back would look ahead")
     if any(e.kind == "dissipation" for e in model.energies):
         raise NotApplicable("what it dissipates has no way back")
     if felt(model, {"multiplier", "closed"}):

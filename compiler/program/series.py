@@ -47,6 +47,8 @@ def with_series(program: Program) -> Program:
         return program
     if program.arrays["u"]:
         return replace(program, no_series="it has inputs, of which nothing gives Taylor series")
+    if program.switching is not None and program.switching.delays is not None:
+        return replace(program, no_series="it has delays, and nothing gives Taylor series of the past")
     try:
         series = _Series(*rates_of(rhs, program.tables, located=program.switching is not None))
     except NoSeries as reason:

@@ -17,6 +17,7 @@ from mechc.runtime.native.contract import (
     Contract,
     CrowdKindStruct,
     CrowdStruct,
+    DelaysStruct,
     HybridStruct,
     ModelStruct,
     RowStruct,
@@ -27,7 +28,7 @@ from mechc.runtime.native.contract import (
 from mechc.runtime.start.facts import StartFacts, start_facts
 
 from ..equations.crowd_plan import CrowdPlan, crowd_values
-from ..equations.model import HybridPlan
+from ..equations.model import DelayPlan, HybridPlan
 from ..program import Program, ProgramFunction
 from ..program.series import NEXT, START
 
@@ -118,6 +119,9 @@ ROW_KINDS: Final = {
     "step": Word("MECH_STEP_ROW", 3),
 }
 
+
+SOURCES: Final = "yuzt"
+"""Arrays that delays look back at, as enum mech_source numbers them."""
 
 FREEWHEEL: Final = Word("MECH_FREEWHEEL", -2)
 """In the place of the sign of a friction that never gives way backwards."""
@@ -245,7 +249,25 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
             "rows": Rows("rows", RowStruct, rows, [row.name for row in plan.rows]),
             **({"slides": _indices("slides", plan.slides)} if plan.slides else {}),
             **{name: Function(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
+            **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
             **({"crowd": _crowd(plan.crowd)} if plan.crowd is not None else {}),
+        },
+    )
+
+
+def _delays(plan: DelayPlan) -> Record:
+    """Return what looks back."""
+    sources = [n for array, index in plan.sources for n in (SOURCES.index(array), index)]
+    return Record(
+        "delays",
+        DelaysStruct,
+        {
+            "n_sources": len(plan.sources),
+            "n_delays": len(plan.delays),
+            "n_delayed": len(plan.delayed),
+            "sources": _indices("delay_sources", sources),
+            "delayed": _indices("delayed", [n for row in plan.delayed for n in row]),
+            "times": Function("delay_times"),
         },
     )
 

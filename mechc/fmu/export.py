@@ -53,6 +53,11 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
     from ..exporting import refuse_driving_inputs, with_weights
 
     refuse_driving_inputs(model, "an FMU")
+    if "delays" in model.compilation.equations.needs and options.kind != "cs":
+        raise UsageMistake(
+            f"'{model.name}' has delays, which look back at the motion, and in Model Exchange the importer keeps it",
+            "--kind cs writes it for Co-Simulation, where the FMU keeps what it looks back at",
+        )
     chosen = with_weights(model.for_experiment(options.experiment))
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 from msgspec import Struct, field
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ..native import kernel as native
 from ..problem import Array, Problem
 from ..rows import IN_MEMORY, Storage, slices
+
+if TYPE_CHECKING:
+    from .past import Past
 
 NOTED: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
 """One event as the kernel notes it."""
@@ -159,6 +162,8 @@ class EventRecord:
         self.start_z, self.grid_z = start_z, grid_z
         self.events = Events(problem, noted, self)
         self._sides: Array | _Merged = instants[:, 1:]
+        self.past: Past | None = None
+        """Of a model with delays: what changes in z between events."""
 
     def __len__(self) -> int:
         return len(self.times)
@@ -186,6 +191,13 @@ class EventRecord:
 
     def discretes(self, t: Array, ny: int) -> Array:
         """Give z [n, nz] at the times t [n], continuous from the right."""
+        found = self.held(t, ny)
+        if self.past is not None:
+            self.past.fill(t, found)
+        return found
+
+    def held(self, t: Array, ny: int) -> Array:
+        """Give z [n, nz] as events have left it."""
         last = np.searchsorted(self.times, t, side="right") - 1
         found = np.tile(self.start_z, (len(t), 1))
         later = last >= 0

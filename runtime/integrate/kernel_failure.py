@@ -38,6 +38,8 @@ _OfConditions = Literal[
     Status.CHATTER,
     Status.BRANCH_ASSERTION,
     Status.NO_PERIOD,
+    Status.NO_DELAY,
+    Status.NO_MEMORY,
     Status.UNDEFINED_JUMP,
 ]
 _OfRows = Literal[
@@ -103,6 +105,8 @@ def _at_event(problem: Problem, status: _AtEvent, report: ReportStruct, y: Array
             | Status.CHATTER
             | Status.BRANCH_ASSERTION
             | Status.NO_PERIOD
+            | Status.NO_DELAY
+            | Status.NO_MEMORY
             | Status.UNDEFINED_JUMP
         ):
             told = _of_conditions(hybrid, status, report, at)
@@ -160,6 +164,18 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
         case Status.NO_PERIOD:
             return _Told(
                 "clock", f"a 'sample' has the period {report.failed_value:.6g} (SI): a period is positive"
+            )
+        case Status.NO_DELAY:
+            delay = _entry(hybrid.delays, k)
+            what = f"the delay of '{delay.text}'" if delay is not None else "a delay"
+            origin = delay.origin if delay is not None else None
+            return _Told(
+                "delay", f"{what} is {report.failed_value:.6g} s: a delay is positive", origin=origin
+            )
+        case Status.NO_MEMORY:
+            return _Told(
+                "memory",
+                f"there is no memory at {at} for what delays look back at: longer steps or shorter delays need less",
             )
         case Status.UNDEFINED_JUMP:
             return _Told(

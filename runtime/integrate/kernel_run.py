@@ -6,11 +6,13 @@ import ctypes
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case
+from ..delays import delays_of
 from ..functions import Functions
 from ..native import kernel as native
 from ..native.status import Status
@@ -21,6 +23,7 @@ from .event_log import EventLog
 from .events import merged
 from .interruption import NotedInterruptions
 from .kernel_failure import kernel_failure
+from .past import Past
 from .solver import Solver, method_name
 from .solver_options import SolverOptions
 from .trajectory import DenseOutput, Reader, Statistics, Trajectory
@@ -54,10 +57,14 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
             happened = log.finish(case.begin, t, z)
             if status == Status.TERMINATED and problem.hybrid is not None:
                 ended = problem.hybrid.branches[report.failed_index].message or ""
+        dense = _dense(record, case, options, report, interrupted())
+        if happened is not None and (delays := delays_of(case.functions, case.p)) is not None:
+            ny = rows.shape[1]
+            happened.past = Past(case, delays, dense, partial(happened.held, ny=ny), (t, happened.grid_z))
         return Trajectory(
             t=t,
             y=rows,
-            dense=_dense(record, case, options, report, interrupted()),
+            dense=dense,
             statistics=_statistics(solver.kernel, case.functions, report),
             failure=_failure(problem, status, report, solver, options),
             interrupted=status in UNTROUBLED and interrupted(),

@@ -47,6 +47,8 @@
  *     Where slots are few, `next` may be NULL and `expand` does all of it: x[order + 1][], of which it reads the coefficients of
  *     order 1 of the state and writes those of 2 to `order`; rows[order][]: A_k, then B_k from order 1 on, of order 0 its own
  *     numbers. Rows consist of whole MECH_LANES, and begin at multiples of 64 bytes.
+ * 20. `hybrid->delays` is NULL where nothing looks back. Else z[delayed] is a source as it was a delay ago, for every time at
+ *     which a function is called: the kernel writes it. Delays are positive and do not change during a run.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -120,6 +122,16 @@ typedef struct mech_crowd {
     mech_function *push;       /* out[nv]: jumps of v by the impulses along v behind the inputs  */
 } mech_crowd;
 
+/* Sources are numbers of y, u, z or the time: a delayed one is one of them a delay ago, or as it was at the start. */
+enum mech_source { MECH_SOURCE_Y = 0, MECH_SOURCE_U, MECH_SOURCE_Z, MECH_SOURCE_T };
+
+typedef struct mech_delays {
+    int n_sources, n_delays, n_delayed;
+    const int *sources;        /* [n_sources][2] enum mech_source, index; in that order of kinds */
+    const int *delayed;        /* [n_delayed][3] index in z, of its source, of its delay         */
+    mech_function *times;      /* out[n_delays], of p alone                                      */
+} mech_delays;
+
 /* Indicators g: n_switches of relations, then one for each row; those of rows stay >= 0 as long as the mode
  * holds. A switch is 1 where g < 0. Time switches change at crossing_times, clocks tick there. */
 typedef struct mech_hybrid {
@@ -143,6 +155,7 @@ typedef struct mech_hybrid {
     const mech_crowd *crowd;        /* NULL where all rows have formulas                         */
     const int *slides;              /* [n_switches] the switch of the mode in which the motion slides along the surface of
                                      * each, -1: none; NULL where no motion slides */
+    const mech_delays *delays;  /* NULL where nothing looks back                                 */
 } mech_hybrid;
 
 typedef struct mech_start_row {
@@ -196,6 +209,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 6
+#define MECH_MODEL_VERSION 7
 
 #endif

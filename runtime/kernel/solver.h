@@ -5,11 +5,11 @@
  *     mech_restart.
  *  2. mech_advance takes at most max_steps accepted steps towards t_end and lands on it exactly. Cutting a run
  *     into slices by max_steps or longest_call changes no bit of the result.
- *  3. Nothing is allocated after mech_create, and nothing is printed. Several solvers run side by side; one
+ *  3. Nothing is allocated after mech_create but the history of models with delays, and nothing is printed. Several solvers run side by side; one
  *     solver is used by one thread at a time.
  *  4. Rows of `grid_y` are written as soon as a step passes their time, from the dense output of the step.
- *  5. All that changes during a run lies in one block: mech_save copies it out, mech_load back into the
- *     same solver, and the run goes on bit for bit.
+ *  5. All that changes during a run lies in one block, and the history of delays behind it: mech_save copies them out,
+ *     mech_load back into the same solver, and the run goes on bit for bit. With delays their size grows.
  *  6. Dense output: on a step from t to t + h, with s = (time - t) / h and r = 1 - s,
  *     y = c0 + s (c1 + r (c2 + s (c3 + r (c4 + ...)))), n_dense coefficients of ny numbers each.
  *     A record is t, h, c0, c1, ... .
@@ -58,7 +58,9 @@ enum mech_status {
     MECH_NO_IMPACT = -28,     /* the impacts of one instant have no solution                   */
     MECH_OUT_OF_RANGE = -29,  /* a restitution beyond 0..1, or a negative limit of friction    */
     MECH_UNDEFINED_JUMP = -30, /* the energy behind a switch is not a number                   */
-    MECH_NO_PERIOD = -31      /* a clock whose next tick is not later than this one            */
+    MECH_NO_PERIOD = -31,     /* a clock whose next tick is not later than this one            */
+    MECH_NO_DELAY = -32,      /* a delay that is not positive                                  */
+    MECH_NO_MEMORY = -33      /* no memory for what delays look back at                        */
 };
 
 enum mech_event_kind {

@@ -11,7 +11,7 @@ import ctypes
 from ctypes import POINTER, c_double, c_int, c_void_p
 from typing import ClassVar
 
-MODEL_VERSION = 6
+MODEL_VERSION = 7
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 """mech_function"""
@@ -57,6 +57,20 @@ class CrowdStruct(Contract):
     )
 
 
+class DelaysStruct(Contract):
+    c_name = "mech_delays"
+    _fields_ = (
+        *((name, c_int) for name in ("n_sources", "n_delays", "n_delayed")),
+        *((name, c_void_p) for name in ("sources", "delayed", "times")),
+    )
+    n_sources: int
+    n_delays: int
+    n_delayed: int
+    sources: int
+    delayed: int
+    times: int
+
+
 class HybridStruct(Contract):
     c_name = "mech_hybrid"
     _fields_ = (
@@ -69,7 +83,7 @@ class HybridStruct(Contract):
         ("branches", POINTER(BranchStruct)),
         ("rows", POINTER(RowStruct)),
         *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
-        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides")),
+        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides", "delays")),
     )
     n_switches: int
     n_times: int
@@ -78,6 +92,7 @@ class HybridStruct(Contract):
     n_rows: int
     indicators: int | None
     conditions: int | None
+    delays: int | None
 
 
 class StartRowStruct(Contract):

@@ -37,3 +37,5 @@ class Status(IntEnum):
     OUT_OF_RANGE = -29
     UNDEFINED_JUMP = -30
     NO_PERIOD = -31
+    NO_DELAY = -32
+    NO_MEMORY = -33

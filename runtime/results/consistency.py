@@ -21,6 +21,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..case import Case
+from ..delays import Y, delays_of
 from ..memo import once
 from ..problem import Array, Problem
 from ..rows import slices, taken
@@ -275,6 +276,7 @@ def _slopes(
     """Give |dB/dy_i| [n, ny + 1, k] by differences to both sides, the larger one; the last is the derivative by time."""
     t, y, z = at
     n, many = step.shape
+    delays = delays_of(case.functions, case.p)
     here = values_of(case, listed, t, y, z)
     slopes = np.zeros((n, many, here.shape[1]))
     at_once = max(1, MOST_NUMBERS // (2 * n * many))
@@ -287,6 +289,12 @@ def _slopes(
         states = (y[:, None, None, :] + moved[..., :-1]).reshape(-1, many - 1)
         times = (t[:, None, None] + moved[..., -1]).ravel()
         held = None if z is None else np.repeat(z, 2 * len(which), axis=0)
+        if held is not None and delays is not None:  # what was is off by as much as what is
+            shifts = moved.reshape(-1, many)
+            for place, source, _ in delays.delayed:
+                array, index = delays.sources[source]
+                if array == Y:
+                    held[:, place] += shifts[:, index]
         there = values_of(case, listed, times, states, held)
         change = np.abs(there.reshape(n, 2, len(which), -1) - here[:, None, None, :]).max(axis=1)
         width = step[:, part, None]

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from ..case import SimulationOptions, find_experiment
 from ..outcome import Outcome, SimulationError
+from ..past import refuse_past
 from ..problem import Problem
 from ..results.solution import Solution
 
@@ -44,6 +45,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
     ``of_curves``: it is asked about a curve, and not about a motion. ``of_members``: it runs many members,
     which ``others`` may follow. ``of_own_states``: it tells of the states on which the motion depends (``Problem.own``).
+    ``of_past``: it answers for models with delays, whose state is all that was within the longest delay.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
@@ -54,6 +56,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     of_curves: ClassVar[bool] = False
     of_members: ClassVar[bool] = False
     of_own_states: ClassVar[bool] = False
+    of_past: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""
@@ -62,6 +65,8 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
 
 def solve(problem: Problem, study: Study) -> Answer:
     """Answer a question about a problem. Raises what ``Study.solve`` raises, and SimulationError where it cannot sweep."""
+    if not study.of_past:
+        refuse_past(problem, "this study takes the motion as one of a state of finitely many numbers")
     experiment = find_experiment(problem, study.experiment)
     if experiment is not None and (experiment.sweeps or experiment.words):
         if not study.sweeps:

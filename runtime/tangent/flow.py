@@ -17,6 +17,7 @@ from ..case import Case
 from ..integrate.choose_method import Method
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, SimulationError
+from ..past import refuse_past
 from ..problem import Array, Problem
 from ..results.accuracy import companion_tolerance
 from ..results.evaluate import evaluate_rows
@@ -125,6 +126,7 @@ class Tangents:
     ) -> None:
         if not directions and not states:
             raise SimulationError("nothing is named in which the motion is to be differentiated")
+        refuse_past(case.problem, "how a motion changes with the past is not followed")
         asked = named(case, directions)
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}
         self.case = case

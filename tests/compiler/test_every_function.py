@@ -253,6 +253,8 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "multiplier": (LINE, "abs(multiplier(rod))", [4]),
     "closed": (LINE, "if closed(rod) then 1 else 0", [1]),
     "sample": (LINE + "when sample(0.1 ms) then count := count + 1; end when;\n", "count", [11]),
+    "noise": (LINE, "noise(0, 1 s)", [-0.25581597020351543]),
+    "delay": (LINE, "delay(2*count + 1, 1 s)", [1]),
     "mesh_volume": (SOLID, "mesh_volume(corner, faces)", [6]),
     "mesh_centre": (SOLID, "mesh_centre(corner, faces)", [0.5, 0.75, 1.5]),
     "mesh_inertia": (SOLID, "mesh_inertia(corner, faces)*{1, 0, 0}", [10.125, 0.45, 0.9]),

@@ -55,8 +55,8 @@ EXACT_BY_CONSTRUCTION = {ops.ADD, ops.SUB, ops.MUL, ops.NEG, ops.DIV, ops.AND, o
 """Their constructors fold."""
 NEVER_EXACT = {ops.POW, ops.LOOKUP}
 """Powers fold where they are products and roots; a table is one of floats."""
-REFUSED = {ops.EQUAL}
-"""Of moving quantities, in words: E0513."""
+REFUSED = {ops.EQUAL, ops.NORMAL}
+"""Of moving quantities, in words: E0513. What numbers random ones is whole, and a signal goes smoothly from one to the next."""
 
 
 @pytest.fixture(scope="module")
@@ -357,6 +357,8 @@ def test_quadruple_precision_has_its_digits(
 
 @EVERY
 def test_sympy_agrees(row: Operation) -> None:
+    if row.code == ops.NORMAL:
+        pytest.skip("random numbers have no formula")
     if row.code == ops.LOOKUP:
         g = Graph()
         (found,) = express.express(g, [apply(g, row, [g.symbol("x")])], {})

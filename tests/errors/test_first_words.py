@@ -30,7 +30,7 @@ CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
         ),
         (BODY + "parameter k = 0.8 1/m;", "E0110", ["'0.8 m^-1'"]),
         (BODY + "parameter k = 2 1;", "E0110", ["'2*1'"]),
-        (BODY + "force -4 N/m*delay(x, 0.1 s) on x;", "E0209", ["no delayed values"]),
+        (BODY + "force -4 N/m*delayed(x, 0.1 s) on x;", "E0209", ["delay(x, T)"]),
         (BODY + "force interp1(x, 1) on x;", "E0209", ["'table("]),
         (BODY + "force rand(1)*1 N on x;", "E0209", ["ensemble"]),
         (BODY + "force sat(x, 1 m)*1 N/m on x;", "E0209", ["'clamp(..)'"]),

@@ -111,4 +111,9 @@ def names_of(plan: HybridPlan) -> Hybrid:
     for contact in plan.crowd.rows if plan.crowd else ():
         place = origin(contact.span)
         rows += [SwitchedRow(contact.name, kind, place) for kind in ("contact", "friction")]
-    return Hybrid(tuple(s.text for s in plan.switches), tuple(b.shown for b in plan.branches), tuple(rows))
+    return Hybrid(
+        tuple(s.text for s in plan.switches),
+        tuple(b.shown for b in plan.branches),
+        tuple(rows),
+        () if plan.delays is None else plan.delays.delays,
+    )

@@ -24,6 +24,7 @@ from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
 from .actions import branch_results, check_masses, check_positions
 from .crowd import Crowd
+from .delays import as_at_the_start, delay_plan
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
@@ -81,7 +82,8 @@ def add_events(
     left = system.lowering.tables.bends if "bends" in parts else {}
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides, left)
     switches, surfaces = with_sliding(system, switches, {s.node for s in system.symbols.states})
-    if not (system.branches or rows or switches.located or switches.timed or crowd):
+    past = system.lowering.delays.found
+    if not (system.branches or rows or switches.located or switches.timed or crowd or past):
         if "events" not in parts:
             return None
         never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
@@ -101,12 +103,17 @@ def add_events(
             replace(f, outputs=sliding(system, surfaces, f.outputs)) if f.name in ("rhs", "outputs") else f
             for f in changed
         ]
+    changed = [
+        replace(f, outputs=as_at_the_start(system, f.outputs)) if f.name in STARTS else f for f in changed
+    ]
     changed = [f for f in changed if f.name != "discretes"]
     start = next((f.outputs for f in functions if f.name == "discretes"), ())
     changed.append(
         Function("discretes", "initial discrete variables", (*start, *_starts(system, z, len(start))))
     )
+    delays, delay_times = delay_plan(system, layout.slots)
     made = [
+        *delay_times,
         *_functions(system, solved, _Switching(switches, rows, values, steps, conditions)),
         *_branch_functions(system, solved, layout, z),
     ]
@@ -124,6 +131,7 @@ def add_events(
         total=_index([entry.name for entry in outputs], "energy.total"),
         carried="energy.supplied" in names and bool(rows) and carried(system, solved.energies.total),
         slides=places_of_modes(surfaces, switches.located),
+        delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
     )
     if (
@@ -185,6 +193,7 @@ def _z_symbols(
         *(s.symbol for s in switches.timed),
         *modes,
         *(s.impulse for s in steps),
+        *system.lowering.delays.found,
     ]
 
 

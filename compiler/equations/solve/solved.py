@@ -18,6 +18,7 @@ from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.driving_inputs import held_inputs, steady_inputs
+from ...mechanics.meaning.delays import Delayed
 from ...mechanics.meaning.questions import title
 from ...mechanics.system import AssertionRow, MechanicalSystem
 from ..compliance import COMPLIANCE
@@ -296,6 +297,15 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
     for n in sorted(graph.reached_among(nodes, system.unknown_rates)):
         scalar = system.unknown_rates[n]
         if all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
+            continue
+        if isinstance(scalar, Delayed):
+            reporter.error(
+                "E0583",
+                f"the equations need the rate of '{scalar.name}' as it was, which is unknown",
+                scalar.span,
+                caption="delayed here",
+                help="delay the rate itself, as in 'delay(der(x), T)'; a constraint or a drive cannot depend on the past",
+            )
             continue
         if isinstance(scalar, Query):
             reporter.error(

@@ -23,8 +23,13 @@ from .queries import QUERY_RULES
 from .signature import Call
 from .tables import TABLE_RULES
 
-_OF_MOTIONS = ("sample", "initial")
-"""Functions that tell an instant of a motion."""
+_OF_MOTIONS = {
+    "sample": "'sample()' is an instant, and a curve has none",
+    "initial": "'initial()' is an instant, and a curve has none",
+    "delay": "'delay' looks back in time, and a curve has none",
+    "noise": "'noise' runs in time, and a curve has none",
+}
+"""Functions of a motion in time."""
 _OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"
 
 _ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES, **FILE_RULES, **TABLE_RULES}
@@ -53,7 +58,7 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     if interval is not None and name in _OF_MOTIONS:
         raise scope.fail(
             "E0552",
-            f"'{name}()' is an instant, and a curve has none",
+            _OF_MOTIONS[name],
             node.span,
             labels=(Label(interval.span, "this makes it a model of a curve"),),
             help="a choice by place is written 'if x < a then .. else ..'",

@@ -379,6 +379,25 @@ def _initial(call: Call) -> Expression:
     return Apply(type=types.BOOLEAN, span=call.node.span, function="initial", arguments=())
 
 
+def _delay(call: Call) -> Expression:
+    type = types.numeric(call.arguments[0].type)
+    if type.kind is not Kind.REAL:
+        raise call.wrong(0, "a number or an array of numbers", "E0308")
+    time = call.scope.flattening.time_type.dimension
+    if call.scalar(1).dimension != time and not types.is_zero(call.arguments[1]):
+        raise call.wrong(1, "a time")
+    return call.apply(type)
+
+
+def _noise(call: Call) -> Expression:
+    if call.arguments[0].type.kind is not Kind.INTEGER or call.arguments[0].type.shape:
+        raise call.wrong(0, "a whole number as seed", "E0308")
+    time = call.scope.flattening.time_type.dimension
+    if call.scalar(1).dimension != time and not types.is_zero(call.arguments[1]):
+        raise call.wrong(1, "a time")
+    return call.apply(types.NUMBER)
+
+
 RULES: dict[str, Rule] = {
     **{name: _of_numbers(builtin.types) for name, builtin in BUILTINS.items() if builtin.types},
     **dict.fromkeys(("clamp", "deadzone"), _alike),
@@ -415,4 +434,6 @@ RULES: dict[str, Rule] = {
     "quat": _quat,
     "sample": _sample,
     "initial": _initial,
+    "delay": _delay,
+    "noise": _noise,
 }

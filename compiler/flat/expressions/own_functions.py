@@ -68,8 +68,8 @@ _ELSEWHERE = {
 """What functions of other languages are called here."""
 _INSTEAD = {
     **dict.fromkeys(
-        ("delay", "delayed", "transportdelay"),
-        "there are no delayed values; a state of first order lags: 'equation der(y) = (x - y)/T;'",
+        ("delayed", "transportdelay", "fixeddelay", "delay_line"),
+        "what it was a while ago is 'delay(x, T)'; a state of first order lags: 'equation der(y) = (x - y)/T;'",
     ),
     **dict.fromkeys(
         (
@@ -102,8 +102,8 @@ _INSTEAD = {
         "a run integrates by itself: state energies and forces, and 'experiment(stop = 10 s);'",
     ),
     **dict.fromkeys(
-        ("rand", "randn", "random", "noise", "normal"),
-        "a model has no random numbers; 'mechc ensemble' draws values for many runs",
+        ("rand", "randn", "random", "normal", "whitenoise", "white_noise", "gauss", "randnoise"),
+        "a random signal is 'noise(seed, period)'; 'mechc ensemble' draws values for many runs",
     ),
     **dict.fromkeys(
         ("noevent", "smooth"), "leave it out: every relation is located, and no step goes across it"

@@ -21,7 +21,7 @@ def check_alone(scope: Scope, value: Expression, span: Span) -> None:
                 raise not_in_a_picture(scope, span, f"'{function}'")
             case Previous():
                 raise not_in_a_picture(scope, span, "'pre'")
-            case Apply(function="sample" | "initial" as function):
+            case Apply(function="sample" | "initial" | "delay" as function):
                 raise not_in_a_picture(scope, span, f"'{function}'")
             case _:
                 pass

@@ -32,14 +32,17 @@ from ...flat.model import (
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.kinks import COMPARING, as_choices
+from ...graph.rewrite import substitute
 from ...graph.vector import quaternion_rotation
 from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
+from .delays import Delays
 from .fields import derivative_of_field
 from .functions import FUNCTIONS
 from .integrals import Integrals
+from .noise import check_noise, noise
 from .questions import Questions, title
 from .symbols import Symbols
 from .tables import Tables
@@ -85,6 +88,7 @@ class Lowering:
         self._previous: dict[Node, Node] = {}
         self.unknowns = Unknowns(self, model)
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
+        self.delays = Delays(graph, symbols, rate, questions.unknown_rates)
         self.tables = Tables(graph, self.numbers, model.data, self._locate, reporter)
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
@@ -172,6 +176,12 @@ class Lowering:
                     self.initial = self.graph.symbol("initial()")
                     self.instants[self.initial] = expression.span
                 return self.initial
+            case "delay":
+                return self._delayed(expression)
+            case "noise":
+                seed, period = (self.scalar(x) for x in arguments)
+                check_noise(self.graph, self._symbols, seed, period, expression.span, self.reporter)
+                return noise(self.graph, seed, self.graph.div(self._symbols.time, period))
         values = tuple([self.value(x) for x in arguments])
         if function == "eigenvalues":
             self._check_eigenvalues(expression, values[0])
@@ -192,6 +202,18 @@ class Lowering:
         if function in STAIRS:
             self.relations |= dict.fromkeys(self._whole_parts(node(result)))
         return result
+
+    def _delayed(self, expression: Apply) -> Value:
+        """Return a value as it was; what it compares is located as it comes again."""
+        value = self._numbers(self.value(expression.arguments[0]))
+        now = self.questions.settle(tuple(elements(value)))
+        images = self.delays.images(now, self.scalar(expression.arguments[1]), expression.span, self.reporter)
+        within = set(self.graph.reach(list(now)))
+        for known in (self.relations, self.unknowns.found):
+            asked = [n for n in known if n in within]
+            known |= dict.fromkeys(substitute(self.graph, asked, images))
+        then = iter(substitute(self.graph, now, images))
+        return filled(expression.type.shape, lambda _: next(then))
 
     def _locate(self, relation: Node) -> None:
         self.relations[relation] = None

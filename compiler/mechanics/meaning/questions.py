@@ -20,6 +20,7 @@ from ...flat.subscripts import element_name
 from ...graph import Graph, Node
 from ...graph.rewrite import substitute
 from ..kinematics.rates import TotalDerivative
+from .delays import Delayed
 from .symbols import Scalar
 from .values import Value, filled
 
@@ -54,7 +55,7 @@ class Questions:
         graph: Graph,
         rate: TotalDerivative,
         frictions: frozenset[str],
-        unknown_rates: dict[Node, Scalar | Query],
+        unknown_rates: dict[Node, Scalar | Query | Delayed],
         reporter: Reporter,
     ) -> None:
         self.asked: dict[Node, Query] = {}
@@ -64,7 +65,7 @@ class Questions:
         self._graph = graph
         self._rate = rate
         self._frictions = frictions
-        self._unknown_rates = unknown_rates
+        self.unknown_rates = unknown_rates
         self._reporter = reporter
         self._numbered: dict[int, str] = {}
         self._formulas: dict[Node, Node] = {}
@@ -162,7 +163,7 @@ class Questions:
         for order in (1, 2):
             following = self._graph.symbol(f"#rate {order} of {self._graph.name(symbol)}")
             self._rate.define(node, following)
-            self._unknown_rates[following] = self.asked[symbol]
+            self.unknown_rates[following] = self.asked[symbol]
             node = following
         return self._rate(symbol)
 

@@ -2,6 +2,7 @@
 #include "begin.h"
 
 #include "branches.h"
+#include "history.h"
 #include "indicators.h"
 #include "instant.h"
 #include "journal.h"
@@ -47,6 +48,10 @@ int mech_begin_look(mech_solver *s)
     mech_real length, speed;
     if (h->n_rows > MECH_MOST_ROWS) return mech_fail(s, MECH_NO_MODE, -1);
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
+    if (s->history) {
+        const int delayed = mech_history_begin(s);
+        if (delayed) return delayed;
+    }
     set_sizes(s, &length, &speed);
     e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
     int status = mech_schedule_check(s);
@@ -89,6 +94,7 @@ int mech_begin_events(mech_solver *s)
     status = mech_instant_happen(s, -1, !resumed);
     if (status < 0) return status;
     s->run->begun = 1;
+    if (s->history && mech_history_freeze(s)) return MECH_NO_MEMORY;
     mech_journal_modes(s, !resumed);
     if (s->run->report.n_events > events) mech_journal_instant(s);
     return status;

@@ -7,15 +7,9 @@
 #include "journal.h"
 #include "projection.h"
 
-static void read_inputs(mech_solver *s)
-{
-    if (s->model->nu)
-        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
-}
-
 void mech_branches_read(mech_solver *s, mech_real *out)
 {
-    read_inputs(s);
+    mech_surroundings(s, s->run->report.t);
     s->model->hybrid->conditions(s->run->report.t, s->y, s->u, s->o.z, s->o.p, out);
 }
 
@@ -61,7 +55,7 @@ static int act(mech_solver *s, int k, int scheduled)
     const mech_branch *branch = &m->hybrid->branches[k];
     mech_event_state *e = s->events;
     const mech_real before = mech_energy_total(s);
-    read_inputs(s);
+    mech_surroundings(s, s->run->report.t);
     branch->act(s->run->report.t, s->y, s->u, e->z, s->o.p, e->act);
     for (int i = 0; i < branch->n_checks; i++)
         if (!(e->act[s->ny + m->nz + i] > MECH_C(0.5))) {

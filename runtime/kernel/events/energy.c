@@ -8,8 +8,7 @@ mech_real mech_energy_total(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
     if (h->total < 0) return 0;
-    if (s->model->nu)
-        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
+    mech_surroundings(s, s->run->report.t);
     s->model->outputs(s->run->report.t, s->y, s->u, s->o.z, s->o.p, s->events->outputs);
     mech_real total = s->events->outputs[h->total];
     return total;

@@ -6,6 +6,7 @@
 #include "begin.h"
 #include "clock.h"
 #include "contact_projection.h"
+#include "history.h"
 #include "indicators.h"
 #include "instant.h"
 #include "locate.h"
@@ -209,7 +210,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
 {
     mech_run *run = s->run;
     mech_event_state *e = s->events;
-    const mech_real next = mech_schedule_next(s);
+    const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
     int hit = -1, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
@@ -231,10 +232,15 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         run->n_fixed = 0;
     }
     set_pace(s, h, hit);
+    const int stop = run->next_stop;
+    if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
+    if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
-    return hit >= 0 || mech_schedule_due(next, t_new) ? reach(s, hit) : check_limits(s);
+    const int broken = s->history ? mech_history_at_break(s) : 0;
+    if (broken < 0) return broken;
+    return hit >= 0 || broken || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
 }
 
 static int advance(mech_solver *s, mech_real t_end, long max_steps)
@@ -269,6 +275,7 @@ int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     if (s->model->hybrid->crowd) mech_window_again(s);
     const int status = advance(s, t_end, max_steps);
+    if (s->history && s->run->begun) mech_history_look(s, s->run->report.t);
     if (s->model->hybrid->crowd) mech_window_name(s, status);
     return status;
 }

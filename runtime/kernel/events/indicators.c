@@ -8,7 +8,7 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
     const mech_model *m = s->model;
     const mech_hybrid *h = m->hybrid;
     const mech_real *z = s->events->z;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
     if (h->indicators) h->indicators(t, y, s->u, z, s->o.p, w);
     if (rate && h->indicator_rates) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
     if (h->crowd) mech_window_indicate(s, t, y, w + h->n_switches, rate ? rate + h->n_switches : NULL);

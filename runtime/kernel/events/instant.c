@@ -5,6 +5,7 @@
 
 #include "branches.h"
 #include "energy.h"
+#include "history.h"
 #include "impacts.h"
 #include "indicators.h"
 #include "journal.h"
@@ -165,6 +166,7 @@ int mech_instant_happen(mech_solver *s, int hit, int ticks)
 {
     mech_event_state *e = s->events;
     int status = MECH_RUNNING;
+    if (s->history) mech_history_look_before(s);
     memcpy(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real));
     memcpy(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real));
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
@@ -174,6 +176,7 @@ int mech_instant_happen(mech_solver *s, int hit, int ticks)
     if (hit >= 0) e->fresh[hit] = 1;
     if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn(s, hit);
     if (!status) status = rounds(s, hit, ticks);
+    if (s->history) mech_history_look(s, s->run->report.t);
     for (int i = 0; i < e->n_rows; i++) /* what touches now may open within rounding of zero */
         if (mech_row_touches(s, i)) e->fresh[s->model->hybrid->n_switches + i] = 1;
     if (mech_schedule_end_ticks(s) && s->model->hybrid->n_branches) mech_branches_read(s, e->held);
@@ -197,10 +200,17 @@ static int enter_behind(mech_solver *s)
     return status;
 }
 
+/* Whether the instant has changed anything since there were so many events. */
+static int is_changed(const mech_solver *s, long events)
+{
+    const mech_event_state *e = s->events;
+    return s->run->report.n_events > events || memcmp(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real)) ||
+           memcmp(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real));
+}
+
 int mech_instant(mech_solver *s, int hit)
 {
     mech_run *run = s->run;
-    mech_event_state *e = s->events;
     int status = check_progress(s, hit);
     if (status) return status;
     const long events = run->report.n_events;
@@ -210,13 +220,12 @@ int mech_instant(mech_solver *s, int hit)
     if (status < 0) return status;
     mech_journal_modes(s, 0);
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);
-    if (run->report.n_events > events || memcmp(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real)) ||
-        memcmp(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real)))
-        mech_journal_instant(s);
+    if (is_changed(s, events)) mech_journal_instant(s);
     if (status) return status;
     run->error_old = 0;
     run->started = 0; /* a jump: methods with a memory forget it */
     status = enter_behind(s);
     run->started = 1;
+    if (s->history && !status) status = mech_history_instant(s);
     return status ? status : mech_piece_check(s);
 }

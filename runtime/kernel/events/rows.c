@@ -15,7 +15,7 @@ void mech_rows_read(mech_solver *s)
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
     const mech_real t = s->run->report.t;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
     if (m->hybrid->crowd)
         mech_window_read(s, t, s->y, 1, e->row);
     else

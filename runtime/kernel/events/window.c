@@ -18,10 +18,8 @@ static int is_slip(const mech_solver *s, int i) { return (int)s->events->window[
 static mech_crowd_at now(mech_solver *s, mech_real t, const mech_real *y)
 {
     mech_event_state *e = s->events;
-    if (s->model->nu) {
-        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-        memcpy(e->given, s->u, (size_t)s->model->nu * sizeof(mech_real));
-    }
+    mech_surroundings(s, t);
+    if (s->model->nu) memcpy(e->given, s->u, (size_t)s->model->nu * sizeof(mech_real));
     return (mech_crowd_at){s->model, t, y, s->u, e->z, s->o.p, e->given};
 }
 

@@ -148,25 +148,23 @@ fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
-    (void)state;
     CHECK(ANY, "fmi2SerializedFMUstateSize");
-    *size = fmu_state_size(c);
+    *size = fmu_saved_size(c, state);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
     CHECK(ANY, "fmi2SerializeFMUstate");
-    if (!state || size < fmu_state_size(c)) return (fmi2Status)fmu_fail(c, FMU_ERROR, "the state does not fit");
-    memcpy(bytes, state, fmu_state_size(c));
+    if (!state || size < fmu_saved_size(c, state)) return (fmi2Status)fmu_fail(c, FMU_ERROR, "the state does not fit");
+    memcpy(bytes, state, fmu_saved_size(c, state));
     return fmi2OK;
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
     CHECK(ANY, "fmi2DeSerializeFMUstate");
-    if (fmu_check_state(c, bytes, size) || fmu_save(c, state)) return fmi2Error;
-    memcpy(*state, bytes, size);
+    if (fmu_check_state(c, bytes, size) || fmu_copy_state(c, bytes, size, state)) return fmi2Error;
     return fmi2OK;
 }
 

@@ -193,25 +193,23 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
-    (void)state;
     CHECK(ANY, "fmi3SerializedFMUStateSize");
-    *size = fmu_state_size(c);
+    *size = fmu_saved_size(c, state);
     return fmi3OK;
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
     CHECK(ANY, "fmi3SerializeFMUState");
-    if (!state || size < fmu_state_size(c)) return (fmi3Status)fmu_fail(c, FMU_ERROR, "the state does not fit");
-    memcpy(bytes, state, fmu_state_size(c));
+    if (!state || size < fmu_saved_size(c, state)) return (fmi3Status)fmu_fail(c, FMU_ERROR, "the state does not fit");
+    memcpy(bytes, state, fmu_saved_size(c, state));
     return fmi3OK;
 }
 
 fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
     CHECK(ANY, "fmi3DeserializeFMUState");
-    if (fmu_check_state(c, bytes, size) || fmu_save(c, state)) return fmi3Error;
-    memcpy(*state, bytes, size);
+    if (fmu_check_state(c, bytes, size) || fmu_copy_state(c, bytes, size, state)) return fmi3Error;
     return fmi3OK;
 }
 

@@ -246,6 +246,8 @@ static int fail(fmu *f, int outcome)
         return fmu_fail(f, FMU_ERROR, "an energy is undefined at time %g where a condition changes", t);
     case MECH_NO_PERIOD:
         return fmu_fail(f, FMU_ERROR, "a 'sample' has the period %g: a period is positive", r->failed_value);
+    case MECH_NO_DELAY: return fmu_fail(f, FMU_ERROR, "a delay is %g s: a delay is positive", r->failed_value);
+    case MECH_NO_MEMORY: return fmu_fail(f, FMU_ERROR, "there is no memory at time %g for what delays look back at", t);
     case MECH_NO_IMPACT: return fmu_fail(f, FMU_ERROR, "the impacts at time %g have no solution", t);
     default: return fmu_fail(f, FMU_ERROR, "the method does not fit the model");
     }

@@ -92,8 +92,7 @@ static int make_solver(fmu *f)
     f->s = mech_create(f->m, &o);
     if (!f->s) return 0;
     f->z = (mech_real *)f->s->o.z; /* of a model with events those of the solver */
-    f->saved = calloc(1, fmu_state_size(f));
-    return f->saved != NULL;
+    return fmu_save(f, &f->saved) == FMU_OK;
 }
 
 /* Inputs that the importer has set are tables of one row, first in the list; all others follow the model. */
@@ -246,13 +245,31 @@ void fmu_destroy(fmu *f)
     free(f);
 }
 
-size_t fmu_state_size(const fmu *f) { return f->size + mech_save_size(f->s); }
+size_t fmu_saved_size(const fmu *f, const void *state)
+{
+    fmu_state head;
+    if (!state) return f->size + mech_save_size(f->s);
+    memcpy(&head, state, sizeof head);
+    return (size_t)head.bytes;
+}
+
+/* Room for a state, where another may lie already. */
+static int give_room(fmu *f, size_t size, void **state)
+{
+    if (!state) return fmu_fail(f, FMU_ERROR, "no place for the state is given");
+    if (*state && fmu_saved_size(f, *state) >= size) return FMU_OK;
+    void *room = realloc(*state, size);
+    if (!room) return fmu_fail(f, FMU_ERROR, "no memory for a state of the FMU");
+    *state = room;
+    return FMU_OK;
+}
 
 int fmu_save(fmu *f, void **state)
 {
-    if (!state) return fmu_fail(f, FMU_ERROR, "no place for the state is given");
-    if (!*state) *state = malloc(fmu_state_size(f));
-    if (!*state) return fmu_fail(f, FMU_ERROR, "no memory for a state of the FMU");
+    const size_t size = fmu_saved_size(f, NULL);
+    const int status = give_room(f, size, state);
+    if (status) return status;
+    f->st->bytes = size;
     memcpy(*state, f->st, f->size);
     mech_save(f->s, (char *)*state + f->size);
     return FMU_OK;
@@ -261,13 +278,20 @@ int fmu_save(fmu *f, void **state)
 int fmu_check_state(fmu *f, const void *bytes, size_t size)
 {
     fmu_state head;
-    if (!bytes || size != fmu_state_size(f))
-        return fmu_fail(f, FMU_ERROR, "a state of this FMU has %lu bytes, not %lu",
-                        (unsigned long)fmu_state_size(f), (unsigned long)size);
+    const size_t least = f->s->history ? f->size + f->s->size : fmu_saved_size(f, NULL);
+    if (!bytes || size < least || fmu_saved_size(f, bytes) != size)
+        return fmu_fail(f, FMU_ERROR, "a state of this FMU has %lu bytes, not %lu", (unsigned long)least, (unsigned long)size);
     memcpy(&head, bytes, sizeof head);
     if (head.layout != f->st->layout)
         return fmu_fail(f, FMU_ERROR, "the state was saved by another FMU or on another machine");
     return FMU_OK;
+}
+
+int fmu_copy_state(fmu *f, const void *bytes, size_t size, void **state)
+{
+    const int status = give_room(f, size, state);
+    if (!status) memcpy(*state, bytes, size);
+    return status;
 }
 
 int fmu_load(fmu *f, const void *state)

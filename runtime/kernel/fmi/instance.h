@@ -96,6 +96,7 @@ const mech_model *mech_model_get(void);
 /* The beginning of the changing block. The first eight bytes are zero: one importer frees states wrongly. */
 typedef struct fmu_state {
     uint64_t zero, layout;
+    uint64_t bytes;   /* of what was saved with this                                     */
     mech_real t, start, stop, tolerance, last_step_end;
     int mode, stop_defined, tolerance_defined;
     int stale_parameters, stale_initial, stale_inputs, stale_rates, stale_outputs;
@@ -178,10 +179,12 @@ int fmu_output_derivative(fmu *f, uint32_t vr, int order, mech_real *result);
 int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_real t, mech_real *until),
              fmu_news *news);
 
-size_t fmu_state_size(const fmu *f);
+/* Bytes of a state of an FMU with delays grow with what these look back at; of the present state where none is given. */
+size_t fmu_saved_size(const fmu *f, const void *state);
 int fmu_save(fmu *f, void **state);
 int fmu_load(fmu *f, const void *state);
 int fmu_check_state(fmu *f, const void *bytes, size_t size);
+int fmu_copy_state(fmu *f, const void *bytes, size_t size, void **state);
 
 /* Tolerance and times of the experiment, and the inputs, as the solver wants them. */
 void fmu_set_experiment(fmu *f);

@@ -79,7 +79,7 @@ static int lacks(const mech_model *m)
 
 static void call(mech_solver *s, mech_function *f, mech_real t, const mech_real *y, mech_real *out)
 {
-    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
     f(t, y, s->u, s->o.z, s->o.p, out);
 }
 

@@ -7,7 +7,7 @@ static const mech_real BESIDE = MECH_C(1e-8);
 
 static void evaluate(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
 {
-    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
     s->model->jacobian(t, y, s->u, s->o.z, s->o.p, out);
     s->run->report.jacobians++;
 }

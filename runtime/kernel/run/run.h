@@ -9,6 +9,7 @@
 typedef struct mech_run {
     mech_report report;
     mech_real error_old;
+    mech_real from;         /* where the present step begins                                 */
     mech_real origin;       /* fixed steps are counted from here                             */
     long long n_fixed;
     mech_real cut;          /* factor of the step after a failed attempt; 0: the usual one   */
@@ -43,15 +44,25 @@ struct mech_solver {
     mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
     int *segments;          /* the row of each table that holds during the present step      */
     struct mech_event_state *events; /* models with events only                              */
+    struct mech_history *history;    /* models with delays only                              */
+    void (*look_back)(mech_solver *s, mech_real t); /* the same: writes what z holds of the past (history.h)  */
     double call_end;        /* on the clock: mech_advance returns then; 0: no end               */
     int waits;              /* 1: events are told (MECH_AT_EVENT) before they happen         */
     void (*listener)(long n_grid); /* told of rows of the grid; NULL: nobody is              */
     long told_every, told_next;
 };
 
-static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+/* What the model reads beside its state: u, and in z what delays look back at. Whoever calls a function of the model at a
+ * time calls this before. */
+static inline void mech_surroundings(mech_solver *s, mech_real t)
 {
     if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    if (s->look_back) s->look_back(s, t);
+}
+
+static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    mech_surroundings(s, t);
     s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);
     s->run->report.evaluations++;
 }

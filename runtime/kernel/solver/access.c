@@ -57,7 +57,10 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     mech_solver *s = calloc(1, sizeof *s);
     mech_run *run = calloc(1, size);
     mech_event_state *events = model->hybrid ? calloc(1, sizeof *events) : NULL;
-    if (!s || !run || (model->hybrid && !events)) {
+    const int delays = model->hybrid && model->hybrid->delays;
+    struct mech_history *history = delays ? mech_events->new_history(model, method->n_dense, method->order) : NULL;
+    if (!s || !run || (model->hybrid && !events) || (delays && !history)) {
+        if (history) mech_events->free_history(history);
         free(s);
         free(run);
         free(events);
@@ -89,6 +92,8 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
         memcpy(events->z, options->z, (size_t)model->nz * sizeof(mech_real));
         s->o.z = events->z;
     }
+    s->history = history;
+    s->look_back = history ? mech_events->look_back : NULL;
     s->segments = (int *)rest;
     run->report.t = run->origin = options->t0;
     run->report.dt = options->dt;
@@ -104,6 +109,7 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
 void mech_free(mech_solver *s)
 {
     if (!s) return;
+    if (s->history) mech_events->free_history(s->history);
     free(s->run);
     free(s->events);
     free(s);
@@ -163,11 +169,18 @@ void mech_read_discretes(const mech_solver *s, mech_real *z)
     memcpy(z, s->o.z, (size_t)s->model->nz * sizeof(mech_real));
 }
 
-size_t mech_save_size(const mech_solver *s) { return s->size; }
-void mech_save(const mech_solver *s, void *memory) { memcpy(memory, s->run, s->size); }
+size_t mech_save_size(const mech_solver *s) { return s->size + (s->history ? mech_events->history_size(s) : 0); }
+
+void mech_save(const mech_solver *s, void *memory)
+{
+    memcpy(memory, s->run, s->size);
+    if (s->history) mech_events->save_history(s, (char *)memory + s->size);
+}
+
 void mech_load(mech_solver *s, const void *memory)
 {
     memcpy(s->run, memory, s->size);
+    if (s->history) mech_events->load_history(s, (const char *)memory + s->size);
     s->method = mech_methods[s->run->report.method];
     if (s->run->started && s->method->attach) s->method->attach(s);
 }

@@ -188,15 +188,32 @@ static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *
     }
 }
 
+/* The discrete variables at the start, where what was is what is; `room` [nz] for those of a model with delays. */
+static const mech_real *z_at_start(const mech_model *m, const mech_options *o, const mech_real *u, mech_real *room)
+{
+    const mech_delays *d = m->hybrid ? m->hybrid->delays : NULL;
+    if (!d || !room) return o->z;
+    memcpy(room, o->z, (size_t)m->nz * sizeof(mech_real));
+    for (int k = 0; k < d->n_delayed; k++) {
+        const int *source = d->sources + 2 * d->delayed[3 * k + 1];
+        const mech_real *arrays[] = {o->y0, u, o->z, &o->t0};
+        room[d->delayed[3 * k]] = arrays[source[0]][source[0] == MECH_SOURCE_T ? 0 : source[1]];
+    }
+    return room;
+}
+
 void mech_look_at_start(mech_motion *x, const mech_options *o, const mech_real *plain, mech_real *u, mech_real *out)
 {
     const mech_model *m = x->model;
     const int ny = m->nq + m->nv + m->nx;
     if (m->nu) mech_inputs(m, o->tables, o->n_tables, NULL, o->t0, o->p, u);
-    m->rhs(o->t0, o->y0, u, o->z, o->p, x->rates);
+    mech_real *room = m->hybrid && m->hybrid->delays ? malloc((size_t)m->nz * sizeof *room) : NULL;
+    const mech_real *z = z_at_start(m, o, u, room);
+    m->rhs(o->t0, o->y0, u, z, o->p, x->rates);
     for (int i = 0; i < ny; i++)
         if (!mech_finite(x->rates[i])) x->rates[i] = 0;
-    if (m->n_outputs) m->outputs(o->t0, o->y0, u, o->z, o->p, out);
+    if (m->n_outputs) m->outputs(o->t0, o->y0, u, z, o->p, out);
+    free(room);
     x->energy = 0;
     for (int k = 0; k < x->sizes->n_energies; k++) {
         const mech_real energy = mech_abs(out[x->sizes->energies[k]]);

@@ -13,6 +13,7 @@ void mech_output_grid(mech_solver *s, mech_real t_new, mech_real h)
             s->listener(r->n_grid);
             s->told_next = r->n_grid + s->told_every;
         }
+        if (s->look_back) s->look_back(s, s->o.grid[r->n_grid]);
         if (s->events && s->o.grid_z) memcpy(s->o.grid_z + (size_t)r->n_grid * nz, s->o.z, nz * sizeof(mech_real));
         mech_real *row = s->o.grid_y + (size_t)r->n_grid * (size_t)s->ny;
         if (s->o.grid[r->n_grid] == t_new) {

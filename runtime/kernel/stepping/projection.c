@@ -69,7 +69,7 @@ int mech_project(mech_solver *s, mech_real t, mech_real *y)
     mech_report *r = &s->run->report;
     const mech_real enough = last_correction();
     mech_real *d = s->project, *change = d + m->nv + m->n_velocity, *moved = change + m->nq;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
 
     for (int k = 0; m->n_position; k++) {
         const mech_real size = correct_position(s, t, y, d, moved, change);
@@ -117,7 +117,7 @@ int mech_too_close(mech_solver *s, mech_real t, const mech_real *y, const mech_r
     const mech_model *m = s->model;
     mech_run *run = s->run;
     if (!m->closeness) return 0;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    mech_surroundings(s, t);
     const mech_real here = closeness(s, t, y);
     run->near_singular = here > LEFT;
     if (!run->near_singular) run->avoided = 0;

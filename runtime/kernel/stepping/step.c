@@ -118,7 +118,7 @@ int mech_step_accept(mech_solver *s, mech_real t_new, mech_real h)
     if (s->o.record_capacity) mech_output_record(s, h);
     if (h < r->dt_min) r->dt_min = h;
     if (h > r->dt_max) r->dt_max = h;
-    r->t = t_new;
+    r->t = run->from = t_new;
     memcpy(s->y, s->y_new, bytes);
     memcpy(s->dy, s->dy_new, bytes);
     run->after_rejection = 0;
@@ -158,7 +158,7 @@ static int wants_dense(const mech_solver *s, mech_real t_new)
 {
     const mech_report *r = &s->run->report;
     const mech_hybrid *h = s->model->hybrid;
-    return s->o.record_capacity || s->o.dense || (h && h->n_switches + h->n_rows) ||
+    return s->o.record_capacity || s->o.dense || s->history || (h && h->n_switches + h->n_rows) ||
            (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
 }
 

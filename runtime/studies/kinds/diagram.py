@@ -41,6 +41,7 @@ class Diagram(Study, frozen=True, kw_only=True):
     """The points ``of`` a quantity in the second half of each hold, over the values of ``over``. A point is taken once in ``every``
     interval, on the surface ``where``, or ``at`` maxima, minima or impacts."""
 
+    of_past = True
     unused = frozenset({"start", "stop", "estimate_error"})
     needs = frozenset({"jacobian"})  # what is held for long may be stiff
 

@@ -46,6 +46,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     (``ensembles/batches.py``).
     """
 
+    of_past = True
     unused: ClassVar[frozenset[str]] = frozenset({"estimate_error"})
     sweeps: ClassVar[bool] = True
     of_members: ClassVar[bool] = True

@@ -33,6 +33,7 @@ class Hysteresis(Study, frozen=True, kw_only=True):
     """The values of ``over`` upwards and then downwards, each held for ``hold``; every one begins with the state in which the
     one before ended, and at the time at which the model begins."""
 
+    of_past = True
     unused = frozenset({"start", "stop", "every", "estimate_error"})
     needs = frozenset({"jacobian"})  # what is held for long may be stiff
 

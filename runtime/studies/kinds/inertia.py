@@ -42,6 +42,7 @@ class Body(Struct, frozen=True, eq=False):
 class InertiaOf(Study, frozen=True, kw_only=True):
     """Inertia of each body and of the whole model at the start, about the mass centre and about a point."""
 
+    of_past = True
     unused = OF_A_MOTION
     needs = frozenset({"matter"})
     about: Annotated[

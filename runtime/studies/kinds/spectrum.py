@@ -51,6 +51,7 @@ ERRORS = "lines in other parts of the record, with another window, and of a loos
 class Spectrum(Study, frozen=True, kw_only=True):
     """The spectrum of the quantity ``of`` over a run, without what is still ``settling``."""
 
+    of_past = True
     unused = frozenset({"every", "estimate_error"})
 
     of: Annotated[Formula | None, settable("The quantity; the first coordinate without it.", "formula")] = (

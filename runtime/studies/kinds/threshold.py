@@ -32,6 +32,7 @@ class Threshold(Study, frozen=True, kw_only=True):
     """The values of ``over`` at which what happens changes: that the motion ``reaches`` a value, or without it, that it is
     ended by ``terminate`` before its stop."""
 
+    of_past = True
     needs = frozenset({"jacobian"})  # beyond a threshold motions may be stiff
     unused = frozenset({"start", "every", "estimate_error"})
 

@@ -38,6 +38,7 @@ class Virial(Study, frozen=True, kw_only=True):
     """Averages of the energies and of the quantities ``of``. For a bounded motion in a potential that is homogeneous of
     degree n, twice the kinetic energy is n times the potential one on average."""
 
+    of_past = True
     of: Annotated[tuple[str, ...], settable("Quantities to average beside the energies.", "names")] = ()
 
     def solve(self, problem: Problem) -> Findings:

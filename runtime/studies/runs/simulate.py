@@ -53,6 +53,7 @@ RUN_SHARE = 0.3
 class Run(Study, frozen=True, kw_only=True):
     """What runs have beside what every study has."""
 
+    of_past = True
     sensitivity: Annotated[
         tuple[str, ...],
         settable(

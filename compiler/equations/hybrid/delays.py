@@ -1,0 +1,84 @@
+"""What looks back, as plain data for the kernel: which numbers are kept, and where they come again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec.structs import replace
+
+from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import Delay
+
+from ...graph import Node
+from ...graph.rewrite import substitute
+from ...mechanics.system import MechanicalSystem
+from ..model import DelayPlan, Function, Slot
+from ..quantities import origin
+from ..solve.solved import Solved
+
+ORDER = "yuzt"
+"""Of the arrays of sources (``enum mech_source``)."""
+
+
+def with_past(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> Solved:
+    """Return formulas in which what is prescribed or balanced, and so no state, is delayed by the formula that gives it."""
+    graph, delays = system.graph, system.lowering.delays
+    driven = [n for n, delayed in delays.found.items() if delayed.source in solved.driven]
+    formulas: dict[Node, Node] = {}
+    for n in driven:
+        delayed = delays.found.pop(n)
+        (now,) = solved.resolve([delayed.source])
+        images = delays.images([now], delayed.delay, delayed.span, reporter)
+        for symbol in images.values():
+            if delays.found[symbol].source in solved.driven:
+                raise reporter.fail(
+                    "E0581",
+                    f"'{delayed.name}' cannot be delayed",
+                    delayed.span,
+                    caption="the balance of forces gives it, and depends on the past itself",
+                    help="give it a mass, or let a 'state' follow it and delay that",
+                )
+        within = set(graph.reach([now]))
+        settled = dict(
+            zip(system.lowering.relations, solved.resolve(list(system.lowering.relations)), strict=True)
+        )
+        asked = [relation for relation in settled.values() if relation in within]
+        system.lowering.relations.update(dict.fromkeys(substitute(graph, asked, images)))
+        (formulas[n],) = substitute(graph, [now], images)
+    if not formulas:
+        return solved
+    known = dict(zip(solved.replace, substitute(graph, list(solved.replace.values()), formulas), strict=True))
+    return replace(solved, replace={**known, **formulas})
+
+
+def as_at_the_start(system: MechanicalSystem, nodes: Sequence[Node]) -> tuple[Node, ...]:
+    """Return formulas at the start, where what was is what is."""
+    found = system.lowering.delays.found
+    return (
+        tuple(substitute(system.graph, nodes, {n: d.source for n, d in found.items()}))
+        if found
+        else tuple(nodes)
+    )
+
+
+def delay_plan(
+    system: MechanicalSystem, slots: Mapping[Node, Slot]
+) -> tuple[DelayPlan | None, tuple[Function, ...]]:
+    """Return what the kernel is told, and the function of the delays. ``slots``: places of all numbers."""
+    found = system.lowering.delays.found
+    if not found:
+        return None, ()
+    delays = list(dict.fromkeys(d.delay for d in found.values()))
+    by_delay = sorted(found, key=lambda n: delays.index(found[n].delay))
+    places = {d.source: slots[d.source] for d in found.values()}
+    sources = sorted(places, key=lambda n: (ORDER.index(places[n].array), places[n].index))
+    plan = DelayPlan(
+        tuple((places[n].array, places[n].index) for n in sources),
+        tuple(
+            (slots[n].index, sources.index(found[n].source), delays.index(found[n].delay)) for n in by_delay
+        ),
+        tuple(
+            next(Delay(d.span.text, origin(d.span)) for d in found.values() if d.delay == t) for t in delays
+        ),
+    )
+    return plan, (Function("delay_times", "how long ago, of what looks back", tuple(delays)),)
