@@ -6,8 +6,6 @@ of half-spaces (C. L. Lawson, R. J. Hanson 1974, chapter 23) by SciPy.
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -49,12 +47,8 @@ def plate(feet: Vector, unit: str = "m", **options: object) -> mechc.Solution:
 
 
 def loads(solution: mechc.Solution, name: str = "load") -> Vector:
-    found = []
-    for k in itertools.count(1):
-        try:
-            found.append(solution[f"{name}[{k}]"][-1])
-        except KeyError:
-            return np.array(found)
+    names = [q.name for q in solution.problem.outputs if q.name.startswith(f"{name}[")]
+    return np.array([solution[name][-1] for name in names])
 
 
 def equilibrium(feet: Vector) -> tuple[Vector, Vector]:

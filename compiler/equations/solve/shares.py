@@ -153,7 +153,6 @@ def _dependent(
 
     from ..rows.rank import rank
 
-    graph = system.graph
     modes = {row.multiplier: mode for row in switched if (mode := row.constraint.mode) is not None}
     smooth = {mode.contact for mode in modes.values() if mode.smooth is not None}
     able = {
