@@ -121,7 +121,9 @@ def _experiments(draft: Draft) -> None:
 
 def _check_derivatives(draft: Draft, what: str, *names: str) -> None:
     functions = [f for f in draft.functions if f.name in names]
-    check_derivatives(draft.system.graph, draft.described.get("switching"), draft.layout.slots, functions, what)
+    check_derivatives(
+        draft.system.graph, draft.described.get("switching"), draft.layout.slots, functions, what
+    )
 
 
 def _jacobian(draft: Draft) -> None:
