@@ -98,9 +98,7 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
     struct = contract.HybridStruct.from_address(model.hybrid)
     if struct.crowd or not any(row.kind in ("contact", "friction") for row in problem.hybrid.rows):
         return ()  # more contacts than have formulas share by themselves (near_rows.c)
-    fields = [name for name, _ in contract.RowStruct._fields_]
-    rests = [struct.shares[k].rest if struct.shares else -1 for k in range(struct.n_rows)]
-    rows = [_Row(*(getattr(struct.rows[k], f) for f in fields), rests[k]) for k in range(struct.n_rows)]
+    rows = [_row(struct, k) for k in range(struct.n_rows)]
     facts = start_facts(problem)
     near = TOUCHES * (1.0 if facts is None else characteristic_length(facts, case.p))
     found = {False: _Sharing(), True: _Sharing()}
@@ -132,6 +130,12 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
         for least, what in found.items()
         if what.rows
     )
+
+
+def _row(struct: contract.HybridStruct, k: int) -> _Row:
+    row = struct.rows[k]
+    rests = struct.shares[k].rest if struct.shares else -1
+    return _Row(row.kind, row.normal, row.flag, row.sign, row.impulse, row.enabled, rests)
 
 
 class _Sharing(Struct):
@@ -231,9 +235,9 @@ def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]
         z = at.z.copy()
         gives = at.rows[held[int(np.argmax(given))]]
         z[gives.flag], z[at.rows[k].flag] = 0.0, 1.0
-        for row, rests in ((gives, 1.0), (at.rows[k], 0.0)):
+        for row, value in ((gives, 1.0), (at.rows[k], 0.0)):
             if row.rests >= 0:
-                z[row.rests] = rests
+                z[row.rests] = value
         _set_frictions(
             at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE], near
         )

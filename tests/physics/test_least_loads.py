@@ -39,11 +39,11 @@ end Plate;
 WEIGHT = 2 * 9.81
 
 
-def plate(feet: Vector, unit: str = "m", **options: object) -> mechc.Solution:
+def plate(feet: Vector, unit: str = "m") -> mechc.Solution:
     scale = {"m": 1.0, "mm": 1e3}[unit]
     rows = ", ".join(f"{{{scale * x!r}, {scale * y!r}}}" for x, y in feet.tolist())
     text = PLATE % (len(feet), f"{{{rows}}} {unit}")
-    return mechc.loads(text).simulate(estimate_error=False, **options)
+    return mechc.loads(text).simulate(estimate_error=False)
 
 
 def loads(solution: mechc.Solution, name: str = "load") -> Vector:
