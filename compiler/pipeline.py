@@ -22,6 +22,7 @@ from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
 from .equations.rows.crowd import check_forces_have_formulas
+from .equations.solve.shares import check_derivatives
 from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
 from .flat.model import FlatModel
@@ -165,7 +166,7 @@ def _lowered(equations: Equations, parts: Collection[str]) -> Program:
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
     """Return the program of the motion together with its derivatives (equations/tangents.py)."""
     with uncollected(), deep_recursion():
-        check_forces_have_formulas(compilation.equations)
+        _check_differentiable(compilation.equations)
         equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
 
@@ -173,8 +174,17 @@ def tangent_program(compilation: Compilation, directions: Directions, parts: Col
 def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
     """Return the program that pulls a goal back to the start and to parameters (equations/adjoints.py)."""
     with uncollected(), deep_recursion():
-        check_forces_have_formulas(compilation.equations)
+        _check_differentiable(compilation.equations)
         return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
+
+
+def _check_differentiable(equations: Equations) -> None:
+    """Report forces that numbers find where the motion is to be differentiated. Raises CompileError."""
+    check_forces_have_formulas(equations)
+    rates = [f for f in equations.functions if f.name == "rhs"]
+    check_derivatives(
+        equations.graph, equations.switching, equations.layout, rates, "a derivative of the motion"
+    )
 
 
 def _apart(equations: Equations) -> Equations:

@@ -33,6 +33,9 @@ TURNS = ("sincos_batch.h", "sincos.h")
 CROWD = ("crowd.h", "crowd_response.h", "envelope.h", "real.h")
 """What code with a crowd of contacts includes, too."""
 
+SHARES = ("shares.h", "real.h")
+"""What code with loads that rigid bodies do not determine includes, too."""
+
 SERIES = ("series.h",)
 """What code with Taylor series of few slots includes, too."""
 
@@ -87,7 +90,10 @@ def _made(
         return build_shared(_written(program(), strict, by is not None and by.in_process), flags, compiler=by)
 
     if kept_as:
-        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SERIES)}}
+        known = {
+            "program": kept_as,
+            **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SHARES, *SERIES)},
+        }
         library = built_once(known, flags, build, compiler)
     else:
         library = build()
@@ -98,7 +104,7 @@ def _written(program: Program, reproducible: bool, in_process: bool = False) -> 
     """Return the C text of a program and the headers that it includes, by their names. libtcc, which compiles ``in_process``, takes
     no longer for long functions, whose pieces it makes slower."""
     from .targets.c import emit_c
-    from .targets.c_data import CROWD_INCLUDED
+    from .targets.c_data import CROWD_INCLUDED, SHARES_INCLUDED
     from .targets.c_forms import TURNS_INCLUDED
     from .targets.c_series import SERIES_INCLUDED
 
@@ -108,6 +114,7 @@ def _written(program: Program, reproducible: bool, in_process: bool = False) -> 
         HEADER,
         *(TURNS if TURNS_INCLUDED in text else ()),
         *(CROWD if CROWD_INCLUDED in text else ()),
+        *(SHARES if SHARES_INCLUDED in text else ()),
         *(SERIES if SERIES_INCLUDED in text else ()),
     ]
     return {"model.c": text, **{name: header(name) for name in headers}}

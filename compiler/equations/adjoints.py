@@ -20,6 +20,7 @@ from ..graph.rewrite import substitute
 from .model import Equations, Function, Slot
 from .quantities import quantity
 from .sensitivities import SEED, total
+from .solve.shares import shares_in, undefined
 from .tangents import quotient
 
 if TYPE_CHECKING:
@@ -103,6 +104,12 @@ class _Adjoints:
         inputs = [self.places[Slot("u", i)] for i in range(len(base.inputs))]
         wanted = [*states, *self.p, *inputs]
         found = vjp(graph, list(zip(nodes, seeds, strict=True)), wanted)
+        shares = shares_in(base.switching, base.layout)
+        for node, seed in zip(nodes, seeds, strict=True):
+            none = undefined(graph, shares, node)
+            if none != graph.zero:
+                none = graph.select(graph.less(graph.zero, graph.abs(seed)), none, graph.zero)
+                found = [graph.add(n, none) for n in found]
         first = len(states)
         own, by_inputs = found[: first + len(self.p)], found[first + len(self.p) :]
         defaults = total(base, self.independent, self.own("inputs"))

@@ -35,6 +35,7 @@ from .reported.scene import scene_of
 from .reported.sought import systems_of
 from .rows.crowd import Member, check_askers
 from .sensitivities import passing_on
+from .solve.shares import check_derivatives
 from .solve.solved import Solved
 
 
@@ -118,7 +119,15 @@ def _experiments(draft: Draft) -> None:
     draft.described["experiments"] = plans
 
 
+def _check_derivatives(draft: Draft, what: str, *names: str) -> None:
+    functions = [f for f in draft.functions if f.name in names]
+    check_derivatives(
+        draft.system.graph, draft.described.get("switching"), draft.layout.slots, functions, what
+    )
+
+
 def _jacobian(draft: Draft) -> None:
+    _check_derivatives(draft, "an implicit method", "rhs")
     derivatives, pattern = jacobian_of_rates(draft.system, draft.layout, draft.functions)
     draft.functions.append(derivatives)
     draft.described["jacobian_pattern"] = pattern
@@ -145,6 +154,7 @@ def _second_order(draft: Draft) -> None:
 
 
 def _phase(draft: Draft) -> None:
+    _check_derivatives(draft, "the search for constants of the motion", "rhs")
     found = phase_functions(draft.system, draft.solved, draft.layout, draft.function("rhs").outputs)
     draft.functions += found.functions
     draft.described["phase"] = found.entries

@@ -15,6 +15,7 @@ from ..graph.vector import cross
 from ..mechanics.system import MechanicalSystem
 from .model import Function, Slot
 from .reported.entries import Layout
+from .solve.shares import undefined
 from .solve.solved import Solved
 
 NAME, SECOND_ORDER, BIAS = "local_derivatives", "second_order", "bias"
@@ -49,6 +50,11 @@ def local_derivatives(
     ny, nu = layout.nq + layout.nv + layout.nx, len(layout.inputs)
     slots = [Slot("y", i) for i in range(ny)] + [Slot("u", i) for i in range(nu)] + [Slot("t", 0)]
     found = jacobian(graph, rows, [places[slot] for slot in slots])
+    shares = {share.beside: share.rests for share in solved.shared.values()}
+    for row, formula in zip(found, rows, strict=True):
+        none = undefined(graph, shares, formula)
+        if none != graph.zero:
+            row |= {j: graph.add(n, none) for j, n in row.items()}
     if layout.without_effect:
         still = {j for j, slot in enumerate(slots) if places[slot] in layout.without_effect}
         found = [{j: n for j, n in row.items() if j not in still} for row in found]

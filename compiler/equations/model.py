@@ -103,6 +103,15 @@ class DelayPlan(Struct, frozen=True):
     delays: tuple[Delay, ...]
 
 
+class SharePlan(Struct, frozen=True):
+    """What a row may share (``mech_share_row`` of the kernel): indices into z of whether it rests on others and of what it carries
+    beside its force in the modes; rows of one ``sort`` have forces of one unit. All -1 for a row that shares nothing."""
+
+    rests: int = -1
+    beside: int = -1
+    sort: int = -1
+
+
 class HybridPlan(Struct, frozen=True):
     """What switches, and the accounts that impacts are booked in (indices in y; -1: none).
 
@@ -110,7 +119,8 @@ class HybridPlan(Struct, frozen=True):
     number in z that is 1 at the start only; ``total``: the output whose balance is kept; ``carried``: it has a part that is linear in
     the velocities, so that what drives the model works at impacts. The functions are
     indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch. ``slides``: for each switch
-    the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides.
+    the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides. ``shares``:
+    of each row; empty where no row may share a load that is asked for.
     """
 
     switches: tuple[SwitchText, ...]
@@ -127,6 +137,7 @@ class HybridPlan(Struct, frozen=True):
     carried: bool = False
     slides: tuple[int, ...] = ()
     delays: DelayPlan | None = None
+    shares: tuple[SharePlan, ...] = ()
 
 
 BALANCE = "balance"

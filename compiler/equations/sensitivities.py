@@ -11,6 +11,7 @@ from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
 from .model import BranchPlan, Equations, Function, Slot
 from .quantities import quantity
+from .solve.shares import shares_in, undefined
 
 SEED = "seed"
 """Kind of the entries that hold seeds, behind the discrete variables."""
@@ -22,7 +23,7 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     ``independent``: the parameters that do not follow from others. The seeds lie in z behind the discrete
     variables: of the tangent one for each of y, u, time and p, of the adjoint one for each of dy/dt and the outputs.
     ``tangent`` gives J seed, ``adjoint`` J^T seed, in the same orders; entries of dependent parameters are zero.
-    ``start_tangent`` and ``start_adjoint`` are the same for the initial state by u, time and p, where formulas give
+    Where loads are shared that rigid bodies do not determine, the derivative of what reads them is not a number. ``start_tangent`` and ``start_adjoint`` are the same for the initial state by u, time and p, where formulas give
     it: out[ny], and out[nu + 1 + np] of seeds for y.
     """
     functions = {f.name: f for f in equations.functions}
@@ -39,6 +40,13 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     forward = jvp(graph, unknowns, tangents)
     there = [n for n in knowns if n is not None]
     backward = dict(zip(there, vjp(graph, list(zip(unknowns, seeds, strict=False)), there), strict=True))
+    shares = shares_in(equations.switching, equations.layout)
+    for i, unknown in enumerate(unknowns):
+        none = undefined(graph, shares, unknown)
+        if none != graph.zero:
+            forward[i] = graph.add(forward[i], none)
+            asked = graph.select(graph.less(graph.zero, graph.abs(seeds[i])), none, graph.zero)
+            backward = {n: graph.add(x, asked) for n, x in backward.items()}
     at_start: tuple[Function, ...] = ()
     initial = total(equations, independent, functions["initial"].outputs)
     if not equations.assembly and not equations.dependent and any(graph.support(n) for n in initial):

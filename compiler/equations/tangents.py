@@ -24,6 +24,7 @@ from ..graph.differentiate import jvp
 from .model import Equations, Function, Slot
 from .quantities import quantity
 from .sensitivities import total
+from .solve.shares import shares_in, undefined
 
 if TYPE_CHECKING:
     from mechc.runtime.problem import Directions
@@ -73,6 +74,7 @@ class _Tangents:
         self.reals = [
             k for k, e in enumerate(equations.discretes) if e.kind == "discrete" and e.type == "real"
         ]
+        self.shares = shares_in(equations.switching, equations.layout)
         ny, nz, count = len(equations.states), len(equations.discretes), len(self.names)
         symbol = self.graph.symbol
         self.w = [[symbol(f"d({e.name}) along {d}") for e in equations.states] for d in range(count)]
@@ -171,7 +173,8 @@ class _Tangents:
         """Return the derivatives of nodes in all directions; ``time``: also along that of the time."""
         nodes = total(self.base, self.independent, nodes)
         found = (jvp(self.graph, nodes, self.tangents(d, time)) for d in range(len(self.names)))
-        return tuple(n for row in found for n in row)
+        none = [undefined(self.graph, self.shares, n) for n in nodes]
+        return tuple(self.graph.add(n, extra) for row in found for n, extra in zip(row, none, strict=True))
 
     def at_start(self, name: str, wanted: Sequence[int] | None = None) -> tuple[Node, ...]:
         """Return the results of a function that is called before the state is known, and those ``wanted`` differentiated."""

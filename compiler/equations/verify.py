@@ -350,6 +350,9 @@ class _Check:
         switched = [s.index for s in (*h.switches, *h.times)]
         clocks = [i for clock in h.clocks for i in clock]
         held = [i for row in h.rows for i in (row.flag, row.sign, row.impulse, row.enabled) if i != -1]
+        held += [i for share in h.shares for i in (share.rests, share.beside) if i != -1]
+        if h.shares and len(h.shares) != len(h.rows):
+            raise Malformed("equations, hybrid", f"{len(h.shares)} shares of {len(h.rows)} rows")
         initial = [h.initial] if h.initial != -1 else []
         delayed = [] if h.delays is None else [place for place, _, _ in h.delays.delayed]
         used = [

@@ -11,13 +11,14 @@ from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.units import preferred_unit
 
 from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch
+from ..flat.types import POWER
 from ..graph import Node
 from ..graph.differentiate import is_affine, vjp
 from ..graph.min_max import hollow_parts
 from .forces import rate_of
 from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
-from .meaning.symbols import Symbols, base_unit
+from .meaning.symbols import Symbols, base_unit, unit_text
 from .modes import Mode, Regularized
 from .system import ConstraintRows
 
@@ -226,6 +227,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
     if backward is not None and static_backward is not None and friction.static_backward is not None:
         _check_static(lowering, backward, static_backward, stated[3], stated[2], reporter)
     smooth = _smooth(lowering, friction.options, slips, name, reporter)
+    unit = unit_text(POWER / friction.kinetic.type.dimension)
     if friction.one_way:
         mode = Mode(
             "freewheel",
@@ -236,7 +238,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
             restitution=graph.zero,
             rest=graph.minus_one,
         )
-        return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
+        return ConstraintRows(name, "velocity", slips, (unit,), "", "", friction.origin, mode)
     mode = Mode(
         "friction",
         graph.symbol(f"sticks({name})"),
@@ -248,7 +250,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
         static_backward=static_backward,
         smooth=smooth[0] if smooth else None,
     )
-    return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
+    return ConstraintRows(name, "velocity", slips, (unit,), "", "", friction.origin, mode)
 
 
 def _inertia_in_a_law(lowering: Lowering, what: str, must: str, expression: Expression) -> Exception:

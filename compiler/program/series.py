@@ -27,7 +27,7 @@ from ..graph.operations import OPERATIONS
 from ..graph.rewrite import substitute
 from .coupled import Coupled, coupled
 from .lower import lower_function
-from .model import Program, ProgramFunction, SeriesPlan
+from .model import Load, Program, ProgramFunction, SeriesPlan
 from .slots import HALF, Form, NoSeries, rates_of
 
 LANES: Final = 8
@@ -49,6 +49,9 @@ def with_series(program: Program) -> Program:
         return replace(program, no_series="it has inputs, of which nothing gives Taylor series")
     if program.switching is not None and program.switching.delays is not None:
         return replace(program, no_series="it has delays, and nothing gives Taylor series of the past")
+    places = {share.beside for share in program.switching.shares} if program.switching is not None else set()
+    if any(type(s) is Load and s.array == "z" and s.index in places for body in rhs.bodies for s in body):
+        return replace(program, no_series="numbers find how loads in it are shared")
     try:
         series = _Series(*rates_of(rhs, program.tables, located=program.switching is not None))
     except NoSeries as reason:

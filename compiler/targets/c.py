@@ -16,7 +16,7 @@ from ..program.series import NEXT, START
 from ..verification import verified
 from . import c_double_double, c_tables
 from .c_blocks import are_apart
-from .c_data import CROWD_FUNCTIONS, CROWD_INCLUDED, record_text
+from .c_data import CROWD_FUNCTIONS, CROWD_INCLUDED, MODEL_AHEAD, SHARES_INCLUDED, record_text
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
 from .c_loops import (
@@ -32,7 +32,7 @@ from .c_series import SERIES_INCLUDED, expansion
 from .c_sincos_batch import are_turned
 from .expressions import lines
 from .literal import PI_DIGITS
-from .model_data import MODEL_FUNCTIONS, is_emitted, model_data
+from .model_data import MODEL_FUNCTIONS, OF_SHARES, is_emitted, model_data, readers
 from .sincos_batch import turn_groups, with_turns_ahead
 
 if TYPE_CHECKING:
@@ -129,6 +129,7 @@ class _File:
         self.dialect = TURNING if turns else DIALECT
         self.loops = loops
         self.crowd = program.switching is not None and program.switching.crowd is not None
+        self.readers = readers(program)
         self.used = _operations(program)
         library = {name for code, name in LIBRARY.items() if code in self.used}
         for code in self.used & NEEDED_BY_OWN.keys():
@@ -162,6 +163,9 @@ class _File:
             yield "};\n"
         if self.crowd:
             yield CROWD_INCLUDED
+        if self.readers:
+            yield SHARES_INCLUDED
+            yield MODEL_AHEAD
         if program.few_slots and not self.double_double:
             yield SERIES_INCLUDED
         yield from self.function(program.parameters_function)
@@ -174,7 +178,10 @@ class _File:
                 )
             elif is_emitted(function):
                 yield from self.function(function)
+                if function.name in self.readers:
+                    yield from self.reader(function)
         if self.crowd:
+            yield MODEL_AHEAD
             yield CROWD_FUNCTIONS
         yield from self.model()
 
@@ -198,7 +205,10 @@ class _File:
                 yield from _head("static NOINLINE", f"{function.name}_{k + 1}", parameters, workspace=True)
                 yield from self.body(body, parameters, workspace=True, named=False)
         yield f"/* {comment(sentence(function.doc))} */"
-        yield from _head("static" if static else "EXPORT", function.name, parameters, workspace=False)
+        if function.name in self.readers:
+            yield from _head("static", f"{function.name}{OF_SHARES}", parameters, workspace=False)
+        else:
+            yield from _head("static" if static else "EXPORT", function.name, parameters, workspace=False)
         if rolled is not None:
             yield from self.rolled(function.name, rolled, parameters)
             return
@@ -211,6 +221,15 @@ class _File:
         yield f"    mech_real w[{max(1, function.workspace)}];"
         for k in range(len(function.bodies)):
             yield f"    {function.name}_{k + 1}({arguments});"
+        yield "}\n"
+
+    def reader(self, function: ProgramFunction) -> Iterator[str]:
+        """Yield the function that is called in the place of one that reads shares of loads."""
+        yield "/* The same with the shares of loads that rigid bodies do not determine. */"
+        static = function.name in MODEL_FUNCTIONS
+        yield from _head("static" if static else "EXPORT", function.name, parameters=False, workspace=False)
+        yield "{"
+        yield f"    mech_shares_call(&model, {function.name}{OF_SHARES}, {self.readers[function.name]}, t, y, u, z, p, out);"
         yield "}\n"
 
     def rolled(self, name: str, rolled: Rolled, parameters: bool) -> Iterator[str]:

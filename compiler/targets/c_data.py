@@ -12,9 +12,11 @@ from .model_data import Array, Function, Record, Rows, Value, Word
 
 CROWD_INCLUDED: Final = '#include "crowd.h"\n'
 
-CROWD_FUNCTIONS: Final = """\
-static const mech_model model;
+SHARES_INCLUDED: Final = '#include "shares.h"\n'
 
+MODEL_AHEAD: Final = "static const mech_model model;\n"
+
+CROWD_FUNCTIONS: Final = """\
 /* Time derivative of the state, with the forces of all contacts. */
 static void rhs_of_all(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
                        const mech_real *p, mech_real *restrict out)

@@ -22,6 +22,7 @@ from mechc.runtime.native.contract import (
     ModelStruct,
     RowStruct,
     SeriesStruct,
+    ShareRowStruct,
     StartRowStruct,
     StartStruct,
 )
@@ -30,6 +31,7 @@ from mechc.runtime.start.facts import StartFacts, start_facts
 from ..equations.crowd_plan import CrowdPlan, crowd_values
 from ..equations.model import DelayPlan, HybridPlan
 from ..program import Program, ProgramFunction
+from ..program.model import Load
 from ..program.series import NEXT, START
 
 MODEL_FUNCTIONS: Final = (
@@ -68,6 +70,10 @@ EXPAND: Final = "series_expand"
 RATES_OF_ALL: Final = "rhs_of_all"
 OUTPUTS_OF_ALL: Final = "outputs_of_all"
 """In the place of rhs and outputs, where contacts are a crowd: with the forces of all of them (``crowd.h``)."""
+
+
+OF_SHARES: Final = "_of_shares"
+"""Behind the name of a function that reads shares of loads: what is called by its name finds them first (``shares.h``)."""
 
 
 class Word(Struct, frozen=True):
@@ -251,6 +257,7 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
             **{name: Function(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
             **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
             **({"crowd": _crowd(plan.crowd)} if plan.crowd is not None else {}),
+            **({"shares": _shares(plan)} if plan.shares else {}),
         },
     )
 
@@ -270,6 +277,23 @@ def _delays(plan: DelayPlan) -> Record:
             "times": Function("delay_times"),
         },
     )
+
+
+def _shares(plan: HybridPlan) -> Rows:
+    rows = [(share.rests, share.beside, share.sort) for share in plan.shares]
+    return Rows("shares", ShareRowStruct, rows, [row.name for row in plan.rows])
+
+
+def readers(program: Program) -> dict[str, int]:
+    """Return the functions that read what rows carry beside their forces in the modes, with the number of their results: they are
+    called with what ``shares.h`` finds."""
+    places = {share.beside for share in program.switching.shares} if program.switching is not None else set()
+    return {
+        function.name: function.n_out
+        for function in program.functions
+        if places
+        and any(type(s) is Load and s.array == "z" and s.index in places for b in function.bodies for s in b)
+    }
 
 
 def _crowd(plan: CrowdPlan) -> Record:

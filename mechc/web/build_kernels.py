@@ -45,7 +45,7 @@ def sources(kernel: WebKernel) -> Mapping[str, str]:
     """Return the C files of a kernel by name."""
     files = ["web.c", "web_plan.h"]
     if kernel.events:
-        files.append("web_crowd.c")
+        files += ["web_crowd.c", "web_shares.c"]
     own = {name: (FOLDER / name).read_text(encoding="utf-8") for name in files}
     own["operations.c"] = _operations()
     chosen = fitted(kernel_sources(), methods=kernel.methods, states=0, switches=kernel.events)

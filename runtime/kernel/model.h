@@ -77,6 +77,13 @@ typedef struct mech_row {
     int enabled;   /* index in z, -1: always                                                     */
 } mech_row;
 
+/* A row that may share a load with others (shares.h); all -1 for one that cannot. */
+typedef struct mech_share_row {
+    int rest;      /* index in z: 1 where it touches, or sticks, but others carry its part       */
+    int share;     /* index in z of what it carries beside that, which only functions are told   */
+    int sort;      /* rows of one sort have forces of one unit                                   */
+} mech_share_row;
+
 /* What row_values writes for each row. */
 enum mech_row_value {
     MECH_GAP = 0,   /* distance of a contact, residual of a position constraint, else 0          */
@@ -156,6 +163,7 @@ typedef struct mech_hybrid {
     const int *slides;              /* [n_switches] the switch of the mode in which the motion slides along the surface of
                                      * each, -1: none; NULL where no motion slides */
     const mech_delays *delays;  /* NULL where nothing looks back                                 */
+    const mech_share_row *shares;   /* [n_rows] NULL where nothing is told of shared loads          */
 } mech_hybrid;
 
 typedef struct mech_start_row {

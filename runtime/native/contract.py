@@ -40,6 +40,14 @@ class RowStruct(Contract):
     enabled: int
 
 
+class ShareRowStruct(Contract):
+    c_name = "mech_share_row"
+    _fields_ = tuple((name, c_int) for name in ("rest", "share", "sort"))
+    rest: int
+    share: int
+    sort: int
+
+
 class CrowdKindStruct(Contract):
     c_name = "mech_crowd_kind"
     _fields_ = (
@@ -84,6 +92,7 @@ class HybridStruct(Contract):
         ("rows", POINTER(RowStruct)),
         *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
         *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides", "delays")),
+        ("shares", POINTER(ShareRowStruct)),
     )
     n_switches: int
     n_times: int

@@ -1,7 +1,8 @@
 """Which results depend on how rigid contacts share a load that the laws of mechanics do not share for them?
 
-A table on four legs: three of its forces hold it, and the kernel lets those do so that stand first in the model. What rests beside
-them, and depends on them, is redundant. Each redundant row is put in the first place; results that change are a choice.
+A table on four legs: three of its forces hold it, and in its modes those do so that stand first in the model. What rests beside
+them, and depends on them, is redundant. Each redundant row is put in the first place; results that change are a choice, whether
+the share of the least sum of squares is told (``kernel/shares.h``), or what the modes say.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from ..case import Case, inputs_at
@@ -36,15 +37,20 @@ EXCHANGED = 1e-3
 BRIEF = 1e-5
 """Part of the run in which modes pass that are not looked at, such as a slip that begins."""
 MOST_MODES, MOST_NAMES = 20, 8
+FIRST = "those that stand first in the text carry what they can"
+LEAST = "the least sum of squares is told, the share of equal springs"
 
 
 class _Row(Struct, frozen=True):
+    """A row; ``rests``: where z says that it rests on others, -1 where it tells no share."""
+
     kind: int
     normal: int
     flag: int
     sign: int
     impulse: int
     enabled: int
+    rests: int
 
 
 class _At(Struct, frozen=True):
@@ -93,13 +99,10 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
     struct = contract.HybridStruct.from_address(model.hybrid)
     if struct.crowd or not any(row.kind in ("contact", "friction") for row in problem.hybrid.rows):
         return ()  # more contacts than have formulas share by themselves (near_rows.c)
-    rows = [_Row(*(getattr(struct.rows[k], f) for f in _Row.__struct_fields__)) for k in range(struct.n_rows)]
+    rows = [_row(struct, k) for k in range(struct.n_rows)]
     facts = start_facts(problem)
     near = TOUCHES * (1.0 if facts is None else characteristic_length(facts, case.p))
-    names = [row.name for row in problem.hybrid.rows]
-    sharing: dict[str, None] = {}
-    results: dict[str, None] = {}
-    since, moves = None, False
+    found = {False: _Sharing(), True: _Sharing()}
     for first, last in _stretches(table, rows):
         ends = [
             _At(case, struct, rows, t, table.y[k].copy(), inputs_at(case, t), table.z[k].copy())
@@ -109,27 +112,51 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
         group, others = _redundant(ends, near)
         if not others:
             continue
-        rates, outputs = ends[0].told(ends[0].z)
-        free, _ = ends[0].told(_free(ends[0]))
-        changed = [ends[0].told(z) for z in others]
+        at = ends[0]
+        rates, told = at.told(at.z)
+        free, _ = at.told(_free(at))
+        changed = [at.told(z) for z in others]
         turns = any(_differs(rates, other, free).any() for other, _ in changed)
-        depend = np.any([_differs(outputs, other) for _, other in changed], axis=0)
-        told = [q.name for q, d in zip(problem.outputs, depend, strict=True) if d and q.kind == "output"]
-        if not turns and not told:
-            continue
-        since = ends[0].t if since is None else since
-        moves |= turns
-        sharing |= dict.fromkeys(names[k] for k in group)
-        results |= dict.fromkeys(told)
-    if since is None:
-        return ()
-    are = "is" if len(results) == 1 else "are"
-    carried = f", so that {_listed(results)} {are} one choice of many" if results else ""
-    also = "; the motion depends on this choice" if moves else ""
-    return (
-        f"rigid bodies do not determine how {_listed(sharing)} share their load, as at {time_text(problem, since)}: "
-        f"those that stand first in the text carry what they can{carried}{also}",
+        shared = _differs(told, at.told(_unshared(at, at.z))[1])
+        depend = shared & np.any([_differs(told, at.told(_unshared(at, z))[1]) for z in others], axis=0)
+        depend |= np.any([_differs(told, other) for _, other in changed], axis=0)
+        names = [q.name for q, d in zip(problem.outputs, depend, strict=True) if d and q.kind == "output"]
+        if turns or names:
+            found[bool(shared.any())].add(
+                at.t, [problem.hybrid.rows[k].name for k in group], names, moves=turns
+            )
+    return tuple(
+        f"rigid bodies do not determine how {_listed(what.rows)} share their load, as at {time_text(problem, what.since)}: "
+        f"{LEAST if least else FIRST}{what.carried}{'; the motion depends on this choice' if what.moves else ''}"
+        for least, what in found.items()
+        if what.rows
     )
+
+
+def _row(struct: contract.HybridStruct, k: int) -> _Row:
+    row = struct.rows[k]
+    rests = struct.shares[k].rest if struct.shares else -1
+    return _Row(row.kind, row.normal, row.flag, row.sign, row.impulse, row.enabled, rests)
+
+
+class _Sharing(Struct):
+    """What is said of loads that are shared alike."""
+
+    since: float = 0.0
+    rows: dict[str, None] = field(default_factory=dict)
+    results: dict[str, None] = field(default_factory=dict)
+    moves: bool = False
+
+    def add(self, t: float, rows: Sequence[str], results: Sequence[str], *, moves: bool) -> None:
+        self.since = self.since if self.rows else t
+        self.rows |= dict.fromkeys(rows)
+        self.results |= dict.fromkeys(results)
+        self.moves |= moves
+
+    @property
+    def carried(self) -> str:
+        are = "is" if len(self.results) == 1 else "are"
+        return f", so that {_listed(self.results)} {are} one choice of many" if self.results else ""
 
 
 def _stretches(table: Table, rows: Sequence[_Row]) -> list[tuple[int, int]]:
@@ -207,8 +234,11 @@ def _redundant(ends: Sequence[_At], near: float) -> tuple[list[int], list[Array]
         if not given.max(initial=0.0) > UNLOADED * largest:
             continue  # what it would take over carries nothing, or is a constraint
         z = at.z.copy()
-        z[at.rows[held[int(np.argmax(given))]].flag] = 0.0
-        z[at.rows[k].flag] = 1.0
+        gives = at.rows[held[int(np.argmax(given))]]
+        z[gives.flag], z[at.rows[k].flag] = 0.0, 1.0
+        for row, value in ((gives, 1.0), (at.rows[k], 0.0)):
+            if row.rests >= 0:
+                z[row.rests] = value
         _set_frictions(
             at, z, {i for i in rest if at.rows[i].kind == CONTACT}, set(rows), values[0][:, RATE], near
         )
@@ -254,9 +284,16 @@ def _never_loaded(at: _At, rows: Sequence[int], shares: Array, force: Array) -> 
     return {rows[i] for i, loaded in zip(zero, found.x[free:], strict=True) if loaded < 0.5}
 
 
+def _unshared(at: _At, z: Array) -> Array:
+    """The same modes, of which forces are told as they are."""
+    z = z.copy()
+    z[[row.rests for row in at.rows if row.rests >= 0]] = 0.0
+    return z
+
+
 def _free(at: _At) -> Array:
     """The modes without contacts and frictions, of which accelerations tell the size."""
-    z = at.z.copy()
+    z = _unshared(at, at.z)
     z[[row.flag for row in at.rows if row.kind in (CONTACT, FRICTION)]] = 0.0
     return z
 

@@ -11,9 +11,10 @@ from ...graph import Node
 from ...graph.rewrite import substitute
 from ...mechanics.modes import CheckAction, EndAction
 from ...mechanics.system import MechanicalSystem
-from ..model import BranchPlan, HybridPlan, RowPlan
+from ..model import BranchPlan, HybridPlan, RowPlan, SharePlan
 from ..quantities import origin
 from ..rows.constraints import Row
+from ..solve.shares import Share
 from .energy_jumps import Step
 
 
@@ -79,6 +80,20 @@ def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, i
         )
     plans += [RowPlan("step", "potential", s.switch, -1, -1, place[s.impulse], -1) for s in steps]
     return tuple(plans)
+
+
+def share_plans(
+    rows: Sequence[Row], steps: Sequence[Step], shared: Mapping[Node, Share], place: Mapping[Node, int]
+) -> tuple[SharePlan, ...]:
+    """Return what each row and step may share; nothing where none does."""
+    sorts = list(dict.fromkeys(share.sort for share in shared.values()))
+    none = SharePlan()
+    plans = [
+        none if (share := shared.get(row.multiplier)) is None
+        else SharePlan(place[share.rests], place[share.beside], sorts.index(share.sort))
+        for row in rows
+    ]  # fmt: skip
+    return (*plans, *(none for _ in steps)) if shared else ()
 
 
 def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bool:

@@ -27,7 +27,7 @@ from .crowd import Crowd
 from .delays import as_at_the_start, delay_plan
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
-from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
+from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
 from .switches import Switch, Switches, find_switches, jumps_of_dissipation, relations_of_time
 
@@ -66,7 +66,7 @@ def add_events(
     normals = {row.constraint.name: row.multiplier for row in solved.switched}
     values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
-    modes = _mode_symbols(system)
+    modes = [*_mode_symbols(system), *(share.rests for share in solved.shared.values())]
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
     held = solved.resolve([row.rate for row in solved.rows])
     formulas = (
@@ -90,6 +90,7 @@ def add_events(
         switches = replace(switches, located=(never,))
     steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
+    z += [share.beside for share in solved.shared.values()]
     if crowd is not None:
         z = _beside(system, steps, z, crowd, reporter)
     layout = _with_z(system, layout, z)
@@ -133,6 +134,7 @@ def add_events(
         slides=places_of_modes(surfaces, switches.located),
         delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
+        shares=share_plans(rows, steps, solved.shared, place),
     )
     if (
         crowd is not None
@@ -281,11 +283,13 @@ def _branch_functions(
 ) -> list[Function]:
     """Return what each branch does."""
     y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
+    told = {share.beside for share in solved.shared.values()}  # these are not kept
+    left = [system.graph.zero if n in told else n for n in z]
     return [
         Function(
             f"act_{number + 1}",
             f"when {one_line(branch.text)}",
-            branch_results(system, solved, branch, y, z),
+            branch_results(system, solved, branch, y, left),
         )
         for number, branch in enumerate(system.branches)
     ]

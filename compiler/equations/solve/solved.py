@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -38,6 +38,7 @@ from .feeding import warn_of_feeding
 from .force_laws import solve_laws
 from .joint_reactions import joint_reactions
 from .queries import Replies, answers, force_answers, refuse_unanswered
+from .shares import Share, follows, shares_of, told
 from .unknown_forces import report_circle, unknown_forces
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Solved(Struct, frozen=True):
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
-    ``sides``: comparisons of forces in their laws; ``residual``: r - K^T lam; ``pivots`` must not vanish,
+    ``sides``: comparisons of forces in their laws; ``shared``: what may share a load, by multipliers; ``residual``: r - K^T lam; ``pivots`` must not vanish,
     and what may make them vanish is ``asserted``.
     """
 
@@ -71,6 +72,7 @@ class Solved(Struct, frozen=True):
     operations: int
     graph: Graph
     replace: Mapping[Node, Node]
+    shared: Mapping[Node, Share]
     held_inputs: tuple[int, ...] = ()
 
     def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
@@ -164,7 +166,10 @@ def solve_system(
     if balanced:  # their rates may hold accelerations
         late = substitute(graph, [driven[n] for n in balanced], {**absent, **solution})
         replace |= zip(balanced, late, strict=True)
-    replace |= _asked_by_rates(system, answered, replace)
+    shared = shares_of(system, rows, switched, free, {**driven, **still})
+    if follows(system, shared, forces.symbols, answered):
+        shared = {}
+    replace |= _asked_by_rates(system, answered, replace, partial(told, system, shared, switched))
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
     alone = frozenset(_balanced(system, combined=False))  # their balances hold whatever else moves
@@ -175,6 +180,7 @@ def solve_system(
     warn_of_counting_twice(system, energy.kinetic, {**driven, **still}, reporter)
     replies = replace_fields(replies, dropped=frozenset(absent))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
+    reported = dict(zip(reported, told(system, shared, switched, list(reported.values())), strict=True))
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
     try:
         projected = projection(system, r, free, rows, supports) if rows else None
@@ -196,6 +202,7 @@ def solve_system(
         operations=found.elimination.operations,
         graph=graph,
         replace=replace,
+        shared=shared,
         held_inputs=held_inputs(system, steady),
     )
 
@@ -408,12 +415,15 @@ def _force_answers(
 
 
 def _asked_by_rates(
-    system: MechanicalSystem, answered: Mapping[Node, Node], known: Mapping[Node, Node]
+    system: MechanicalSystem,
+    answered: Mapping[Node, Node],
+    known: Mapping[Node, Node],
+    shared: Callable[[Sequence[Node]], list[Node]],
 ) -> dict[Node, Node]:
     """Return the answers that the rates of states ask for and nothing else, once the equations are solved."""
     asked = system.lowering.questions.forces_in(system.xdot.values())
     symbols = [s for s in asked if s in answered and s not in known]
-    formulas = substitute(system.graph, [answered[s] for s in symbols], known)
+    formulas = substitute(system.graph, shared([answered[s] for s in symbols]), known)
     return dict(zip(symbols, formulas, strict=True))
 
 

@@ -12,11 +12,14 @@ from ...program import Program, ProgramFunction, chunk
 from ...program.loops.rolled import Rolled
 from ..c_loops import ON_STACK, loops_of
 from ..c_tables import LARGE, used_tables
-from ..model_data import is_emitted
+from ..model_data import OF_SHARES, is_emitted, readers
 from . import binary as b
 from .place import PARAMETER, PIECE, Place
 from .rolled import Loops
 from .straight import Arrays, Writer, number
+
+WITH_SHARES: Final = "with_shares"
+"""The function of the kernel (``mechc/web/kernel/web_shares.c``)."""
 
 LONGEST: Final = 800
 """Operations of one body. Longer ones run a fifth faster in the end (Stewart platform, V8), but are optimised later."""
@@ -39,9 +42,13 @@ def place_functions(program: Program, place: Place) -> None:
             numbers = tuple(number(Fraction(x)) for x in numbers)
         tables[i] = (place.numbers(numbers), len(table.values))
     functions = _Functions(program, place, tables)
+    shared = readers(program)
     for function in (program.parameters_function, *program.functions):
         if is_emitted(function):
-            functions.add(function, loops.get(function.name))
+            name = f"{function.name}{OF_SHARES}" if function.name in shared else function.name
+            functions.add(function, name, loops.get(function.name))
+            if function.name in shared:
+                place.function(function.name, 0, functions.reader(name, shared[function.name]))
 
 
 class _Functions:
@@ -51,7 +58,7 @@ class _Functions:
         self.tables = tables
         self.inputs = program.size("u")
 
-    def add(self, function: ProgramFunction, rolled: Rolled | None) -> None:
+    def add(self, function: ProgramFunction, name: str, rolled: Rolled | None) -> None:
         parameters = function is self.program.parameters_function
         kind = PARAMETER if parameters else 0
         if rolled is not None:
@@ -60,7 +67,15 @@ class _Functions:
             body = self._straight(function, 0, parameters, piece=False)
         else:
             body = self._in_pieces(function, parameters)
-        self.place.function(function.name, kind, body)
+        self.place.function(name, kind, body)
+
+    def reader(self, name: str, count: int) -> bytes:
+        """Return the body of a function that calls one of so many results with shares of loads."""
+        where = arguments(parameters=False, piece=False)
+        writer = Writer(self.place, len(where), {})
+        given = b.i32(self.place.pointer(name)) + b.i32(count) + b"".join(map(b.get, where.values()))
+        writer.flush(given + self.place.call(WITH_SHARES))
+        return writer.body()
 
     def _straight(self, function: ProgramFunction, k: int, parameters: bool, *, piece: bool) -> bytes:
         where = arguments(parameters, piece=piece)

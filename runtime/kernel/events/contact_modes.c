@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "contact_projection.h"
+#include "contact_rests.h"
 #include "energy.h"
 #include "near_rows.h"
 #include "contact_lcp.h"
@@ -365,6 +366,7 @@ static int take_choice(mech_solver *s, int ends)
         if (mech_row_touches(s, i) && approach > 0 && approach <= mech_row_rest(s, i) / 100) s->events->open[i] = -1;
     }
     mech_surface_friction_begin(s);
+    mech_contact_rests_mark(s);
     return mech_rows_check(s, 1);
 }
 

@@ -79,7 +79,6 @@ class Response(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
-    quick = True
 
     at: Annotated[
         Place, settable("Where: the start, the equilibrium reached from it, or other values.", "place")

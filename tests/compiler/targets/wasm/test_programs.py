@@ -219,6 +219,27 @@ def test_a_crowd_of_contacts() -> None:
     assert rows[-1, :70] == pytest.approx(expected, abs=1e-8)
 
 
+def test_loads_that_rigid_bodies_do_not_determine() -> None:
+    """A plate on four legs whose weight grows: each carries a quarter, until one of them feels 5 N."""
+    rows = run(
+        """
+        parameter Length foot[4, 2] = {{0.2, 0.2}, {-0.2, 0.2}, {-0.2, -0.2}, {0.2, -0.2}} m;
+        coordinate z = 0 m; coordinate Angle a = 0 rad; coordinate Angle b = 0 rad;
+        kinetic 1/2*1 kg*der(z)^2 + 1/2*0.1 kg.m^2*(der(a)^2 + der(b)^2);
+        force -(10 N + 20 N*time/(1 s)) on z;
+        for i in 1:4 loop
+          contact leg[i]: z + foot[i, 2]*a - foot[i, 1]*b;
+        end for;
+        state Real sum = 0; state Real late = 0; discrete Real felt = 0;
+        equation der(sum) = multiplier(leg[4])/(1 N.s);
+        equation der(late) = felt/(1 s);
+        when multiplier(leg[2]) > 5 N then felt := 1; end when;
+        """,
+        1.0,
+    )
+    assert rows[-1, 6:8] == pytest.approx([5.0, 0.5], abs=1e-9)
+
+
 def test_no_event_is_lost() -> None:
     """A clock of 1 kHz for 10 s: more events than there is room for in the beginning."""
     machine, _ = ran(
