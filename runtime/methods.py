@@ -11,7 +11,6 @@ from msgspec import Struct
 
 from mechc.suggest import suggest
 
-from .native.status import Status
 from .outcome import SimulationError
 
 
@@ -47,15 +46,6 @@ KERNEL_METHODS = {
         KernelMethod("taylor", frozenset({"series"}), fixed_step=False),
     )
 }
-
-
-NEEDS = {
-    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
-    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
-    Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
-    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
-}
-"""What is said of a method with which no run of a model begins, where no closer reason is known."""
 
 
 def unknown_method(wanted: str, known: Collection[str] = tuple(KERNEL_METHODS)) -> SimulationError:

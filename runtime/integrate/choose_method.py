@@ -8,10 +8,10 @@ from msgspec import Struct
 
 from ..case import Case
 from ..memo import once
-from ..methods import NEEDS, check_step, unknown_method
+from ..methods import check_step, unknown_method
 from ..native import contract
 from ..native import kernel as native
-from ..native.status import Status
+from ..native.status import NEEDS, Status
 from ..outcome import SimulationError
 from ..problem import Problem
 

@@ -39,3 +39,12 @@ class Status(IntEnum):
     NO_PERIOD = -31
     NO_DELAY = -32
     NO_MEMORY = -33
+
+
+NEEDS = {
+    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
+    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
+    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
+}
+"""What is said of a method with which no run of a model begins, where no closer reason is known."""

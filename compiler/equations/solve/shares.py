@@ -151,6 +151,8 @@ def _dependent(
     """Return rows that may share, with the frictions of contacts among them."""
     import numpy as np
 
+    from mechc.runtime.numerics.rank import null_space
+
     from ..rows.rank import rank
 
     modes = {row.multiplier: mode for row in switched if (mode := row.constraint.mode) is not None}
@@ -169,8 +171,7 @@ def _dependent(
         if not np.isfinite(size).all():
             continue
         moved = place.matrix / np.where(size > 0.0, size, 1.0)[:, None]
-        kept, sizes, _ = np.linalg.svd(moved)
-        null = kept[:, int((sizes > NONE * sizes.max(initial=0.0)).sum()) :]  # combinations that move nothing
+        null = null_space(moved.T, NONE)  # combinations that move nothing
         found = {
             k for k in np.flatnonzero(np.abs(null).max(axis=1, initial=0.0) > NONE).tolist() if size[k] > 0.0
         }

@@ -27,7 +27,7 @@ async function begin(data) {
   python = await loadPyodide({indexURL: 'https://localhost/', stdLibURL: library, createPyodideModule, lockFileContents: data.lock});
   globalThis.fetch = ask;
   for (const name of ['msgspec', 'mechc']) python.unpackArchive(await unpacked(data[name]), 'zip', {extractDir: '/mechc'});
-  playground = python.runPython('import sys; sys.path.insert(0, "/mechc")\nfrom mechc.web.playground import Playground\nPlayground()');
+  playground = python.runPython('import sys; sys.path.insert(0, "/mechc")\nfrom mechc.editor.playground import Playground\nPlayground()');
 }
 
 const finite = values => Array.from(values, v => Number.isFinite(v) ? v : null);

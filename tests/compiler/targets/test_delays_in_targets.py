@@ -50,7 +50,7 @@ def native(model: mechc.Model) -> Any:
 
 def test_the_c_program_has_the_same_motion(model: mechc.Model, native: Any, tmp_path: Path) -> None:
     program = model.compilation.program
-    for name, text in c_files(program, defaults_of(model.problem("python"))).items():
+    for name, text in c_files(program, defaults_of(model.problem())).items():
         (tmp_path / name).write_text(text)
     done = subprocess.run([build(tmp_path, tmp_path)], capture_output=True, text=True, check=True)
     *_, last = done.stdout.splitlines()

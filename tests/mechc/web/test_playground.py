@@ -24,9 +24,9 @@ import mechc
 from mechc.cli.main import run
 from mechc.compiler.pipeline import compile_source
 from mechc.compiler.targets.wasm.link import linked
+from mechc.editor.playground import FILE, Playground
 from mechc.lang.source import SourceFile
 from mechc.web.kernels import kernel_for, loaded
-from mechc.web.playground import FILE, Playground
 from mechc.web.run_facts import RunFacts, facts_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -69,7 +69,7 @@ def compiled(text: str) -> dict[str, Any]:
 def test_nothing_is_imported_that_the_playground_does_not_hold(example: str) -> None:
     text = f"""
 import json, sys
-from mechc.web.playground import Playground
+from mechc.editor.playground import Playground
 made = Playground()
 text = open({str(EXAMPLES / f"{example}.mech")!r}, encoding="utf-8").read()
 assert "run" in json.loads(made.compile(text)), made
@@ -131,7 +131,7 @@ MORE_LOOPS = (
 )
 COMPILED = """
 import hashlib, json, sys
-from mechc.web.playground import Playground
+from mechc.editor.playground import Playground
 made = Playground()
 for path in sys.argv[1:]:
     assert "run" in (told := json.loads(made.compile(open(path, encoding="utf-8").read()))), told["message"]

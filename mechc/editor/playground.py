@@ -17,8 +17,6 @@ import msgspec
 from ..compiler.equations.compliance import COMPLIANCE
 from ..compiler.targets.wasm.link import Linked
 from ..display import Display, choose
-from ..editor.completion import completions
-from ..editor.document import Document
 from ..exporting import refuse_driving_inputs
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.read import decode
@@ -28,11 +26,14 @@ from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
 from ..requests.parse_values import UsageMistake
 from ..runtime.limits_of_time import no_stop
-from ..runtime.methods import KERNEL_METHODS, NEEDS, check_step, unknown_method
+from ..runtime.methods import KERNEL_METHODS, check_step, unknown_method
+from ..runtime.native.status import NEEDS
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem, interface_of
-from .facts import Facts, Found, Settings, Span
-from .page import as_json, joined, module_of, program_of, refuse_curve
+from ..web.facts import Facts, Found, Settings, Span
+from ..web.page import as_json, joined, module_of, program_of, refuse_curve
+from .completion import completions
+from .document import Document
 
 FILE = "playground.mech"
 """What messages call the text."""
