@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Final
 from msgspec import Struct
 
 from ..compiler.pipeline import program_with
-from ..compiler.problem import HEADER, header
+from ..compiler.problem import HEADER, SHARES, header
 from ..compiler.targets import c_double_double
 from ..compiler.targets.c import emit_c
+from ..compiler.targets.c_data import SHARES_INCLUDED
 from ..runtime.native.build import build_shared
 from ..runtime.native.compiler import NATIVE
 from ..runtime.reference.high_precision import (
@@ -62,6 +63,8 @@ def compile_for_reference(model: CompiledModel, precision: str | None = None) ->
         sources |= {name: header(f"reference/{name}"), "series.h": header("series.h")}
         flags = (*flags, NATIVE, "-ffp-contract=off")
     text = emit_c(program if series is None else series, double_double=series is not None)
+    if SHARES_INCLUDED in text:
+        sources |= {name: header(name) for name in SHARES}
     library = build_shared({"model.c": text, **sources}, flags, name="reference-model")
     return ReferenceCode(library, precision, series is not None)
 
