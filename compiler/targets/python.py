@@ -132,6 +132,8 @@ def _imports(program: Program, functions: Sequence[ProgramFunction]) -> Iterator
     statements = (s for f in (program.parameters_function, *functions) for body in f.bodies for s in body)
     if any(type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements):
         taken = sorted((*taken, "pi"))
+    if any("math." in text for text in texts):
+        yield "import math"
     if any("bisect_right" in text for text in texts):
         yield "from bisect import bisect_right"
     of_math = {f.name for f in one_by_one if not f.own}.union(*(f.calls for f in one_by_one))
