@@ -97,7 +97,8 @@ def ask(kind: str) -> Any:
             run = spring.simulate(sensitivity="k")
             return run.sensitivity("x", "k").values[-1], -3 / 4 * np.sin(6)
         case _:
-            return spring.study("modes", at="equilibrium").details["modes"][0]["frequency"], 2.0
+            found: Any = spring.study("modes", at="equilibrium")
+            return found.details["modes"][0]["frequency"], 2.0
 
 
 @pytest.mark.parametrize("kind", ["fit", "gradient", "sensitivity", "modes"])
@@ -136,11 +137,9 @@ def test_a_file_that_grows_with_the_run_begins_anew(
     file = tmp_path / f"rows.{ending}"
     run = mechc.loads(SPRING).simulate(to=file)
     assert built == [True, False]
-    rows = np.genfromtxt(file, delimiter=",", names=True) if ending == "csv" else np.load(file)
-    time, x = (
-        rows[next(n for n in (rows.dtype.names if ending == "csv" else rows) if n.startswith(head))]
-        for head in ("time", "x")
-    )
+    rows: Any = np.genfromtxt(file, delimiter=",", names=True) if ending == "csv" else np.load(file)
+    names = rows.dtype.names if ending == "csv" else [*rows]
+    time, x = (rows[next(n for n in names if n.startswith(head))] for head in ("time", "x"))
     assert len(time) == len(run.time)
     np.testing.assert_allclose(x, np.cos(2 * time), atol=1e-8)
 
