@@ -14,10 +14,8 @@ OWN = re.compile(
 )
 """Functions of NumPy's and SciPy's ``linalg`` and ``optimize``."""
 LEFT = {
-    "runtime/start/gauss_newton.py": 3,
     "runtime/start/impossible_start.py": 1,
     "runtime/start/initial.py": 2,
-    "runtime/start/second_order.py": 2,
 }
 """Calls elsewhere; the list may only become shorter."""
 

@@ -115,7 +115,7 @@ def judged(seed: int) -> Judged:
     """Find symmetries and constants of a random Lagrangian, and look at each of them."""
     random = lagrangian(seed)
     model = mechc.loads(random.text)
-    symmetries, invariants = model.symmetries(), model.invariants(target="python")
+    symmetries, invariants = model.symmetries(), model.invariants()
     told, constants = symmetries.details["symmetries"], invariants.details["invariants"]
     motions = Motions(random.kinetic, random.potential, random.damping, seed)
     false, missed = [], []
