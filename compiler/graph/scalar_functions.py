@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from math import sqrt
 
 
 def floor(x: float) -> float:
@@ -116,7 +117,7 @@ def normal(seed: float, k: float) -> float:
         odd, square = 0.0, s * s
         for i in range(25, 0, -2):
             odd = odd * square + 1.0 / float(i)
-        r = math.sqrt(exponent * 0.6931471805599453094 - 2.0 * s * odd)
+        r = sqrt(exponent * 0.6931471805599453094 - 2.0 * s * odd)
         if r <= 5.0:
             r = r - 1.6
             above = (

@@ -17,7 +17,6 @@ from wasm_module import WasmRun, needs_wasmtime
 import mechc
 from mechc.compiler.graph.scalar_functions import normal
 from mechc.compiler.targets.wasm.link import linked
-from mechc.exporting import c_files, defaults_of
 from mechc.lang.diagnostics import CompileError
 from mechc.requests.parse_values import UsageMistake
 from mechc.web.kernels import kernel_for, loaded
@@ -134,9 +133,7 @@ def test_a_shaken_oscillator(native: Any) -> None:
 
 @pytest.mark.slow
 def test_the_c_program_has_the_same_bits(model: mechc.Model, native: Any, tmp_path: Path) -> None:
-    program = model.compilation.program
-    for name, text in c_files(program, defaults_of(model.problem())).items():
-        (tmp_path / name).write_text(text)
+    model.compile("c", tmp_path)
     done = subprocess.run([build(tmp_path, tmp_path)], capture_output=True, text=True, check=True)
     head, *rows = (line.split(",") for line in done.stdout.splitlines())
     column = next(k for k, name in enumerate(head) if name.split(" ")[0] == "n")

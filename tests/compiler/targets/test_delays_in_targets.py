@@ -18,7 +18,6 @@ from wasm_module import WasmRun, needs_wasmtime
 
 import mechc
 from mechc.compiler.targets.wasm.link import linked
-from mechc.exporting import c_files, defaults_of
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
@@ -49,9 +48,7 @@ def native(model: mechc.Model) -> Any:
 
 
 def test_the_c_program_has_the_same_motion(model: mechc.Model, native: Any, tmp_path: Path) -> None:
-    program = model.compilation.program
-    for name, text in c_files(program, defaults_of(model.problem())).items():
-        (tmp_path / name).write_text(text)
+    model.compile("c", tmp_path)
     done = subprocess.run([build(tmp_path, tmp_path)], capture_output=True, text=True, check=True)
     *_, last = done.stdout.splitlines()
     head = done.stdout.splitlines()[0].split(",")
