@@ -160,6 +160,13 @@ def test_the_stand_in_for_numpy_gives_the_same_modules(examples: Sequence[str]) 
     assert digests(examples[:1])[1]
 
 
+def test_what_the_stand_in_lacks_counts_as_no_numpy() -> None:
+    text = "import numpy\ntry: numpy.linalg.cond\nexcept ModuleNotFoundError as e: print(e.name)\ntry: numpy.fft\nexcept ModuleNotFoundError as e: print(e.name)"
+    known = {**os.environ, "PYTHONPATH": str(STAND_IN)}
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, env=known)
+    assert (done.stdout, done.stderr) == ("numpy\nnumpy\n", "")
+
+
 def told_by(facts: RunFacts) -> dict[str, Any]:
     """Return what the worker would tell of this native run, from its rows."""
     _, y, out, _ = facts.recorded()

@@ -20,6 +20,24 @@ float64, bool_, int32, int8, intp, uint8 = float, bool, int, int, int, int
 Shape = tuple[int, ...]
 
 
+def _lacking(name: str) -> ModuleNotFoundError:
+    """Return what is raised for what is not here, as if there were no NumPy: the playground tells that in its words."""
+    return ModuleNotFoundError(f"this stand-in for NumPy has no '{name}'", name="numpy")
+
+
+def __getattr__(name: str) -> Any:
+    if name.startswith("__"):
+        raise AttributeError(name)
+    raise _lacking(name)
+
+
+class _Room(type):
+    """A module inside: what it does not have is told in the same way."""
+
+    def __getattr__(cls, name: str) -> Any:
+        raise AttributeError(name) if name.startswith("__") else _lacking(name)
+
+
 class ndarray:
     """Numbers in rows: ``data`` has all of them, the last axis runs fastest."""
 
@@ -340,7 +358,7 @@ def trace(a: ndarray) -> float:
 
 def einsum(form: str, a: ndarray, b: ndarray) -> ndarray:
     if form != "ij,ji->i":
-        raise NotImplementedError(form)
+        raise _lacking(form)
     return (a * b.T).sum(axis=1)
 
 
@@ -420,7 +438,7 @@ class finfo:
         pass
 
 
-class linalg:
+class linalg(metaclass=_Room):
     """numpy.linalg"""
 
     class LinAlgError(ValueError):
@@ -514,7 +532,7 @@ class linalg:
         return (linalg.pinv(a, share) @ b,)
 
 
-class random:
+class random(metaclass=_Room):
     """numpy.random"""
 
     class default_rng:
