@@ -16,7 +16,7 @@ Y, U, Z, T = range(4)
 """enum mech_source"""
 
 
-class Delays(Struct, frozen=True):
+class DelayTable(Struct, frozen=True):
     """``sources`` [n, 2]: array and index; ``delayed`` [m, 3]: index in z, source, delay; ``times`` [k] of the delays."""
 
     sources: NDArray[np.int32]
@@ -24,7 +24,7 @@ class Delays(Struct, frozen=True):
     times: Array
 
 
-def delays_of(functions: Functions, p: Array) -> Delays | None:
+def delays_of(functions: Functions, p: Array) -> DelayTable | None:
     """Return what looks back in a compiled model; None where nothing does."""
     if functions.struct is None or not functions.struct.hybrid:
         return None
@@ -40,7 +40,7 @@ def delays_of(functions: Functions, p: Array) -> Delays | None:
     times, nothing = np.empty(of.n_delays), np.zeros(1)
     unread = nothing.ctypes.data
     contract.MODEL_FUNCTION(of.times)(0.0, unread, unread, unread, p.ctypes.data, times.ctypes.data)
-    return Delays(table(of.sources, of.n_sources, 2), table(of.delayed, of.n_delayed, 3), times)
+    return DelayTable(table(of.sources, of.n_sources, 2), table(of.delayed, of.n_delayed, 3), times)
 
 
 def as_at_the_start(functions: Functions, t: float, y: Array, u: Array, z: Array, p: Array) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..case import Case, inputs_at
-from ..delays import Delays, U, Y, Z
+from ..delays import DelayTable, U, Y, Z
 from ..problem import Array
 
 
@@ -18,7 +18,7 @@ class Past:
     def __init__(
         self,
         case: Case,
-        delays: Delays,
+        delays: DelayTable,
         y: Callable[[Array], Array] | None,
         modes: Callable[[Array], Array],
         rows: tuple[Array, Array],
