@@ -268,6 +268,24 @@ def test_a_part_that_delays() -> None:
         assert np.abs(found[name] - np.exp(-np.maximum(found.time - delay, 0))).max() < 1e-11
 
 
+def test_a_run_in_steps_goes_back() -> None:
+    """An input that is set on the way is delayed; a snapshot holds the past."""
+    model = mechc.loads(
+        "model M\n input Real u = 1; state v = 0; equation der(v) = delay(u, 0.5 s)/(1 s); output w = delay(u, 0.5 s);"
+        "experiment(stop = 5 s);\nend M;"
+    )
+    run_ = model.start()
+    run_.step(1.0)
+    run_["u"] = 3.0
+    run_.step(1.25)
+    assert (run_["v"], run_["w"]) == (pytest.approx(1.25, abs=1e-13), 1.0)
+    kept = run_.snapshot()
+    for _ in range(2):
+        run_.step(2.0)
+        assert (run_["v"], run_["w"]) == (pytest.approx(1.5 + 3 * 0.5, abs=1e-13), 3.0)
+        run_.restore(kept)
+
+
 # ---------------------------------------------------------------- chatter
 
 
