@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime")
+HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime.problem")
 """``lark`` makes the parser's tables, once per installation: they are cached."""
 
 UNUSED_BY_A_RUN = (
@@ -54,16 +54,16 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["--help"], set()),
         (["new", "swing"], set()),
         (["fmt", "--check", TREE], set()),
-        (["check", TREE], {"numpy", "mechc.runtime"}),  # its first instant is looked at
-        (["check", LOOP], {"numpy", "mechc.runtime"}),
+        (["check", TREE], {"numpy", "mechc.runtime.problem"}),  # its first instant is looked at
+        (["check", LOOP], {"numpy", "mechc.runtime.problem"}),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
-        (["run", TREE], {"numpy", "mechc.runtime"}),
-        (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime"}),
+        (["run", TREE], {"numpy", "mechc.runtime.problem"}),
+        (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime.problem"}),
         (["equations", TREE], {"sympy", "mpmath"}),
         (
             ["bench", TREE, "--methods", "dop853", "--tolerances", "1e-6", "--stop", "1"],
-            {"numpy", "mechc.runtime"},
+            {"numpy", "mechc.runtime.problem"},
         ),
     ],
     ids=lambda value: " ".join(Path(v).stem for v in value) if isinstance(value, list) else "",

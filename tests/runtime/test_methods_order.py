@@ -75,7 +75,7 @@ UNCONSTRAINED = [
     ("lobatto6", 6, PUSHED_PENDULUM, (1.0, 0.0, 0.0), (0.1, 0.05, 0.025), True),
     ("rk4", 4, COUPLED_PENDULUM, CART_START, (0.05, 0.025, 0.0125), False),
     ("dop853", 8, PENDULUM, (1.0, 0.0), (0.1, 0.05, 0.025), True),
-    ("taylor", 6, PENDULUM, (1.0, 0.0), (0.05, 0.025, 0.0125), True),
+    ("taylor", 7, PENDULUM, (1.0, 0.0), (0.05, 0.025, 0.0125), True),
 ]
 
 
@@ -182,7 +182,7 @@ DENSE = [
     ("rattle", 3, False),
     ("rk4", 4, False),
     ("dop853", 8, True),
-    ("taylor", 7, True),
+    ("taylor", 8, True),
 ]
 
 

@@ -650,11 +650,12 @@ def test_the_command_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixt
     options = ["--frequencies", "{1, 2} Hz", "--decibel", "--plot", str(picture)]
     assert run_command(["study", "response", str(file), *options, "-o", str(arrays)]) == 0
     printed = capsys.readouterr().out
-    found = np.load(arrays)
-    w = 2 * np.pi * np.array([1.0, 2.0])
-    np.testing.assert_allclose(found["frequency"], w)
-    np.testing.assert_allclose(found["response"][:, 0, 0], 1 / (50 - 2 * w**2 + 0.4j * w), rtol=1e-12)
-    assert "frequency [Hz]" in printed and f"{20 * math.log10(found['gain'][0, 0, 0]):.7g}" in printed
+    with np.load(arrays) as found:
+        w = 2 * np.pi * np.array([1.0, 2.0])
+        np.testing.assert_allclose(found["frequency"], w)
+        np.testing.assert_allclose(found["response"][:, 0, 0], 1 / (50 - 2 * w**2 + 0.4j * w), rtol=1e-12)
+        gain = found["gain"][0, 0, 0]
+    assert "frequency [Hz]" in printed and f"{20 * math.log10(gain):.7g}" in printed
     assert picture.stat().st_size > 1000
     assert run_command(["study", "response", str(file), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
