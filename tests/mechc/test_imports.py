@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime.problem")
+HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime.case")
 """``lark`` makes the parser's tables, once per installation: they are cached."""
 
 UNUSED_BY_A_RUN = (
@@ -54,16 +54,16 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["--help"], set()),
         (["new", "swing"], set()),
         (["fmt", "--check", TREE], set()),
-        (["check", TREE], {"numpy", "mechc.runtime.problem"}),  # its first instant is looked at
-        (["check", LOOP], {"numpy", "mechc.runtime.problem"}),
+        (["check", TREE], {"numpy", "mechc.runtime.case"}),  # its first instant is looked at
+        (["check", LOOP], {"numpy", "mechc.runtime.case"}),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
-        (["run", TREE], {"numpy", "mechc.runtime.problem"}),
-        (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime.problem"}),
+        (["run", TREE], {"numpy", "mechc.runtime.case"}),
+        (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime.case"}),
         (["equations", TREE], {"sympy", "mpmath"}),
         (
             ["bench", TREE, "--methods", "dop853", "--tolerances", "1e-6", "--stop", "1"],
-            {"numpy", "mechc.runtime.problem"},
+            {"numpy", "mechc.runtime.case"},
         ),
     ],
     ids=lambda value: " ".join(Path(v).stem for v in value) if isinstance(value, list) else "",
