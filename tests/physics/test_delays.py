@@ -278,11 +278,11 @@ def test_a_run_in_steps_goes_back() -> None:
     run_.step(1.0)
     run_["u"] = 3.0
     run_.step(1.25)
-    assert (run_["v"], run_["w"]) == (pytest.approx(1.25, abs=1e-13), 1.0)
+    assert run_["v"] == pytest.approx(1.25, abs=1e-13) and run_["w"] == 1.0
     kept = run_.snapshot()
     for _ in range(2):
         run_.step(2.0)
-        assert (run_["v"], run_["w"]) == (pytest.approx(1.5 + 3 * 0.5, abs=1e-13), 3.0)
+        assert run_["v"] == pytest.approx(1.5 + 3 * 0.5, abs=1e-13) and run_["w"] == 3.0
         run_.restore(kept)
 
 
