@@ -132,6 +132,8 @@ class ModelStruct(Contract):
     c_name = "mech_model"
     quick = False
     """Whether libtcc made it because that is ready first (``Problem.quick``)."""
+    kept: HybridStruct | None = None
+    """What ``hybrid`` points to where it is no longer that of the library."""
     _fields_ = (
         *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
         *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),

@@ -58,6 +58,9 @@ class TangentFlow(Struct, frozen=True, eq=False):
     """What is to be known of the derivatives: events that almost graze or coincide."""
     units: tuple[tuple[str, ...], ...] = ()
     """Of the derivatives of states, then of outputs, [ny + m][k]."""
+    z: Array | None = None
+    dz: Array | None = None
+    """Discrete variables [n, nz] and the derivatives of the real ones [n, real ones, k]."""
 
     @property
     def short(self) -> str:
@@ -183,16 +186,38 @@ class Tangents:
         return w[:, self._order]
 
     def flow(
-        self, begin: float, y: Array, w: Array, times: Array, *, both_sides: bool = False
+        self,
+        begin: float,
+        y: Array,
+        w: Array,
+        times: Array,
+        *,
+        z: Array | None = None,
+        dz: Array | None = None,
+        both_sides: bool = False,
+        scheduled: bool = True,
     ) -> TangentFlow:
         """Integrate y [ny] and W [ny, k] from ``begin`` and give both at ``times`` [n], behind what happens there;
-        ``both_sides``: at each event as well, before and behind it."""
+        ``both_sides``: at each event as well, before and behind it.
+
+        ``z`` [nz] and ``dz`` [real ones, k]: discrete variables there and the derivatives of the real ones, those of the start
+        without them. Without ``scheduled`` nothing ticks at the last time, so that a flow that begins there goes on.
+        """
         augmented = self.augmented
         inner = np.zeros((self.case.problem.ny, augmented.count))
         inner[:, self._order] = w
         if self.sizes is None:
             self.sizes = tangent_nominals(augmented, self.nominal, inner, self.tolerance)
-        rows = self._across(begin, y, inner, times) if self._probes else self._smooth(begin, y, inner, times)
+        more = None
+        if dz is not None:
+            more = np.zeros((len(dz), augmented.count))
+            more[:, self._order] = dz
+        if self._probes:
+            rows = self._across(begin, y, inner, times, z, more)
+        else:
+            rows = self._smooth(begin, y, inner, times)
+        if not scheduled and self._probes:
+            rows = rows.before_ticks(self.case, float(times[-1]))
         if not both_sides:
             rows = rows.at(times)
         tangents = rows.w
@@ -217,6 +242,8 @@ class Tangents:
             ended="" if rows.run.t[-1] >= times[-1] else rows.run.ending(self.case.problem),
             units=self._units(),
             remarks=rows.remarks,
+            z=rows.z,
+            dz=rows.dz[:, :, self._order],
         )
 
     def _named(self, failure: Failure | None) -> Failure | None:
@@ -252,7 +279,9 @@ class Tangents:
             run.failure,
         )
 
-    def _across(self, begin: float, y: Array, w: Array, times: Array) -> Rows:
+    def _across(
+        self, begin: float, y: Array, w: Array, times: Array, z: Array | None, dz: Array | None
+    ) -> Rows:
         """Follow a motion across its events."""
         assert self.sizes is not None
         pieces = Pieces(
@@ -264,7 +293,7 @@ class Tangents:
             self._vectors,
             self.max_steps,
         )
-        return pieces.follow(begin, y, w, self.sizes, times)
+        return pieces.follow(begin, y, w, self.sizes, times, z, dz)
 
     def _units(self) -> tuple[tuple[str, ...], ...]:
         problem, found = self.case.problem, self.augmented.problem

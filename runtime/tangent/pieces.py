@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ..case import Case
 from ..integrate.choose_method import Method
@@ -14,6 +15,7 @@ from ..integrate.events import EventRecord
 from ..integrate.kernel_run import run_kernel
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
+from ..native import contract
 from ..outcome import Failure, SimulationError, time_text
 from ..problem import Array
 from .augmented import Augmented
@@ -27,6 +29,9 @@ straight line there is off by the square of it."""
 APART = 1e5
 """Tolerances by which a piece that is integrated with its derivatives may end beside the run, and of a fixed step: ..."""
 APART_FIXED = 1e-2
+
+TICK = 8 * float(np.finfo(float).eps)
+"""Relative difference of times that are the same, as in the kernel (``events/schedule.c``)."""
 
 SOON = 1e-6
 """Of the duration: instants closer than that are told, as their order may be about to change."""
@@ -50,6 +55,21 @@ class Rows(Struct, frozen=True, eq=False):
         chosen = np.searchsorted(self.t, times[times <= last], side="right") - 1
         if times[-1] > last and (not chosen.size or chosen[-1] < self.t.size - 1):
             chosen = np.append(chosen, self.t.size - 1)
+        return self._chosen(chosen)
+
+    def before_ticks(self, case: Case, end: float) -> Rows:
+        """Leave out what clocks and known times do at ``end``, within rounding: whoever goes on from there does it."""
+        address = case.functions.struct.hybrid
+        assert address
+        hybrid = contract.HybridStruct.from_address(address)
+        known = [hybrid.times[2 * k] for k in range(hybrid.n_times)]
+        known += [hybrid.clocks[2 * k + 1] for k in range(hybrid.n_clocks)]
+        near = int(np.searchsorted(self.t, end - TICK * abs(end)))
+        changed = (self.z[near:-1, known] != self.z[near + 1 :, known]).any(axis=1)
+        count = near + int(np.argmax(changed)) + 1 if changed.any() else self.t.size
+        return self._chosen(slice(count))
+
+    def _chosen(self, chosen: slice | NDArray[np.intp]) -> Rows:
         parts = {name: getattr(self, name)[chosen] for name in ("t", "y", "w", "z", "dz")}
         return replace(self, **parts)
 
@@ -72,13 +92,25 @@ class Pieces:
         self.reals = len(augmented.reals)
         self.max_steps = max_steps
 
-    def follow(self, begin: float, y: Array, w: Array, sizes: Array, times: Array) -> Rows:
-        """Give everything at ``times`` [n] and at both sides of each instant; W [ny, k] belongs to y at ``begin``."""
+    def follow(
+        self,
+        begin: float,
+        y: Array,
+        w: Array,
+        sizes: Array,
+        times: Array,
+        z: Array | None = None,
+        dz: Array | None = None,
+    ) -> Rows:
+        """Give everything at ``times`` [n] and at both sides of each instant; W [ny, k] belongs to y at ``begin``.
+
+        ``z`` [nz] and ``dz`` [real ones, k]: discrete variables there and their derivatives, those of the start without them.
+        """
         ny = self.augmented.case.problem.ny
-        run = self._recorded(begin, y, times)
+        run = self._recorded(begin, y, times, z)
         record = run.happened
         assert record is not None
-        dz = self._started(begin, y)
+        dz = self._started(begin, y) if dz is None else dz
         z = record.start_z
         at_begin = record.times.size and record.times[0] == begin
         z_first = record.before[0, ny:] if at_begin else z
@@ -117,13 +149,14 @@ class Pieces:
             rows.append((t, state, w, z, dz))
         return self._rows(rows, run, None, remarks)
 
-    def _recorded(self, begin: float, y: Array, times: Array) -> Trajectory:
+    def _recorded(self, begin: float, y: Array, times: Array, z: Array | None) -> Trajectory:
         """Follow the motion alone, with all that happens."""
         case = replace(
             self.augmented.case,
             begin=begin,
             y0=y,
             wanted=y,
+            z=self.augmented.case.z if z is None else z,
             assembled=None,
             grid=times,
             stop=float(times[-1]),

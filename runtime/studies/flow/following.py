@@ -17,14 +17,12 @@ import scipy.optimize
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...case import inputs_at
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
 from ...numerics.continuation import Reached, follow, located
 from ...numerics.rank import MOTIONS, null_space
 from ...outcome import SimulationError
 from ...problem import Array
-from ...tangent.coordinates import minimal
 from ..runs.simulate import Plan
 from .linearised import Linearised, LinearMap, multipliers
 from .shooting import Energy, Orbit, Shooter, close
@@ -94,33 +92,32 @@ class Follower:
 
     # ------------------------------------------------------------ one orbit
 
-    def at(self, value: float, y: Array, period: float) -> Place:
-        """Give the orbit at a value near a state. Raises SimulationError where none is found."""
+    def at(self, value: float, start: Array, period: float) -> Place:
+        """Give the orbit at a value near a start. Raises SimulationError where none is found."""
         plan = self.planned(value)
         linear = self.linear.renewed(plan)
         given = self.length(plan)
         orbit = close(
-            linear, y, period if self.free or given is None else given, free=self.free, energy=self.kept
+            linear, start, period if self.free or given is None else given, free=self.free, energy=self.kept
         )
         return self.told(value, linear, orbit)
 
     def told(self, value: float, linear: Linearised, orbit: Orbit) -> Place:
         found, errors = multipliers(self._reduced(linear, orbit))
         errors = np.maximum(errors, CLOSING * np.maximum(1.0, np.abs(found)))
-        return Place(value, orbit, found, errors, _happened(linear, orbit.start, orbit.period))
+        self.linear.memory = linear.memory
+        return Place(value, orbit, found, errors, _happened(linear, orbit.whole, orbit.period))
 
     def _reduced(self, linear: Linearised, orbit: Orbit) -> LinearMap:
         """Give the linear map without the directions in which it is 1 for every orbit."""
         found = orbit.map
         vectors = []
         if self.free:
-            case = linear.tangents.case
-            rate = case.functions.rhs(case.begin, orbit.start, inputs_at(case, case.begin), case.z, case.p)
-            along = minimal(linear.problem, orbit.start, rate[:, None])[:, 0] / linear.scale
+            along = Shooter(linear, True, None).rate(linear.tangents.case.begin, orbit.whole)
             vectors.append(found.directions.T @ along)
         if self.kept is not None:
             space = found.directions[linear.kept]
-            vectors.append(Shooter(linear, self.free, self.kept).energy_row(orbit.start, space, self.kept)[0])
+            vectors.append(Shooter(linear, self.free, self.kept).energy_row(orbit.whole, space, self.kept)[0])
         vectors = [v / np.linalg.norm(v) for v in vectors if np.linalg.norm(v) > 0]
         if not vectors:
             return found
@@ -139,7 +136,7 @@ class Follower:
             return ""
         other = None
         try:
-            other = self.at(target, last.orbit.start, last.orbit.period)
+            other = self.at(target, last.orbit.whole, last.orbit.period)
         except SimulationError as found:
             failure = found.message
         if other is not None and other.happened != last.happened:
@@ -181,7 +178,7 @@ class Follower:
                 failure = found.message
                 return None
             if here.happened != last.happened and self._apart(here, y) <= CLOSE + BEND * (
-                self._apart(last, y) + self._apart(here, last.orbit.start)
+                self._apart(last, y) + self._apart(here, last.orbit.whole)
             ):
                 crossed = self._across(before, last, here)
                 if crossed is not None:
@@ -203,13 +200,13 @@ class Follower:
             return passed, "" if why == ARRIVED else why
         return passed, failure or "other orbits alone lie beyond"
 
-    def _apart(self, place: Place, y: Array) -> float:
+    def _apart(self, place: Place, start: Array) -> float:
         shooter = Shooter(self.linear, self.free, None)
-        return float(np.linalg.norm(shooter.gap(y, place.orbit.start)[self.linear.kept]))
+        return float(np.linalg.norm(shooter.gap(start, place.orbit.whole)[self.linear.kept]))
 
     def _near(self, before: Place | None, last: Place, here: Place, guess: Array) -> bool:
         """Whether an orbit goes on from the one before: it lies where that pointed to, and multipliers have moved little."""
-        moved = self._apart(here, last.orbit.start)
+        moved = self._apart(here, last.orbit.whole)
         if before is not None and not last.first and self._apart(here, guess) > CLOSE + BEND * moved:
             return False
         if len(here.multipliers) != len(last.multipliers):
@@ -266,7 +263,7 @@ class Follower:
             route, _ = self.go(None if forwards else before, start, aim)
         reached = route[-1] if route else start
         found, self.specials, self.certain = self.specials, specials, {}
-        gap = self._apart(reached, simple.orbit.start)
+        gap = self._apart(reached, simple.orbit.whole)
         left = abs(reached.value - simple.value) / self.span
         # an impact that grazes begins with the root of the distance in the parameter
         if gap > JOINED * math.sqrt(max(left, SHORTEST)) * self._size(simple):
@@ -343,20 +340,21 @@ Test = Callable[[Place], tuple[float, float]]
 def _guess(before: Place | None, last: Place, value: float) -> tuple[Array, float]:
     """Give state and period where the last two orbits point to."""
     if before is None or last.first or before.value == last.value:
-        return last.orbit.start, last.orbit.period
+        return last.orbit.whole, last.orbit.period
     share = (value - last.value) / (last.value - before.value)
-    y = last.orbit.start + share * (last.orbit.start - before.orbit.start)
+    y = last.orbit.whole + share * (last.orbit.whole - before.orbit.whole)
     return y, last.orbit.period + share * (last.orbit.period - before.orbit.period)
 
 
-def _happened(linear: Linearised, y: Array, period: float) -> Happened:
+def _happened(linear: Linearised, start: Array, period: float) -> Happened:
     """Give name and kind of all events in one round, sorted."""
     tangents = linear.tangents
     case = tangents.case
     if case.problem.hybrid is None:
         return ()
     stop = case.begin + period
-    case = replace(case, y0=y, wanted=y, assembled=None, grid=np.array([stop]), stop=stop)
+    y, z = linear.split(start)
+    case = replace(case, y0=y, z=z, wanted=y, assembled=None, grid=np.array([stop]), stop=stop)
     step = case.step if tangents.recording.fixed_step else None
     record = run_kernel(
         case, SolverOptions(tangents.recording.name, tangents.tolerance, tangents.nominal, step)

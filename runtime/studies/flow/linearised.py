@@ -1,10 +1,17 @@
-"""The linear map of a motion over a time: how small changes of its start arrive, in the space of velocities."""
+"""The linear map of a motion over a time: how small changes of its start arrive, in the space of velocities.
+
+Where real discrete variables carry memory from one time to the next, changes of these belong to it: a start is the state with
+the discrete variables of the model behind it. It begins before what happens at its time, and ends before what clocks do then.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ...numerics.rank import POSITIONS, decomposed, inverse
 from ...outcome import SimulationError, time_text
@@ -13,19 +20,59 @@ from ...tangent.coordinates import basis, minimal
 from ...tangent.flow import Tangents
 from ...tangent.projection import projected
 from ..runs.simulate import Plan
+from .memory import declared_discretes, real_discretes, remembered, unchanged
 
 ROUNDING = 64 * float(np.finfo(float).eps)
 """Of a map over some hundred steps, relative to its size."""
 
 
+PARTS = (1 / 64, 1 / 16, 1 / 4, 1.0)
+"""Of a run, in which it is looked how far the state moves discrete variables."""
+
+
 class LinearMap(Struct, frozen=True, eq=False):
-    """``matrix`` [r, r]: of changes along the columns of ``directions`` [2 nv + nx, r], which span what the constraints
-    allow, each in nominal sizes; ``error`` [r, r]; the state there, ``end`` [ny]."""
+    """``matrix`` [r, r]: of changes along the columns of ``directions`` [2 nv + nx + m, r], which span what the constraints
+    allow and the m real discrete variables, each in nominal sizes; ``error`` [r, r]; the state there, ``end`` [ny], with the
+    discrete variables ``z`` [nz]. ``memory``: the real discrete variables of ``directions``, the last ones; ``constant``: those
+    that do not change with anything."""
 
     matrix: Array
     error: Array
     directions: Array
     end: Array
+    z: Array
+    memory: tuple[int, ...] = ()
+    constant: tuple[int, ...] = ()
+
+    def of(self, memory: Sequence[int]) -> LinearMap:
+        """Give the same of some of its real discrete variables."""
+        first = len(self.matrix) - len(self.memory)
+        kept = [*range(first), *(first + self.memory.index(j) for j in memory)]
+        return replace(
+            self,
+            matrix=self.matrix[np.ix_(kept, kept)],
+            error=self.error[np.ix_(kept, kept)],
+            directions=self.directions[:, kept],
+            memory=tuple(memory),
+        )
+
+    def blocks(self) -> tuple[Array, Array, Array]:
+        """Give how states change with memory, memory with states, and memory with memory."""
+        first = len(self.matrix) - len(self.memory)
+        return self.matrix[:first, first:], self.matrix[first:, :first], self.matrix[first:, first:]
+
+    def remembered(self) -> LinearMap:
+        """Give the same of what is memory: what changes and is read again, at once or later."""
+        if not self.memory:
+            return self
+        _, by_states, own = self.blocks()
+        constant = tuple(self.memory[j] for j in unchanged(by_states, own))
+        return replace(self.of([self.memory[j] for j in remembered(self.blocks())]), constant=constant)
+
+
+def of_pieces(maps: Sequence[LinearMap]) -> tuple[int, ...]:
+    """Give the memory of a motion in pieces: what one of them sets and the same or a later one reads."""
+    return tuple(remembered(*(one.blocks() for one in maps)))
 
 
 class Linearised:
@@ -33,10 +80,70 @@ class Linearised:
 
     def __init__(self, plan: Plan) -> None:
         self.problem = plan.case.problem
-        self.size = 2 * self.problem.nv + self.problem.nx
+        self.states = 2 * self.problem.nv + self.problem.nx
+        self.reals = real_discretes(self.problem)
+        self.declared = declared_discretes(self.problem)
+        self.size = self.states + len(self.reals)
         self.tangents = Tangents(plan.case, plan.method, plan.nominal, (), self.size)
-        self.kept = own_directions(self.problem)
-        self.scale = np.maximum(sizes(self.problem, plan.nominal), 1e-300)
+        self.own = own_directions(self.problem)
+        self.memory: tuple[int, ...] = ()
+        """Of ``reals``, those of which an orbit is made (``close``)."""
+        scale = np.maximum(sizes(self.problem, plan.nominal), 1e-300)
+        self.scale = np.concatenate([scale, np.ones(len(self.reals))])
+        if self.reals:
+            self.scale[self.states :] = self._sizes_of_memory()
+
+    def _sizes_of_memory(self) -> Array:
+        """Give the sizes [m] of real discrete variables: as stated, else by how much changes of the state by their sizes first
+        change them, else as large as they begin, or 1."""
+        case = self.tangents.case
+        y, z = case.y0, case.z
+        found = np.array([self.problem.discretes[k].nominal or 0.0 for k in self.reals])
+        directions = np.eye(self.size)
+        directions[:, self.states :] = 0.0
+        w, dz = self.changes(y, directions)
+        for part in PARTS if not (found > 0).all() else ():
+            grid = np.array([case.begin + part * (case.stop - case.begin)])
+            try:
+                flow = self.tangents.flow(case.begin, y, w, grid, z=z, dz=dz, both_sides=True)
+            except SimulationError:
+                break
+            assert flow.dz is not None
+            moved = np.abs(flow.dz).max(axis=2)
+            first = moved[(moved > 0).argmax(axis=0), np.arange(len(self.reals))]
+            found = np.where((found > 0) | ~np.isfinite(first), found, first)
+            if (found > 0).all() or flow.short:
+                break
+        begun = np.abs(z[list(self.reals)])
+        sizes: Array = np.where(found > 0, found, np.where(begun > 0, begun, 1.0))
+        return sizes
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """The indices of the changes on which the motion depends."""
+        return np.array([*self.own, *(self.states + j for j in self.memory)])
+
+    def joined(self, y: Array, z: Array) -> Array:
+        """Give a start: the state and the discrete variables of the model."""
+        return np.concatenate([y, z[list(self.declared)]])
+
+    def split(self, start: Array) -> tuple[Array, Array]:
+        """Give y [ny] and z [nz] of a start; of a state alone, with the discrete variables that the model begins with."""
+        y, z = start[: self.problem.ny], self.tangents.case.z
+        if start.size > y.size:
+            z = z.copy()
+            z[list(self.declared)] = start[y.size :]
+        return y, z
+
+    def changes(self, y: Array, whole: Array) -> tuple[Array, Array]:
+        """Give changes of the state [ny, k] and of real discrete variables [m, k] from such in nominal sizes."""
+        whole = whole * self.scale[:, None]
+        return basis(self.problem, y) @ whole[: self.states], whole[self.states :]
+
+    def told(self, y: Array, w: Array, dz: Array) -> Array:
+        """Give changes in nominal sizes [2 nv + nx + m, k] from those of the state and of real discrete variables."""
+        found: Array = np.concatenate([minimal(self.problem, y, w), dz]) / self.scale[:, None]
+        return found
 
     def renewed(self, plan: Plan) -> Linearised:
         """Give the same for other values of parameters, with the same code."""
@@ -55,54 +162,101 @@ class Linearised:
         other.tangents = tangents
         return other
 
-    def allowed(self, y: Array) -> Array:
-        """Give an orthonormal basis [2 nv + nx, r], in nominal sizes, of the changes that the constraints allow."""
-        unit = np.eye(self.size)[:, self.kept]
+    def allowed(self, start: Array, memory: Sequence[int] | None = None) -> Array:
+        """Give an orthonormal basis [2 nv + nx + m, r], in nominal sizes, of the changes that the constraints allow and of
+        ``memory``, last; without it of that of an orbit. Raises SimulationError where memory moves a constraint."""
+        kept = np.eye(self.size)[:, [self.states + j for j in (self.memory if memory is None else memory)]]
+        unit = np.eye(self.size)[:, self.own]
         if not self.problem.constraints:
-            return unit
-        w = self.onto(self.tangents, self.tangents.case.begin, y, basis(self.problem, y) * self.scale)
-        found = decomposed((minimal(self.problem, y, w) / self.scale[:, None])[:, self.kept])
-        return found.left[:, : found.rank(POSITIONS)]
+            return np.hstack([unit, kept])
+        y, z = self.split(start)
+        w, dz = self.changes(y, np.hstack([np.eye(self.size)[:, : self.states], kept]))
+        moved = self.told(y, self.onto(self.tangents, self.tangents.case.begin, y, w, z, dz), dz)
+        for j, column in zip(
+            self.memory if memory is None else memory, moved[:, self.states :].T, strict=True
+        ):
+            if np.abs(column[: self.states]).max(initial=0.0) > ROUNDING:
+                raise SimulationError(
+                    f"'{self.problem.discretes[self.reals[j]].name}' moves a constraint, so that the state jumps with it",
+                    help="let a first-order state follow it, and constrain by that state",
+                )
+        found = decomposed(moved[:, self.own])
+        return np.hstack([found.left[:, : found.rank(POSITIONS)], kept])
 
     @staticmethod
-    def onto(tangents: Tangents, t: float, y: Array, w: Array) -> Array:
-        """Give changes of the state [ny, k] put onto the constraints."""
-        augmented = tangents.augmented
+    def onto(
+        tangents: Tangents, t: float, y: Array, w: Array, z: Array | None = None, dz: Array | None = None
+    ) -> Array:
+        """Give changes of the state [ny, k] put onto the constraints, at discrete variables ``z`` that change by ``dz``."""
+        augmented, k = tangents.augmented, w.shape[1]
         inner = np.zeros((y.size, augmented.count))
-        inner[:, : w.shape[1]] = w
-        return projected(augmented, t, y, inner, tangents.case.z)[:, : w.shape[1]]
+        inner[:, :k] = w
+        changes = None
+        if dz is not None:
+            changes = np.zeros((len(dz), augmented.count))
+            changes[:, :k] = dz
+        return projected(augmented, t, y, inner, tangents.case.z if z is None else z, changes)[:, :k]
 
     def map(
-        self, begin: float, y: Array, duration: float, *, checked: bool = True, closed: bool = True
+        self, begin: float, start: Array, duration: float, *, checked: bool = True, closed: bool = True
     ) -> LinearMap:
-        """Give the linear map from a state over a time, with the difference from a tighter run as its error.
+        """Give the linear map from a start over a time, with the difference from a tighter run as its error, of all real
+        discrete variables.
 
         ``closed``: the motion ends where it began, and changes are told in the same directions at both ends.
         """
-        directions = self.allowed(y)
-        end, found = self._over(self.tangents, begin, y, duration)
-        arriving = directions if closed else self.allowed(end)
+        every = tuple(range(len(self.reals)))
+        directions = self.allowed(start, every)
+        end, found = self.over(self.tangents, begin, start, duration)
+        arriving = directions if closed else self.allowed(end, every)
         matrix = arriving.T @ found @ directions
         error = np.zeros_like(matrix)
         if checked:
             beside = self.tangents.tighter()
-            there, other = self._over(beside, begin, y, duration)
+            there, other = self.over(beside, begin, start, duration)
             error = np.abs(matrix - arriving.T @ other @ directions)
             if beside.tolerance <= self.tangents.tolerance:
                 end, matrix = there, arriving.T @ other @ directions
-        return LinearMap(matrix, error, directions, end)
+        return LinearMap(matrix, error, directions, *self.split(end), memory=every)
 
-    def _over(self, tangents: Tangents, begin: float, y: Array, duration: float) -> tuple[Array, Array]:
+    def over(self, tangents: Tangents, begin: float, start: Array, duration: float) -> tuple[Array, Array]:
+        """Give where a motion ends, and the map [2 nv + nx + m, 2 nv + nx + m] of all changes, in nominal sizes."""
         problem = self.problem
-        w = basis(problem, y) * self.scale
-        flow = tangents.flow(begin, y, w, np.array([begin + duration]))
+        y, z = self.split(start)
+        w, dz = self.changes(y, np.eye(self.size))
+        flow = tangents.flow(begin, y, w, np.array([begin + duration]), z=z, dz=dz, scheduled=False)
         if flow.short:
             raise SimulationError(
                 f"the motion ends before {time_text(problem, begin + duration)}: {flow.short}",
                 help="ask for a shorter time, or take away what ends the motion",
             )
+        assert flow.z is not None and flow.dz is not None
         end = flow.states[-1]
-        return end, minimal(problem, end, flow.tangents[-1]) / self.scale[:, None]
+        return self.joined(end, flow.z[-1]), self.told(end, flow.tangents[-1], flow.dz[-1])
+
+    def named(self, found: LinearMap) -> str:
+        """Name the discrete variables of a map."""
+        return ", ".join(f"'{self.problem.discretes[self.reals[j]].name}'" for j in found.memory)
+
+    def missed(self, start: Array, found: LinearMap) -> float:
+        """Give by how much memory misses where it began, in nominal sizes."""
+        _, z = self.split(start)
+        gaps = [
+            abs(found.z[self.reals[j]] - z[self.reals[j]]) / self.scale[self.states + j] for j in found.memory
+        ]
+        return float(max(gaps, default=0.0))
+
+    def unreturned(self, start: Array, found: LinearMap) -> list[str]:
+        """Name what is constant in small changes and does not come back: numbers that are counted, and what is on or off."""
+        _, z = self.split(start)
+        differing = {j for j in range(len(self.reals)) if j not in found.constant}
+        skipped = {self.reals[j] for j in differing}
+        return [
+            f"'{self.problem.discretes[k].name}' does not come back after this time, it goes from {z[k]:.6g} to {found.z[k]:.6g}: "
+            "it is taken as constant, and where the motion reads it this is no period"
+            for k in self.declared
+            if k not in skipped and z[k] != found.z[k]
+        ]
 
 
 def own_directions(problem: Problem) -> Array:
@@ -163,5 +317,8 @@ def determinant(found: LinearMap) -> tuple[float, float]:
     """Give the determinant of a linear map and how far it may be off."""
     value = float(np.linalg.det(found.matrix))
     noise = float(np.linalg.norm(found.error)) + ROUNDING * float(np.linalg.norm(found.matrix))
-    grown = float(np.linalg.norm(inverse(found.matrix)))
-    return value, abs(value) * grown * noise
+    grown = np.linalg.svd(found.matrix, compute_uv=False)
+    if grown[-1] > ROUNDING * grown[0]:
+        return value, abs(value) * float(np.linalg.norm(inverse(found.matrix))) * noise
+    others = [float(np.prod(np.delete(grown, k))) for k in range(len(grown))]
+    return value, float(np.linalg.norm(others)) * noise

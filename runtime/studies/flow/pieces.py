@@ -14,6 +14,7 @@ from ...case import Case, SimulationOptions, find_experiment, inputs_at
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
 from ...integrate.trajectory import DenseOutput
+from ...native import contract
 from ...native import kernel as native
 from ...native.status import Status
 from ...outcome import Failure
@@ -138,7 +139,8 @@ def column_at(case: Case, name: str) -> Callable[[Array, Array], Array]:
 
 
 def periodic(case: Case, index: int, period: float = 2 * math.pi) -> bool:
-    """Whether the motion is the same when the state ``index``, an angle, is larger by a turn: tried at a few states."""
+    """Whether the motion is the same when the state ``index``, an angle, is larger by a turn: tried at a few states, with what
+    switches and what happens then."""
     problem = case.problem
     if index >= problem.nq or problem.states[index].unit not in ("rad", "", "1"):
         return False
@@ -150,6 +152,36 @@ def periodic(case: Case, index: int, period: float = 2 * math.pi) -> bool:
         turned[index] += period
         u = inputs_at(case, case.begin)
         here, there = (case.functions.rhs(case.begin, x, u, case.z, case.p) for x in (y, turned))
-        if not np.allclose(here, there, rtol=1e-9, atol=1e-9 * float(np.abs(here).max(initial=0.0))):
-            return False
+        pairs = [(here, there)]
+        pairs += zip(_of_events(case, y, u), _of_events(case, turned, u, index, period), strict=True)
+        for one, other in pairs:
+            near = 1e-9 * float(np.abs(one).max(initial=0.0))
+            if not np.allclose(one, other, rtol=1e-9, atol=near, equal_nan=True):
+                return False
     return True
+
+
+def _of_events(case: Case, y: Array, u: Array, index: int = 0, further: float = 0.0) -> list[Array]:
+    """Give the indicators of events at a state, then the state and the discrete variables behind each branch; the state
+    ``index`` of these less what it is ``further``."""
+    struct, found = case.functions.struct, list[Array]()
+    if not struct.hybrid:
+        return found
+    hybrid = contract.HybridStruct.from_address(struct.hybrid)
+    if hybrid.crowd:
+        return found
+    arrays = [np.ascontiguousarray(a) for a in (y, u, case.z, case.p)]
+
+    def called(function: int | None, size: int) -> Array:
+        out = np.zeros(size)
+        if function is not None and size:
+            contract.MODEL_FUNCTION(function)(case.begin, *(a.ctypes.data for a in arrays), out.ctypes.data)
+        return out
+
+    found.append(called(hybrid.indicators, hybrid.n_switches + hybrid.n_rows))
+    for k in range(hybrid.n_branches):
+        branch = hybrid.branches[k]
+        behind = called(branch.act, y.size + case.z.size + branch.n_checks)
+        behind[index] -= further
+        found.append(behind)
+    return found

@@ -25,6 +25,7 @@ from ...problem import Array, Problem, Quantity
 from ...tangent.augmented import Augmented, augment
 from ...tangent.directions import as_asked, named
 from ...tangent.instant import Instant
+from .memory import remembered
 
 CHANGED = 1e-9
 """Of a value and one: what a sample changes by less rests."""
@@ -85,6 +86,15 @@ def samples_itself(problem: Problem) -> str:
     return ", ".join(dict.fromkeys(branch.text for branch in branches if branch.sampled))
 
 
+def held_samples(problem: Problem) -> list[str]:
+    """Say that what a model samples is taken as constant; nothing where it samples nothing."""
+    if not (sampling := samples_itself(problem)):
+        return []
+    return [
+        f"what the model samples ({sampling}) is held at its values here; the study 'response' follows its samples"
+    ]
+
+
 def sampled_loop(
     site: Site,
     y: Array,
@@ -116,7 +126,7 @@ def sampled_loop(
     by_inputs, after = it.act(branches, rest, nothing)
     g_u = tuple(_picked(by_inputs[:, 1:], order, used) for order in columns)
     e, c_z = it.felt(outputs, system)
-    kept = _read(g_x, g_z, g_u, e, c_z)
+    kept = remembered((np.vstack([e, c_z]), np.hstack([g_x, *g_u]), g_z))
     for j, k in enumerate(reals):
         if j in kept and abs(after[k] - site.z[k]) > CHANGED * (1 + abs(site.z[k])):
             remarks.append(
@@ -155,26 +165,6 @@ def _picked(matrix: Array, columns: list[int], used: list[int]) -> Array:
         if k >= 0:
             found[:, j] = matrix[:, used.index(k)]
     return found
-
-
-def _read(g_x: Array, g_z: Array, g_u: tuple[Array, ...], e: Array, c_z: Array) -> list[int]:
-    """Return the discrete variables that samples change and that the motion or an output reads, at once or later."""
-    count = len(g_z)
-    same = [
-        j
-        for j in range(count)
-        if np.array_equal(g_z[j], np.eye(count)[j])
-        and not g_x[j].any()
-        and not any(part[j].any() for part in g_u)
-    ]
-    wanted = [j for j in range(count) if e[:, j].any() or c_z[:, j].any()]
-    seen: set[int] = set()
-    while wanted:
-        j = wanted.pop()
-        if j not in seen and j not in same:
-            seen.add(j)
-            wanted += np.flatnonzero(g_z[j]).tolist()
-    return sorted(seen)
 
 
 class _Sampling:

@@ -10,14 +10,15 @@ import math
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
 from ...case import Case, inputs_at
 from ...numerics import rank
 from ...numerics.newton import newton
 from ...outcome import SimulationError
 from ...problem import Array, Problem
-from ...tangent.coordinates import basis, minimal
-from .linearised import Linearised, LinearMap
+from ...tangent.coordinates import basis
+from .linearised import Linearised, LinearMap, of_pieces
 from .pieces import column_at, periodic
 
 MOST_ITERATIONS = 25
@@ -35,8 +36,10 @@ DIFFERENCE = 1e-3
 
 class Orbit(Struct, frozen=True, eq=False):
     """A periodic motion: its ``start`` [ny] and ``period``, its linear map, how far it is from closing (in nominal
-    sizes), the last correction of the period, and Newton's ``iterations``."""
+    sizes), the last correction of the period, and Newton's ``iterations``. ``whole``: the start with the discrete variables of
+    the model behind it."""
 
+    whole: Array
     start: Array
     period: float
     map: LinearMap
@@ -46,18 +49,22 @@ class Orbit(Struct, frozen=True, eq=False):
     pieces: int
 
 
-def close(linear: Linearised, y: Array, period: float, *, free: bool, energy: Energy | None = None) -> Orbit:
-    """Find the periodic motion near a state; ``free``: the period is unknown. ``energy``: which the orbit is to have.
+def close(
+    linear: Linearised, start: Array, period: float, *, free: bool, energy: Energy | None = None
+) -> Orbit:
+    """Find the periodic motion near a start; ``free``: the period is unknown. ``energy``: which the orbit is to have.
 
-    Raises SimulationError where none is found.
+    What the motion keeps in discrete variables and reads again has to come back as well. Raises SimulationError where none is found.
     """
     shooter = Shooter(linear, free, energy)
-    first = linear.map(linear.tangents.case.begin, y, period, checked=False)
+    start = linear.joined(*linear.split(start))
+    first = linear.map(linear.tangents.case.begin, start, period, checked=False).remembered()
     growth = float(np.linalg.norm(first.matrix, 2))
     count = 1
     if not growth < GROWTH**2:
         count = min(MOST_PIECES, max(2, math.ceil(math.log(min(growth, 1e300)) / math.log(GROWTH))))
-    return shooter.solve(y, period, count)
+    linear.memory = first.memory
+    return shooter.solve(start, period, count)
 
 
 def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orbit:
@@ -65,19 +72,22 @@ def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orb
 
     Raises SimulationError where the motion fails.
     """
-    tangents, problem = linear.tangents, linear.problem
+    tangents = linear.tangents
     begin, own = tangents.case.begin, linear.kept
     parts = np.arange(MOST_ROUNDS, 1, -1)
-    w = basis(problem, found.start) * linear.scale
-    flow = tangents.flow(begin, found.start, w, begin + found.period / parts)
+    y, z = linear.split(found.whole)
+    w, dz = linear.changes(y, np.eye(linear.size))
+    flow = tangents.flow(begin, y, w, begin + found.period / parts, z=z, dz=dz, scheduled=False)
     if flow.short:
         raise SimulationError(f"the motion ends before its period is over: {flow.short}")
+    assert flow.z is not None
     shooter = Shooter(linear, True, energy)
-    closed = [bool(np.abs(shooter.gap(found.start, there)[own]).max() < CLOSED) for there in flow.states]
+    places = [linear.joined(*row) for row in zip(flow.states, flow.z, strict=True)]
+    closed = [bool(np.abs(shooter.gap(found.whole, there)[own]).max() < CLOSED) for there in places]
     if all(closed) or not any(closed):  # a state of rest has no least period
         return found
     period = found.period / float(parts[closed.index(True)])
-    return least(linear, close(linear, found.start, period, free=True, energy=energy), energy)
+    return least(linear, close(linear, found.whole, period, free=True, energy=energy), energy)
 
 
 class Energy(Struct, frozen=True):
@@ -88,7 +98,7 @@ class Energy(Struct, frozen=True):
 
 
 class _Pieces(Struct, frozen=True, eq=False):
-    """Where the pieces begin, the ``residual`` [m n] by which they miss joining, their linear maps, the states where they end, and
+    """Where the pieces begin (states with discrete variables), the ``residual`` [m n] by which they miss joining, their linear maps, the states where they end, and
     the ``size`` of what is wrong, in nominal sizes."""
 
     nodes: list[Array]
@@ -106,12 +116,16 @@ class Shooter:
         self.problem: Problem = self.case.problem
         self.turning = [k for k in range(self.problem.nq) if periodic(self.case, k)]
 
-    def solve(self, y: Array, period: float, count: int) -> Orbit:
-        case = self.case
-        nodes = [y]
-        for k in range(count - 1):
+    def solve(self, start: Array, period: float, count: int) -> Orbit:
+        case, linear = self.case, self.linear
+        nodes, maps = [start], list[LinearMap]()
+        for k in range(count if linear.reals and count > 1 else count - 1):
             begin = case.begin + k * period / count
-            nodes.append(self.linear.map(begin, nodes[-1], period / count, checked=False).end)
+            maps.append(linear.map(begin, nodes[k], period / count, checked=False))
+            if k < count - 1:
+                nodes.append(linear.joined(maps[k].end, maps[k].z))
+        if linear.reals and count > 1:
+            linear.memory = of_pieces(maps)
 
         def step(at: _Pieces) -> tuple[tuple[list[Array], float], float]:
             return self._correction(at), at.size
@@ -146,7 +160,8 @@ class Shooter:
         closing = self.linear.map(case.begin, nodes[0], period)
         if count > 1:  # the product of the pieces: what has grown and fallen within them is not lost
             closing = self._product(nodes, period, closing)
-        return Orbit(nodes[0], period, closing, size, correction, solved.steps, count)
+        y, whole = nodes[0][: self.problem.ny], nodes[0]
+        return Orbit(whole, y, period, closing.remembered(), size, correction, solved.steps, count)
 
     def _product(self, nodes: list[Array], period: float, whole: LinearMap) -> LinearMap:
         maps = [
@@ -161,15 +176,18 @@ class Shooter:
             matrix = one.matrix @ matrix
         if self.problem.constraints:  # arrives in the directions of another basis of the same space
             return whole
-        return LinearMap(matrix, error, whole.directions, whole.end)
+        return replace(whole, matrix=matrix, error=error)
 
     def _pieces(self, nodes: list[Array], period: float) -> _Pieces:
         """Give how far the pieces are from joining, their linear maps and the states where they end."""
         linear, count = self.linear, len(nodes)
         residual, blocks, ends = [], [], []
-        for k, node in enumerate(nodes):
+        nodes = list(nodes)
+        for k in range(count):
             begin = self.case.begin + k * period / count
-            end, matrix = linear._over(linear.tangents, begin, node, period / count)
+            end, matrix = linear.over(linear.tangents, begin, nodes[k], period / count)
+            if k + 1 < count:  # what is no unknown goes on as it is
+                nodes[k + 1] = self._continued(nodes[k + 1], end)
             following = nodes[(k + 1) % count]
             residual.append(self.gap(following, end, turns=k == count - 1)[linear.kept])
             blocks.append(matrix)
@@ -177,13 +195,23 @@ class Shooter:
         gaps = np.concatenate(residual)
         return _Pieces(nodes, period, gaps, blocks, ends, self._size(gaps, nodes[0]))
 
+    def _continued(self, node: Array, end: Array) -> Array:
+        """Give a node with the discrete variables of the end before it, but for those that are unknowns."""
+        linear, reals = self.linear, list(self.linear.reals)
+        z = linear.split(end)[1].copy()
+        own = [reals[j] for j in linear.memory]
+        y, before = linear.split(node)
+        z[own] = before[own]
+        return linear.joined(y, z)
+
     def gap(self, wanted: Array, there: Array, *, turns: bool = True) -> Array:
-        """Give how far a state is from a wanted one [2 nv + nx], in nominal sizes; up to whole ``sincos_batch`` of angles."""
-        gap = there - wanted
+        """Give how far a start is from a wanted one [2 nv + nx + m], in nominal sizes; up to whole turns of angles."""
+        (y, z), (other, reached) = self.linear.split(wanted), self.linear.split(there)
+        gap = other - y
         for i in self.turning if turns else ():
             gap[i] -= 2 * math.pi * round(gap[i] / (2 * math.pi))
-        found: Array = minimal(self.problem, wanted, gap[:, None])[:, 0] / self.linear.scale
-        return found
+        reals = list(self.linear.reals)
+        return self.linear.told(y, gap[:, None], (reached[reals] - z[reals])[:, None])[:, 0]
 
     def _size(self, residual: Array, node: Array) -> float:
         """Give the largest gap, or how far the energy is from the one that is wanted, in nominal sizes."""
@@ -194,7 +222,7 @@ class Shooter:
         return max(size, abs(self.energy_row(node, self.linear.allowed(node)[kept], self.energy)[1]))
 
     def _correction(self, at: _Pieces) -> tuple[list[Array], float]:
-        """Give the least change of the nodes [m, 2 nv + nx] in nominal sizes and of the period that closes the gaps."""
+        """Give the least change of the nodes, each [2 nv + nx + m] in nominal sizes, and of the period that closes the gaps."""
         nodes, period = at.nodes, at.period
         linear, count = self.linear, len(nodes)
         kept = linear.kept
@@ -208,8 +236,8 @@ class Shooter:
             matrix[rows, places[k] : places[k + 1]] += at.blocks[k][np.ix_(kept, kept)] @ spaces[k]
             matrix[rows, places[following] : places[following + 1]] -= spaces[following]
             if self.free:
-                rate = self._rate(self.case.begin + (k + 1) * period / count, at.ends[k])
-                matrix[rows, -1] = (rate / linear.scale)[kept] * period / count
+                rate = self.rate(self.case.begin + (k + 1) * period / count, at.ends[k])
+                matrix[rows, -1] = rate[kept] * period / count
         wanted = -at.residual
         if self.energy is not None:
             slope, missing = self.energy_row(nodes[0], spaces[0], self.energy)
@@ -224,12 +252,13 @@ class Shooter:
             steps.append(whole)
         return steps, float(solution[-1]) * period if self.free else 0.0
 
-    def energy_row(self, y: Array, space: Array, energy: Energy) -> tuple[Array, float]:
+    def energy_row(self, start: Array, space: Array, energy: Energy) -> tuple[Array, float]:
         """Give the derivatives [r] of the energy in the directions of a node, and what it lacks, both over their size."""
         column, linear = column_at(self.case, energy.name), self.linear
         whole = np.zeros((linear.size, space.shape[1]))
         whole[linear.kept] = space
-        changes = basis(self.problem, y) @ (whole * linear.scale[:, None])
+        y, _ = linear.split(start)
+        changes, _ = linear.changes(y, whole)
         rows = np.vstack([y + s * DIFFERENCE * changes.T for s in (1, -1, 2, -2)])
         found = column(np.full(len(rows), self.case.begin), rows).reshape(4, -1)
         slope = (8 * (found[0] - found[1]) - (found[2] - found[3])) / (12 * DIFFERENCE)
@@ -237,17 +266,23 @@ class Shooter:
         size = float(np.linalg.norm(slope)) or 1.0
         return slope / size, (energy.value - here) / size
 
-    def _rate(self, t: float, y: Array) -> Array:
-        case = self.case
-        rate = case.functions.rhs(t, y, inputs_at(case, t), case.z, case.p)
-        found: Array = minimal(self.problem, y, rate[:, None])[:, 0]
-        return found
+    def rate(self, t: float, start: Array) -> Array:
+        """Give the rates of a start in nominal sizes [2 nv + nx + m]: discrete variables rest."""
+        case, (y, z) = self.case, self.linear.split(start)
+        rate = case.functions.rhs(t, y, inputs_at(case, t), z, case.p)
+        return self.linear.told(y, rate[:, None], np.zeros((len(self.linear.reals), 1)))[:, 0]
 
-    def _moved(self, y: Array, change: Array) -> Array:
-        """Give the state that is changed by so much, on the constraints."""
+    def _moved(self, start: Array, change: Array) -> Array:
+        """Give the start that is changed by so much, on the constraints."""
+        linear, (y, z) = self.linear, self.linear.split(start)
+        far, z = change * linear.scale, z.copy()
+        z[list(linear.reals)] += far[linear.states :]
+        return linear.joined(self._onto(y + basis(self.problem, y) @ far[: linear.states], z), z)
+
+    def _onto(self, y: Array, z: Array) -> Array:
+        """Give a state put onto the constraints."""
         problem, functions, case = self.problem, self.case.functions, self.case
         nq, nv = problem.nq, problem.nv
-        y = y + basis(problem, y) @ (change * self.linear.scale)
         for i in problem.rotations:
             y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
         if functions.project_position is None or functions.displace is None:
@@ -255,8 +290,8 @@ class Shooter:
         u = inputs_at(case, case.begin)
         for _ in range(PROJECTIONS):
             along = y.copy()
-            along[nq : nq + nv] = functions.project_position(case.begin, y, u, case.z, case.p)[:nv]
-            y[:nq] += functions.displace(case.begin, along, u, case.z, case.p)
+            along[nq : nq + nv] = functions.project_position(case.begin, y, u, z, case.p)[:nv]
+            y[:nq] += functions.displace(case.begin, along, u, z, case.p)
         if functions.project_velocity is not None:
-            y[nq : nq + nv] += functions.project_velocity(case.begin, y, u, case.z, case.p)[:nv]
+            y[nq : nq + nv] += functions.project_velocity(case.begin, y, u, z, case.p)[:nv]
         return y

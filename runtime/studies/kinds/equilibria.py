@@ -19,6 +19,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
+from ..flow.sampled_loop import held_samples
 from ..study import OF_A_MOTION, Study
 from .bifurcation import WORDS, Values, branches_in_numbers, diagram, moved_parameter
 
@@ -72,7 +73,7 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
         begun = site_of(problem, self, Place())
         site = stilled(begun, begun.y)
         check_autonomous(site, site.derivatives(at_rest(site, site.y)), site.y)
-        remarks = list(moving_inputs(site))
+        remarks = [*moving_inputs(site), *held_samples(problem)]
         box = box_of(site)
         if box.idle:
             no = "no force" if touched_by(site, site.y, box.idle) else "nothing"

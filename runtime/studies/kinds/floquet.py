@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ...case import part_of
 from ...integrate.interruption import NotedInterruptions
@@ -16,6 +17,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
+from ..flow.begun import begun
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
 from ..runs.simulate import Plan, plan_run
@@ -60,7 +62,7 @@ class _Place(Struct, frozen=True):
 def _at(problem: Problem, study: Floquet, values: dict[str, float]) -> _Place:
     """Make the motion ready for these values of parameters."""
     options = replace(study, values={**study.values, **values}, stop=study.stop)
-    plan = plan_run(problem, options)
+    plan = begun(plan_run(problem, options))
     case, period = plan.case, study.period
     if period is None:
         period = case.stop - case.begin
@@ -73,16 +75,20 @@ def _at(problem: Problem, study: Floquet, values: dict[str, float]) -> _Place:
 
 def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
     case = place.plan.case
-    found = linear.map(case.begin, case.y0, place.period)
+    found = linear.map(case.begin, case.y0, place.period).remembered()
     values, errors = multipliers(found)
     own = list(problem.own)
     missed = float((np.abs(found.end - case.y0) / place.plan.nominal)[own].max())
+    missed = max(missed, linear.missed(case.y0, found))
     remarks = []
     if missed > BACK:
         remarks.append(
             f"the motion does not come back to its start after this time, it misses it by {missed:.1e} of its size: these "
             "are the multipliers of its linear map, and of a period only where the model is linear with this period"
         )
+    remarks += linear.unreturned(case.y0, found)
+    if found.memory:
+        remarks.append(f"changes of {linear.named(found)} belong to the map: the motion keeps and reads them")
     largest, error = float(np.abs(values[0])), float(errors[0])
     stable = None if abs(largest - 1) <= error else largest < 1
     words = {None: "neutral: stability cannot be told", True: "stable", False: "unstable"}[stable]
@@ -128,11 +134,7 @@ def _over(problem: Problem, study: Floquet, linear: Linearised) -> Findings:
                 break
             values = {n: float(a[k]) for n, a, k in zip(names, axes, index, strict=True)}
             place = _at(problem, study, values)
-            found = linear.renewed(place.plan).map(
-                place.plan.case.begin, place.plan.case.y0, place.period, checked=False
-            )
-            found_values = np.linalg.eigvals(found.matrix)
-            found_values = found_values[np.argsort(-np.abs(found_values))]
+            found_values = _multipliers(linear, place)
             sizes[index] = np.abs(found_values[0])
             all_values.append([[float(v.real), float(v.imag)] for v in found_values])
             done += 1
@@ -170,6 +172,14 @@ def _over(problem: Problem, study: Floquet, linear: Linearised) -> Findings:
     )
 
 
+def _multipliers(linear: Linearised, place: _Place) -> NDArray[Any]:
+    """Give the multipliers at other values of parameters, the largest first."""
+    case = place.plan.case
+    found = linear.renewed(place.plan).map(case.begin, case.y0, place.period, checked=False)
+    values: NDArray[Any] = np.linalg.eigvals(found.remembered().matrix)
+    return values[np.argsort(-np.abs(values))]
+
+
 NEUTRAL = 1e-7
 """Beyond 1, from where on a multiplier counts as unstable: those of stable motions without damping are 1 in size."""
 
@@ -185,11 +195,8 @@ def _edges(
         limit = 1.0 if min(sizes[k], sizes[k + 1]) < 1 - NEUTRAL else 1 + NEUTRAL
         while high - low > 1e-9 * max(abs(low), abs(high)):
             middle = (low + high) / 2
-            place = _at(problem, study, {name: middle})
-            found = linear.renewed(place.plan).map(
-                place.plan.case.begin, place.plan.case.y0, place.period, checked=False
-            )
-            beyond = float(np.abs(np.linalg.eigvals(found.matrix)).max()) > limit
+            found = _multipliers(linear, _at(problem, study, {name: middle}))
+            beyond = float(np.abs(found[0])) > limit
             low, high = (middle, high) if beyond == unstable[k] else (low, middle)
         edges.append(((low + high) / 2, high - low))
     return edges

@@ -27,7 +27,7 @@ from ...problem import Array, Problem, Quantity
 from ...settings import EQUILIBRIUM, Place, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..flow.linear_pictures import Shown, bode, seen_over, step_responses
-from ..flow.sampled_loop import samples_itself
+from ..flow.sampled_loop import held_samples
 from ..study import OF_A_MOTION, Study, left_out
 
 ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
@@ -159,10 +159,7 @@ def _linearized(study: Linearize, point: Point) -> Linearization:
     site, y, system, inputs, outputs = point.site, point.y, point.system, point.inputs, point.outputs
     problem, chart, remarks = site.problem, point.site.chart, list(point.remarks)
     form = proper_form(system)
-    if sampling := samples_itself(problem):
-        remarks.append(
-            f"what the model samples ({sampling}) is held at its values here; the study 'response' follows its samples"
-        )
+    remarks += held_samples(problem)
     values, errors = poles(form.a)
     nulls = system.zeros()
     told = tuple(q for q, _ in outputs)

@@ -15,7 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 from scipy.special import stdtrit
 
-from ...case import inputs_at
+from ...case import Case, inputs_at
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
@@ -27,7 +27,8 @@ from ...settings import settable
 from ...tangent.coordinates import basis, minimal
 from ...tangent.flow import Tangents
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.linearised import Linearised
+from ..flow.begun import begun
+from ..flow.linearised import Linearised, LinearMap, of_pieces
 from ..flow.pieces import with_horizon
 from ..flow.time_dependence import depends_on_time
 from ..runs.simulate import Plan, plan_run, run
@@ -71,6 +72,13 @@ MOST_SHARE = 16
 """Intervals in a batch, at least."""
 
 
+PIECES = 16
+"""Of a first run, in which it is looked which discrete variables carry memory."""
+SHORTER = 32.0
+"""Times the first interval is longer than the shortest one, where discrete variables forget within a few samples."""
+LOST = 1e-14
+"""Share of the largest growth below which a change is rounding: a sample has set anew what it was a change of."""
+
 RESTING = 1e-12
 """Of the nominal value of a state, by which it changes over the time of a run where it counts as resting."""
 
@@ -88,7 +96,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Follow the motion and its changes. Raises SimulationError where it has no derivatives."""
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
-        plan = plan_run(problem, options)
+        plan = begun(plan_run(problem, options))
         with NotedInterruptions() as interrupted:
             return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
 
@@ -99,7 +107,8 @@ def _followed(
     """Give times [n] and the logarithms of growth up to them [n, k], without the settling, and how it ended."""
     case = plan.case
     linear = Linearised(plan)
-    allowed = linear.allowed(case.y0)
+    first_memory = _remember(linear, case)
+    allowed = linear.allowed(case.y0, first_memory)
     count = min(study.count or allowed.shape[1], allowed.shape[1])
     interval = shortest = _interval(problem, plan)
     longest, most = LONGEST * interval, -DIGITS_SPENT * math.log(plan.case.tolerance)
@@ -112,7 +121,7 @@ def _followed(
     carrier = _Carrier(plan, linear, count)
     random = np.random.default_rng(0)
     first, _ = np.linalg.qr(allowed @ random.standard_normal((allowed.shape[1], count)))
-    carrier.begin(basis(problem, case.y0) @ (first * linear.scale[:, None]))
+    carrier.begin(*linear.changes(case.y0, first))
     times, growth = [case.begin], [np.zeros(count)]
     begun, stop = clock.process_time(), math.inf if study.time is None else case.begin + study.time
     looked, spread, before = case.begin + FEWEST * interval, 0.0, False
@@ -129,7 +138,8 @@ def _followed(
             spread = max(spread, float(np.append(grown, 0.0).max() - np.append(grown, 0.0).min()))
             if len(times) % WATCHED == 0:
                 wanted = interval * min(max(most / max(spread, 1e-300), 0.5), 2.0)
-                interval, spread = min(max(wanted, min(shortest, longest)), longest), 0.0
+                least = shortest / SHORTER if linear.memory else shortest
+                interval, spread = min(max(wanted, min(least, longest)), longest), 0.0
                 if study.progress is not None:
                     done = (until - case.begin) / study.time if study.time else 0.0
                     study.progress(max(done, 0.0 if study.time else (clock.process_time() - begun) / SECONDS))
@@ -148,6 +158,29 @@ def _followed(
     finally:
         carrier.close()
     return np.array(times), np.array(growth), outcome, message
+
+
+def _remember(linear: Linearised, case: Case) -> tuple[int, ...]:
+    """Find the discrete variables that the motion keeps and reads again, in pieces of a first run; give those that it reads
+    from its start on. Raises SimulationError where it has no derivatives."""
+    if not linear.reals:
+        return ()
+    start, maps = linear.joined(case.y0, case.z), list[LinearMap]()
+    span = (case.stop - case.begin) / PIECES
+    for k in range(PIECES):
+        try:
+            maps.append(linear.map(case.begin + k * span, start, span, checked=False, closed=False))
+        except SimulationError:
+            if not maps:
+                raise
+            break
+        start = linear.joined(maps[-1].end, maps[-1].z)
+    linear.memory = of_pieces(maps)
+    whole = maps[0]
+    for one in maps[1:]:
+        matrix = one.matrix @ whole.matrix
+        whole = replace(whole, matrix=matrix / (np.abs(matrix).max() or 1.0))
+    return whole.of(linear.memory).remembered().memory
 
 
 class _Ended(Exception):
@@ -173,12 +206,12 @@ class _Carrier:
         self.plan, self.linear, self.count = plan, linear, count
         self.problem = plan.case.problem
         self.tangents = Tangents(plan.case, plan.method, plan.nominal, (), count)
-        self.time, self.y = plan.case.begin, plan.case.y0
+        self.time, self.y, self.z = plan.case.begin, plan.case.y0, plan.case.z
         self.solver: Solver | None = None
         self.fixed = None if self.problem.rotations else basis(self.problem, self.y)
 
-    def begin(self, w: Array) -> None:
-        self.w = w
+    def begin(self, w: Array, dz: Array) -> None:
+        self.w, self.dz = w, dz
         if self.problem.hybrid is not None:
             return
         augmented, case = self.tangents.augmented, self.plan.case
@@ -203,10 +236,14 @@ class _Carrier:
         """Go on to a time; give the logarithms of growth [k]."""
         problem, linear, augmented = self.problem, self.linear, self.tangents.augmented
         if self.solver is None:
-            flow = self.tangents.flow(self.time, self.y, self.w, np.array([until]))
+            flow = self.tangents.flow(
+                self.time, self.y, self.w, np.array([until]), z=self.z, dz=self.dz, scheduled=False
+            )
             if flow.short:
                 raise _Ended(flow.short)
-            self.y, self.w = flow.states[-1], flow.tangents[-1]
+            assert flow.z is not None and flow.dz is not None
+            self.y, self.z = linear.split(linear.joined(flow.states[-1], flow.z[-1]))
+            self.w, self.dz = flow.tangents[-1], flow.dz[-1]
         else:
             status = Status.RUNNING
             while status == Status.RUNNING:
@@ -218,21 +255,26 @@ class _Carrier:
             self.y, w = augmented.split(row, problem.ny)
             self.w = linear.onto(self.tangents, until, self.y, w) if problem.constraints else w
         reduced = minimal(problem, self.y, self.w) if self.fixed is None else self.fixed.T @ self.w
+        reduced = np.concatenate([reduced, self.dz])
         own = np.zeros_like(reduced)
         own[linear.kept] = (reduced / linear.scale[:, None])[linear.kept]
         q, r = np.linalg.qr(own)
         sizes = np.abs(np.diag(r))
+        if linear.memory:
+            sizes[sizes < LOST * sizes.max()] = 0.0
         if not np.isfinite(sizes).all():
             raise _Ended(f"changes of the motion are no numbers at {time_text(problem, until)}")
         if (sizes == 0).any():
             left = int((sizes > 0).sum())
+            where = " or a sample sets a variable anew" if linear.memory else ""
             raise _Ended(
-                f"before {time_text(problem, until)} neighbouring motions become one, as where friction sticks: of "
+                f"before {time_text(problem, until)} neighbouring motions become one, as where friction sticks{where}: of "
                 f"{len(sizes)} exponents {len(sizes) - left} are minus infinity"
                 + (f"; ask for the others: --count {left}" if left else "")
             )
         turned = basis(problem, self.y) if self.fixed is None else self.fixed
-        self.w = turned @ (q * linear.scale[:, None])
+        q = q * linear.scale[:, None]
+        self.w, self.dz = turned @ q[: linear.states], q[linear.states :]
         self.time = until
         if self.solver is not None:
             self.solver.write(augmented.joined(self.y, self.w))

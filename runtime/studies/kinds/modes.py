@@ -23,6 +23,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import EQUILIBRIUM, Place, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
+from ..flow.sampled_loop import held_samples
 from ..study import OF_A_MOTION, Study
 
 DRAWN = 6
@@ -62,7 +63,7 @@ class FindModes(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> FoundModes:
         """Find the modes. Raises SimulationError where there is no equilibrium, and at edges of contacts and friction."""
         site = site_of(problem, self, self.at or Place())
-        remarks = list(moving_inputs(site))
+        remarks = [*moving_inputs(site), *held_samples(problem)]
         with np.errstate(invalid="ignore", over="ignore"):  # a search may leave where the model is defined
             site, rest = _resting(site, self.at, remarks)
         remarks += refuse_edges(site, rest.y, "mode of small motions")

@@ -8,19 +8,20 @@ from typing import Annotated, Any
 import numpy as np
 from msgspec.structs import replace
 
-from ...case import inputs_at
 from ...integrate.interruption import NotedInterruptions
+from ...integrate.kernel_run import run_kernel
+from ...integrate.solver_options import SolverOptions
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
-from ...tangent.coordinates import minimal
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
+from ..flow.begun import begun
 from ..flow.following import Follower, Place
 from ..flow.linearised import Linearised, compared
 from ..flow.liouville import contradicted
 from ..flow.pieces import column_at, with_horizon
-from ..flow.shooting import CLOSED, Energy, close, least
+from ..flow.shooting import CLOSED, Energy, Shooter, close, least
 from ..flow.shooting import Orbit as Found
 from ..flow.time_dependence import depends_on_time
 from ..runs.companion import closer
@@ -71,30 +72,32 @@ class Orbit(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Find the orbit. Raises SimulationError where there is none near."""
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
-        plan = plan_run(problem, options)
+        plan = begun(plan_run(problem, options))
         linear = Linearised(plan)
         driven = depends_on_time(plan)
-        y, period = plan.case.y0, given_period(plan, self.period)
+        start, period = linear.joined(plan.case.y0, plan.case.z), given_period(plan, self.period)
         if period is None:
             if driven:
                 raise SimulationError(
                     f"'{problem.name}' depends on time: its periodic motions have the period of that, or a multiple",
                     help='say it: --period "2*pi/w"',
                 )
-            y, period = _return(problem, options, plan)
+            y, z, period = _return(problem, options, plan)
+            start = linear.joined(y, z)
         if self.over:
-            return _followed(problem, options, linear, y, period, free=not driven)
-        energy = kept_energy(plan, linear, y, period, self.energy) if not driven else None
-        loose = close(linear, y, period, free=not driven, energy=energy)
+            return _followed(problem, options, linear, start, period, free=not driven)
+        energy = kept_energy(plan, linear, start, period, self.energy) if not driven else None
+        loose = close(linear, start, period, free=not driven, energy=energy)
         loose = loose if driven else least(linear, loose, energy)
         if not driven:
             refuse_rest(plan, linear, loose)
-        beside = plan_run(problem, replace(options, **closer(plan)[0]))
-        exact = close(Linearised(beside), loose.start, loose.period, free=not driven, energy=energy)
+        beside = begun(plan_run(problem, replace(options, **closer(plan)[0])))
+        tight = Linearised(beside)
+        exact = close(tight, loose.whole, loose.period, free=not driven, energy=energy)
         if beside.case.tolerance > plan.case.tolerance:  # the tightest there is has a looser one beside it
             loose, exact = exact, loose
         doubt = contradicted(linear, exact)
-        return _findings(problem, plan, loose, exact, driven, doubt)
+        return _findings(problem, plan, tight, loose, exact, driven, doubt)
 
 
 def given_period(plan: Plan, period: float | Formula | None) -> float | None:
@@ -108,13 +111,13 @@ def given_period(plan: Plan, period: float | Formula | None) -> float | None:
 
 
 def kept_energy(
-    plan: Plan, linear: Linearised, y: Array, period: float, energy: float | None
+    plan: Plan, linear: Linearised, start: Array, period: float, energy: float | None
 ) -> Energy | None:
     """Give the condition that an orbit has an energy, where motions keep it. Raises SimulationError."""
     problem = plan.case.problem
     name = problem.outputs[problem.energy_balance[0]].name if problem.energy_balance else ""
     if name:
-        end = linear.map(plan.case.begin, y, period, checked=False).end
+        end, y = linear.map(plan.case.begin, start, period, checked=False).end, linear.split(start)[0]
         column = column_at(plan.case, name)
         here, there = column(np.full(2, plan.case.begin), np.vstack([y, end]))
         size = max(
@@ -129,9 +132,8 @@ def kept_energy(
 
 def refuse_rest(plan: Plan, linear: Linearised, found: Found) -> None:
     """Refuse a state at which nothing moves: it closes with any period. Raises SimulationError."""
-    case, problem = plan.case, plan.case.problem
-    rate = case.functions.rhs(case.begin, found.start, inputs_at(case, case.begin), case.z, case.p)
-    change = minimal(problem, found.start, rate[:, None])[:, 0] / linear.scale * found.period
+    problem = plan.case.problem
+    change = Shooter(linear, True, None).rate(plan.case.begin, found.whole) * found.period
     if float(np.abs(change[linear.kept]).max(initial=0.0)) <= RESTS * max(CLOSED, found.residual):
         raise SimulationError(
             f"what '{problem.name}' comes back to is a state of rest, {_place(plan, found.start)}: it has no period",
@@ -149,8 +151,8 @@ def _place(plan: Plan, y: Array) -> str:
     return ", ".join(texts) + ", ..." * (len(shown) > MOST_NAMED)
 
 
-def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]:
-    """Give a state and the time after which the motion comes near to it again: the start, or where it has settled."""
+def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, Array, float]:
+    """Give a state with its discrete variables, and the time after which the motion comes near to it again: the start, or where it has settled."""
     own = np.array(problem.own)
     begin = plan.case.begin
     for factor in LONGER:
@@ -174,7 +176,7 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]
             )
             if dips.size:
                 found = first + away[0] + 1 + int(dips[0])
-                return y[first], float(t[found] - t[first])
+                return y[first], _discretes(solution, t[first], plan), float(t[found] - t[first])
     late = t >= t[-1] - LATE * (t[-1] - t[0])
     if (np.ptp(y[late][:, own], axis=0) <= STILL * np.maximum(extent, plan.nominal[own])).all():
         raise SimulationError(
@@ -188,11 +190,21 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]
     )
 
 
+def _discretes(solution: Solution, t: float, plan: Plan) -> Array:
+    """Give the discrete variables of a motion at a time; at its start those before what happens there."""
+    if plan.case.problem.hybrid is None or not t > plan.case.begin or solution.motion.states_at is None:
+        return plan.case.z
+    _, z = solution.motion.states_at(np.array([t]))
+    return plan.case.z if z is None else z[0]
+
+
 def _rows(solution: Solution, t: Array) -> Array:
     return solution.motion.at(t)[:, : solution.problem.ny]
 
 
-def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: bool, doubt: str) -> Findings:
+def _findings(
+    problem: Problem, plan: Plan, linear: Linearised, loose: Found, exact: Found, driven: bool, doubt: str
+) -> Findings:
     values, errors = compared(exact.map, loose.map, free=not driven)
     error = (
         max(abs(exact.period - loose.period), 8 * np.finfo(float).eps * exact.period) if not driven else 0.0
@@ -200,7 +212,10 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
     own = problem.own
     names = [problem.states[k].name for k in own]
     start = {name: float(exact.start[k]) for name, k in zip(names, own, strict=True)}
-    stable, words, remarks = stability(values, errors, free=not driven)
+    kept, remarks = _kept(linear, loose, exact), linear.unreturned(exact.whole, exact.map)
+    start |= {value.name: value.value for value in kept}
+    stable, words, further = stability(values, errors, free=not driven)
+    remarks += further
     if doubt:
         remarks.append(doubt)
     if exact.iterations > 10:
@@ -218,11 +233,12 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
                 Value(name, problem.states[k].unit, float(exact.start[k]), _off(plan, exact, loose, k))
                 for name, k in zip(names, own, strict=True)
             ),
+            *kept,
         ),
         errors_from="the same at a looser tolerance, or with twice the step; multipliers: conditions of the eigenvalues, too",
         remarks=tuple(remarks),
         tables=(Table("multipliers", (("multiplier", ""), ("size", ""), ("error", "")), rows),),
-        panels=_picture(problem, plan, exact),
+        panels=_picture(problem, plan, linear, exact),
         details={
             "period": exact.period,
             "start": start,
@@ -232,6 +248,17 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
             "residual": exact.residual,
         },
     )
+
+
+def _kept(linear: Linearised, loose: Found, exact: Found) -> list[Value]:
+    """Give the discrete variables that the motion keeps and reads again, at the start."""
+    found, least = [], max(exact.residual, float(np.finfo(float).eps))
+    (_, z), (_, other) = linear.split(exact.whole), linear.split(loose.whole)
+    for j in exact.map.memory:
+        k = linear.reals[j]
+        q, off = linear.problem.discretes[k], least * float(linear.scale[linear.states + j])
+        found.append(Value(q.name, q.unit, float(z[k]), max(float(abs(z[k] - other[k])), off)))
+    return found
 
 
 def _off(plan: Plan, exact: Found, loose: Found, k: int) -> float:
@@ -264,7 +291,7 @@ def stability(values: Array, errors: Array, *, free: bool) -> tuple[bool | None,
     return size < 1, "stable" if size < 1 else "unstable", remarks
 
 
-def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
+def _picture(problem: Problem, plan: Plan, linear: Linearised, orbit: Found) -> tuple[Panel, ...]:
     """Draw one round: the first coordinate over its rate, or two coordinates."""
     options = replace(
         plan.options, stop=plan.case.begin + orbit.period, start=None, every=None, estimate_error=False, progress=None,
@@ -274,9 +301,16 @@ def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
         return ()
     if hasattr(options, "period"):
         options = replace(options, period=None)
-    solution = run(problem, options)
-    t = np.linspace(float(solution.time[0]), float(solution.time[-1]), 1000)
-    y = _rows(solution, t)
+    y, z = linear.split(orbit.whole)
+    if plan.case.functions.struct.kept is None and np.array_equal(z, plan.case.z):
+        solution = run(problem, options)
+        t = np.linspace(float(solution.time[0]), float(solution.time[-1]), 1000)
+        y = _rows(solution, t)
+    else:  # no option sets discrete variables, nor what happens at the start
+        t = plan.case.begin + np.linspace(0.0, orbit.period, 1000)
+        case = replace(plan.case, y0=y, z=z, wanted=y, assembled=None, grid=t, stop=float(t[-1]))
+        step = case.step if plan.method.fixed_step else None
+        y = run_kernel(case, SolverOptions(plan.method.name, case.tolerance, plan.nominal, step)).y
     pairs = [(k, problem.nq + k) for k in range(min(problem.nq, 3))]
     return tuple(
         Panel(f"orbit of {problem.states[i].name}", problem.states[i].name, problem.states[i].unit,
@@ -286,7 +320,7 @@ def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
 
 
 def _followed(
-    problem: Problem, study: Orbit, linear: Linearised, y: Array, period: float, *, free: bool
+    problem: Problem, study: Orbit, linear: Linearised, start: Array, period: float, *, free: bool
 ) -> Findings:
     """Follow the orbit over a parameter, and tell what happens to it on the way."""
     if len(study.over) > 1:
@@ -295,12 +329,12 @@ def _followed(
     axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
 
     def planned(value: float) -> Plan:
-        return plan_run(problem, replace(study, values={**study.values, wanted.name: value}))
+        return begun(plan_run(problem, replace(study, values={**study.values, wanted.name: value})))
 
     follower = Follower(
         linear, planned, lambda plan: given_period(plan, study.period), wanted.high - wanted.low, free=free
     )
-    places, rows, message = [_first(follower, float(axis[0]), y, period, study.energy)], [0], ""
+    places, rows, message = [_first(follower, float(axis[0]), start, period, study.energy)], [0], ""
     outcome, doubts = Outcome.COMPLETED, list[str]()
     with NotedInterruptions() as interrupted:
         for k, value in enumerate(axis[1:], 1):
@@ -324,6 +358,7 @@ def _followed(
     ]
     remarks = [_words(one, wanted.name) for one in special]
     remarks += doubts[:1]
+    remarks += follower.linear.unreturned(places[-1].orbit.whole, places[-1].orbit.map)
     if message:
         remarks.append(message)
     x = np.array([place.value for place in places])
@@ -360,15 +395,15 @@ def _followed(
     )  # fmt: skip
 
 
-def _first(follower: Follower, value: float, y: Array, period: float, energy: float | None) -> Place:
+def _first(follower: Follower, value: float, start: Array, period: float, energy: float | None) -> Place:
     """Give the first orbit, with the least period where that is free; the energy that it keeps is that of all."""
     plan = follower.planned(value)
     linear = follower.linear.renewed(plan)
     given = follower.length(plan)
     if not follower.free:
-        return follower.told(value, linear, close(linear, y, given or period, free=False))
-    follower.kept = kept_energy(plan, linear, y, period, energy)
-    found = close(linear, y, period, free=True, energy=follower.kept)
+        return follower.told(value, linear, close(linear, start, given or period, free=False))
+    follower.kept = kept_energy(plan, linear, start, period, energy)
+    found = close(linear, start, period, free=True, energy=follower.kept)
     orbit = least(linear, found, follower.kept)
     refuse_rest(plan, linear, orbit)
     return follower.told(value, linear, orbit)

@@ -9,6 +9,7 @@ import numpy as np
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Value
+from ..flow.begun import begun
 from ..flow.linearised import Linearised, determinant
 from ..flow.masses import KINETIC, mass_matrix
 from ..flow.pieces import with_horizon
@@ -29,7 +30,7 @@ class Volume(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> Findings:
         """Carry the changes of the start along. Raises SimulationError where the motion has no derivatives."""
-        plan = plan_run(problem, with_horizon(problem, self, HORIZON, TOLERANCE))
+        plan = begun(plan_run(problem, with_horizon(problem, self, HORIZON, TOLERANCE)))
         case = plan.case
         if problem.constraints:
             raise SimulationError(
@@ -43,10 +44,14 @@ class Volume(Study, frozen=True, kw_only=True):
         before = _determinant(plan, case.begin, case.y0) if canonical else 1.0
         span = case.stop - case.begin
         times = np.linspace(0.0, span, TIMES + 1)[1:]
+        whole = linear.map(case.begin, case.y0, span, closed=False).remembered()
         ratios, errors = [], []
         for k, t in enumerate(times):
-            last = k == len(times) - 1
-            found = linear.map(case.begin, case.y0, float(t), checked=last, closed=False)
+            found = whole
+            if k < len(times) - 1:
+                found = linear.map(case.begin, case.y0, float(t), checked=False, closed=False).of(
+                    whole.memory
+                )
             value, error = determinant(found)
             after = _determinant(plan, case.begin + float(t), found.end) if canonical else 1.0
             factor = abs(after / before) if before else math.nan
@@ -59,9 +64,11 @@ class Volume(Study, frozen=True, kw_only=True):
         rate = math.log(ratio) / span if ratio > 0 else -math.inf
         unit = problem.time.unit
         words = "is preserved" if preserved else "shrinks" if ratio < 1 else "grows"
-        remarks = (
+        remarks: tuple[str, ...] = (
             () if canonical else ("in coordinates and velocities: the model has no momenta for all of them",)
         )
+        if whole.memory:
+            remarks += (f"of states and of {linear.named(whole)}, which the motion keeps and reads",)
         return Findings(
             study="volume",
             model=problem.name,
