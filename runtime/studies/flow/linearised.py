@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from ...numerics.rank import POSITIONS, decomposed, inverse
+from ...numerics.rank import POSITIONS, decomposed, inverse, singular_values
 from ...outcome import SimulationError, time_text
 from ...problem import Array, Problem
 from ...tangent.coordinates import basis, minimal
@@ -317,7 +317,7 @@ def determinant(found: LinearMap) -> tuple[float, float]:
     """Give the determinant of a linear map and how far it may be off."""
     value = float(np.linalg.det(found.matrix))
     noise = float(np.linalg.norm(found.error)) + ROUNDING * float(np.linalg.norm(found.matrix))
-    grown = np.linalg.svd(found.matrix, compute_uv=False)
+    grown = singular_values(found.matrix)
     if grown[-1] > ROUNDING * grown[0]:
         return value, abs(value) * float(np.linalg.norm(inverse(found.matrix))) * noise
     others = [float(np.prod(np.delete(grown, k))) for k in range(len(grown))]
