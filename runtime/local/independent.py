@@ -36,10 +36,10 @@ def independent(chart: Chart, found: Derivatives, before: NDArray[np.intp] | Non
     n_position = len(found.position)
     positions = null_space(found.position[:, :nd], n_position)
     chosen = _pivots(positions, ())
-    velocities = null_space(found.rate[:, nd:], len(found.rate))
     nv = chart.problem.nv
+    velocities = null_space(found.rate[:, nd : nd + nv], len(found.rate))
     same = [j for j in chosen if j < nv] if nd == nv else []
-    chosen_velocities = _pivots(velocities[:nv], same)
+    chosen_velocities = _pivots(velocities, same)
     states = np.arange(nd + nv, n)
     everything = np.concatenate([chosen, nd + chosen_velocities, states]).astype(np.intp)
     held = np.vstack([found.position, found.rate])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -213,3 +214,10 @@ def test_a_box_on_two_feet_with_a_pendulum() -> None:
     """)
     assert moving(found) == pytest.approx([np.sqrt(1.5 * 9.81)], rel=1e-12)
     assert "'l' is closed" in held(found) and "'r' is closed" in held(found)
+
+
+def test_friction_that_holds_beside_states_of_first_order() -> None:
+    """The velocities that are independent are chosen among velocities alone; before, states were counted with them."""
+    model = mechc.load(Path(__file__).parents[2] / "examples" / "drive_train.mech")
+    with pytest.raises(SimulationError, match="holds 'DriveTrain' at rest"):
+        model.study("linearize", at="equilibrium")
