@@ -98,18 +98,18 @@ def test_a_whole_number_at_rest_is_its_own_whole_part(x: float) -> None:
 
 
 def test_steps_of_a_potential_of_stairs() -> None:
-    """Each stair of 0.1 J takes its energy; the fifth is too high, and all are passed on the way back."""
+    """Each stair of 0.1 J takes its energy; the fifth is too high for the 0.08 J left, and all are passed on the way back."""
     solution = mechc.loads("""
     coordinate Length x = 0.05 m;
-    initial der(x) = 1 m/s;
+    initial der(x) = sqrt(0.96)*1 m/s;
     kinetic 1/2*1 kg*der(x)^2;
     potential 0.1 J*floor(x/0.1 m);
-    """).simulate(stop=1.2)
+    """).simulate(stop=1.3)
     kinds = [event.kind for event in solution.events]
     assert kinds == ["crossing"] * 4 + ["reflection"] + ["crossing"] * 3
-    assert solution["energy.total"] == pytest.approx(np.full(len(solution.time), 0.5), abs=1e-12)
+    assert solution["energy.total"] == pytest.approx(np.full(len(solution.time), 0.48), abs=1e-12)
     speeds = [abs(event.before["der(x)"]) for event in solution.events[:5]]
-    assert speeds == pytest.approx([math.sqrt(1 - 0.2 * k) for k in range(5)], rel=1e-12)
+    assert speeds == pytest.approx([math.sqrt(0.96 - 0.2 * k) for k in range(5)], rel=1e-12)
 
 
 @pytest.mark.parametrize(
