@@ -173,14 +173,18 @@ static inline void mech_shares_project(mech_shares *s, int width, int derive)
     for (int k = 0; k < s->n; k++) {
         const int row = s->row[k], kind = h->rows[row].kind;
         int slip[2] = {-1, -1}, slips = 0;
-        if (kind == MECH_FRICTION && h->rows[row].normal >= 0) continue; /* with its contact */
+        const int contact = kind == MECH_FRICTION ? h->rows[row].normal : -1;
+        if (contact >= 0 && s->place[contact] >= 0) continue; /* with its contact */
         for (int j = 0; kind == MECH_CONTACT && j < s->n; j++)
             if (mech_shares_in_contact(s, s->row[j], row)) slip[slips++] = j;
         mech_real *va = s->va + k * held, g = s->g[k], tangential = 0;
         for (int i = 0; derive && i < held; i++) va[i] = s->a[i * width + k];
         s->x[k] = g;
         if (kind == MECH_FRICTION) {
-            const mech_real limit = s->weight[k] * mech_max(0, mech_shares_value(s, row, MECH_LIMIT));
+            const mech_real most = contact < 0 ? mech_shares_value(s, row, MECH_LIMIT) /* else the contact shares nothing */
+                                               : mech_shares_value(s, row, MECH_COEFFICIENT) *
+                                                     mech_shares_value(s, contact, MECH_FORCE);
+            const mech_real limit = s->weight[k] * mech_max(0, most);
             if (mech_abs(g) <= limit) continue;
             s->x[k] = g > 0 ? limit : -limit;
             for (int i = 0; derive && i < held; i++) va[i] = 0;
@@ -314,7 +318,7 @@ static inline mech_real *mech_shares_found(const mech_model *m, mech_real t, con
     const mech_hybrid *h = m->hybrid;
     const size_t n = (size_t)h->n_rows, nv = (size_t)m->nv, nz = (size_t)m->nz;
     const size_t numbers = nz + n * MECH_ROW_VALUES + nv + n + n * (nv + 4 * n + 8);
-    mech_real *copy = (mech_real *)malloc(numbers * sizeof(mech_real) + 2 * n * sizeof(int));
+    mech_real *copy = (mech_real *)calloc(1, numbers * sizeof(mech_real) + 2 * n * sizeof(int));
     if (!copy) return NULL;
     mech_real *values = copy + nz, *out = values + n * MECH_ROW_VALUES;
     mech_shares s = {.m = m, .values = values, .z = z};
@@ -348,7 +352,8 @@ static inline mech_real *mech_shares_found(const mech_model *m, mech_real t, con
         const int k = s.place[i], at = k < 0 && contact >= 0 ? s.place[contact] : k;
         if (h->shares[i].share < 0 || at < 0) continue;
         const mech_real x = s.x[at] / s.weight[at] * (k < 0 ? mech_shares_slide(&s, i) : 1);
-        copy[h->shares[i].share] = least ? x - mech_shares_value(&s, i, MECH_FORCE) : (mech_real)NAN;
+        /* where it is not found the load is that of the motion, which fulfils all laws as well */
+        if (least) copy[h->shares[i].share] = x - mech_shares_value(&s, i, MECH_FORCE);
     }
     return copy;
 }
