@@ -220,6 +220,35 @@ def test_a_ladder_between_rough_floor_and_wall(grip: float) -> None:
     assert solution["held"][-1] == 1.0
 
 
+CORNER = """
+model Corner
+  parameter px = 6 N;
+  parameter pz = 3.5 N;
+  coordinate Length x = 0 m;
+  coordinate Length y = 0 m;
+  coordinate Length z = 0 m;
+  kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2 + der(z)^2);
+  potential 1 kg*9.81 m/s^2*y;
+  force -px on x;
+  force pz on z;
+  contact floor: y friction 0.4 along {%s};
+  contact wall: x;
+  output load[2] = {multiplier(floor), multiplier(wall)};
+  experiment(stop = 0.05 s);
+end Corner;
+"""
+
+
+@pytest.mark.parametrize("along", ["der(x), der(z)", "der(z), der(x)"])
+def test_a_friction_along_a_wall_leaves_less_of_its_limit_across(along: str) -> None:
+    """Floor and wall share px by halves, as far as the friction, which holds pz, is in its cone."""
+    model = mechc.loads(CORNER % along)
+    for px, pz in [(6.0, 3.5), (6.0, 0.0), (1.0, 3.9), (3.0, 3.5)]:
+        solution = model.simulate(set={"px": px, "pz": pz}, estimate_error=False)
+        friction = min(px / 2, np.sqrt((0.4 * 9.81) ** 2 - pz**2))
+        assert loads(solution) == pytest.approx([9.81, px - friction], abs=1e-9)
+
+
 GRASP = """
 import mech.spatial.*;
 model Grasp

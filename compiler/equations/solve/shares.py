@@ -176,13 +176,17 @@ def _dependent(
             k for k in np.flatnonzero(np.abs(null).max(axis=1, initial=0.0) > NONE).tolist() if size[k] > 0.0
         }
         dependent = found if dependent is None else dependent & found
-    names = {
-        every[k].constraint.name for k in dependent or () if k >= len(rows) and every[k].multiplier in able
+    found_rows = [every[k] for k in dependent or () if k >= len(rows) and every[k].multiplier in able]
+    names = {row.constraint.name for row in found_rows}
+    # both directions of a friction have one limit, which goes with the load of the contact
+    touching = names | {
+        contact for row in found_rows if (contact := modes[row.multiplier].contact) is not None
     }
     return [
         row
         for row in switched
-        if row.multiplier in able and (row.constraint.name in names or modes[row.multiplier].contact in names)
+        if row.multiplier in able
+        and (row.constraint.name in touching or modes[row.multiplier].contact in touching)
     ]
 
 
