@@ -11,7 +11,7 @@ from .lang.units import Unit, UnitError, parse_unit
 from .requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
-    from .runtime.problem import Quantity
+    from .runtime.interface import Quantity
 
 
 class Display(Struct, frozen=True):

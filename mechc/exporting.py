@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from .compiler.targets.differentiable import Begin
     from .model import CompiledModel
     from .runtime.case import Case
-    from .runtime.problem import Problem, Setting
+    from .runtime.interface import Setting
+    from .runtime.problem import Problem
     from .solution import Solution
 
 

@@ -184,7 +184,7 @@ class CompiledModel:
 
     def ensemble_settings(self, experiment: str | None) -> dict[str, str]:
         """Return what an experiment says of many runs: random values, what is kept, and how many, as texts."""
-        from .runtime.problem import OF_ENSEMBLES
+        from .runtime.interface import OF_ENSEMBLES
 
         plan = self.experiment(experiment)
         return {name: plan.words[name] for name in OF_ENSEMBLES if name in plan.words} if plan else {}

@@ -15,7 +15,8 @@ from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run
 
 if TYPE_CHECKING:
-    from .runtime.problem import Array, Scene
+    from .runtime.interface import Scene
+    from .runtime.problem import Array
     from .runtime.results.solution import Columns
 
 

@@ -12,7 +12,7 @@ from .requests.parse_values import UsageMistake
 from .shown import ShownSolution
 
 if TYPE_CHECKING:
-    from .runtime.problem import Scene
+    from .runtime.interface import Scene
     from .runtime.results.solution import Columns
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 import sys
 
+from .interface import Quantity
 from .memo import once
 from .outcome import SimulationError
-from .problem import Array, Problem, Quantity
+from .problem import Array, Problem
 
 
 @once

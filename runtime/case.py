@@ -21,6 +21,7 @@ from .allowed_values import check_parameters, check_state
 from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Signal, Table, constant
+from .interface import OF_ENSEMBLES, Experiment, Setting
 from .limits_of_time import (
     DEFAULT_TOLERANCE,
     TimeSpan,
@@ -32,7 +33,7 @@ from .limits_of_time import (
 from .memo import once
 from .outcome import SimulationError
 from .output_times import output_times
-from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Setting
+from .problem import Array, Problem
 from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
 from .settings import settable
 

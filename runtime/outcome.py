@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 
 from msgspec import Struct
 
-from .problem import Array, Origin, Problem
+from .interface import Origin
+from .problem import Array, Problem
 
 SINGULAR_MASS = "singular mass matrix"
 """The kind of a failure: nothing has inertia along some motion, which the constraints decide all the same."""

@@ -12,66 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from .interface import (
-    OF_ENSEMBLES as OF_ENSEMBLES,
-)
-from .interface import (
-    PURE as PURE,
-)
-from .interface import (
-    AssemblyRow as AssemblyRow,
-)
-from .interface import (
-    Assertion as Assertion,
-)
-from .interface import (
-    Branch as Branch,
-)
-from .interface import (
-    Constraint as Constraint,
-)
-from .interface import (
-    Curve as Curve,
-)
-from .interface import (
-    CurveRow as CurveRow,
-)
-from .interface import (
-    Experiment as Experiment,
-)
-from .interface import (
-    Hybrid as Hybrid,
-)
-from .interface import (
-    ModelInterface as ModelInterface,
-)
-from .interface import (
-    Offer as Offer,
-)
-from .interface import (
-    Origin as Origin,
-)
-from .interface import (
-    Quantity as Quantity,
-)
-from .interface import (
-    Scene as Scene,
-)
-from .interface import (
-    Setting as Setting,
-)
-from .interface import (
-    Shape as Shape,
-)
-from .interface import (
-    SoughtOutputs as SoughtOutputs,
-)
-from .interface import (
-    SwitchedRow as SwitchedRow,
-)
-from .interface import (
-    interface_of as interface_of,
-)
+from .interface import ModelInterface
 
 if TYPE_CHECKING:
     import numpy as np

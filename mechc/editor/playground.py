@@ -25,11 +25,12 @@ from ..presentation.extents import Errors, Extents
 from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
 from ..requests.parse_values import UsageMistake
+from ..runtime.interface import interface_of
 from ..runtime.limits_of_time import no_stop
 from ..runtime.methods import KERNEL_METHODS, check_step, unknown_method
 from ..runtime.native.status import NEEDS
 from ..runtime.outcome import SimulationError
-from ..runtime.problem import Problem, interface_of
+from ..runtime.problem import Problem
 from ..web.facts import Facts, Found, Settings, Span
 from ..web.page import as_json, joined, module_of, program_of, refuse_curve
 from .completion import completions

@@ -21,8 +21,9 @@ from ..requests.parse_values import UsageMistake, read_value_of, unknown_name
 from ..requests.tables import TableFile, absolute, sheet_of_file
 from ..runtime.inputs import Table, read_tables
 from ..runtime.integrate.trajectory import Statistics
+from ..runtime.interface import Quantity
 from ..runtime.outcome import Outcome, SimulationError
-from ..runtime.problem import Array, Problem, Quantity
+from ..runtime.problem import Array, Problem
 from ..runtime.results.accuracy import Accuracy
 from ..runtime.results.evaluate import Columns
 from ..runtime.results.solution import Motion

@@ -12,7 +12,7 @@ from ..lang.units import BASE, parse_unit
 from ..presentation.numbers import number
 
 if TYPE_CHECKING:
-    from ..runtime.problem import Quantity
+    from ..runtime.interface import Quantity
     from ..runtime.studies.runs.simulate import Plan
 
 QUICK_PARAMETERS = 8

@@ -25,7 +25,8 @@ from ..compiler.metamorphic.twin import size as scale
 from ..lang.units import parse_unit
 from ..model import CompiledModel
 from ..requests.request import Asked
-from ..runtime.problem import PURE, Array
+from ..runtime.interface import PURE
+from ..runtime.problem import Array
 from ..runtime.results.accuracy import COMPANION_RATIO
 from ..runtime.results.consistency import CONDITION, FACTOR, TOUCH, spread
 from ..runtime.results.evaluate import evaluate_rows

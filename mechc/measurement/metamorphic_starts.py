@@ -15,7 +15,8 @@ from ..compiler.metamorphic.starts import begun
 from ..compiler.metamorphic.twin import Twin
 from ..lang.units import parse_unit
 from ..runtime.case import Case, inputs_at
-from ..runtime.problem import PURE, Array, Quantity
+from ..runtime.interface import PURE, Quantity
+from ..runtime.problem import Array
 from ..runtime.start.assembly import Assembly
 from ..runtime.start.facts import start_facts
 from ..runtime.start.free_state import characteristic_length

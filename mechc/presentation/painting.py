@@ -11,7 +11,8 @@ from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
-    from mechc.runtime.problem import Array, Shape
+    from mechc.runtime.interface import Shape
+    from mechc.runtime.problem import Array
     from mechc.shown import ShownSolution
 
 INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")

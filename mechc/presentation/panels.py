@@ -14,7 +14,8 @@ from .painting import GAUGES
 from .stillness import Stillness
 
 if TYPE_CHECKING:
-    from ..runtime.problem import Array, Quantity
+    from ..runtime.interface import Quantity
+    from ..runtime.problem import Array
     from ..shown import ShownSolution
 
 MOST_CURVES = 8

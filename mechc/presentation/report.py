@@ -16,7 +16,7 @@ from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..runtime.problem import Quantity
+    from ..runtime.interface import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
     from ..shown import ShownSolution
 

@@ -10,8 +10,8 @@ from .render import Mark, ShownLine, heading, line_rows, note_rows, place_row
 from .style import PLAIN, Style, width
 
 if TYPE_CHECKING:
+    from ..runtime.interface import Origin
     from ..runtime.outcome import SimulationError
-    from ..runtime.problem import Origin
     from ..shown import ShownSolution
 
 MOST_STATES = 12

@@ -13,7 +13,7 @@ from .report import title
 from .style import PLAIN, Style, width
 
 if TYPE_CHECKING:
-    from ..runtime.problem import Quantity
+    from ..runtime.interface import Quantity
     from ..runtime.studies.kinds.sweep import Runs
     from ..shown import ShownSolution
 

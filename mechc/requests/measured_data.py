@@ -9,8 +9,9 @@ import numpy as np
 
 from ..runtime.fitting.measured import Measured, measured
 from ..runtime.inputs import Table, make_table, time_column
+from ..runtime.interface import Quantity
 from ..runtime.outcome import SimulationError
-from ..runtime.problem import Array, Problem, Quantity
+from ..runtime.problem import Array, Problem
 from ..runtime.sheets import Sheet
 from ..suggest import closest
 from .input_tables import bare_angle, factor_of

@@ -13,8 +13,9 @@ from msgspec import Struct
 from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.display import Display, factor, shown_unit
 from mechc.presentation.extents import Extents
+from mechc.runtime.interface import Experiment, Quantity, Scene
 from mechc.runtime.limits_of_time import DEFAULT_TOLERANCE
-from mechc.runtime.problem import Experiment, Problem, Quantity, Scene
+from mechc.runtime.problem import Problem
 
 from .failures import failure_texts
 from .kernels import WebKernel, kernel_for

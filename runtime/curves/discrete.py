@@ -8,7 +8,8 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from ..problem import Array, Curve, Problem
+from ..interface import Curve
+from ..problem import Array, Problem
 from . import basis
 from .mesh import Mesh
 from .unknowns import Layout, Unknowns, layout_of, local

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..interface import Quantity
 from ..outcome import Outcome
-from ..problem import Array, Problem, Quantity
+from ..problem import Array, Problem
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
 from .conjugate_points import conjugate_points, plain

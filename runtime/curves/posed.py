@@ -10,8 +10,9 @@ from msgspec import Struct
 
 from mechc.suggest import suggest
 
+from ..interface import Curve, Experiment, Setting
 from ..outcome import SimulationError
-from ..problem import Array, Curve, Experiment, Problem, Setting
+from ..problem import Array, Problem
 
 DEFAULT_TOLERANCE = 1e-10
 LOWEST_TOLERANCE = 1e-14

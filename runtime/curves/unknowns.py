@@ -6,8 +6,9 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..interface import Curve
 from ..numerics.rank import inverse
-from ..problem import Array, Curve
+from ..problem import Array
 from . import basis
 from .mesh import Mesh
 

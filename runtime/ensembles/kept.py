@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from msgspec import Struct
 
+from ..interface import Quantity
 from ..native.kernel import EVENT_KINDS
 from ..outcome import SimulationError
-from ..problem import Problem, Quantity
+from ..problem import Problem
 
 REDUCTIONS = ("final", "max", "min", "mean", "first", "events")
 """In the order of enum mech_kept_kind; what is kept without one is a series: its values at all output times."""

@@ -26,10 +26,11 @@ from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import table_structs
+from ..interface import Quantity
 from ..native import contract
 from ..native import kernel as native
 from ..outcome import SimulationError
-from ..problem import Array, Problem, Quantity
+from ..problem import Array, Problem
 from ..results.accuracy import APART, HALVES, companion_step, companion_tolerance, looser_companion
 from .device import Items, MakeItems, find_device, refuse_device
 from .kept import FLOWING, REDUCTIONS, SERIES, Kept

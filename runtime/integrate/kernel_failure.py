@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal, TypeVar, assert_never
 
 from msgspec import Struct
 
+from ..interface import Hybrid, Origin, SwitchedRow
 from ..native.status import Status
 from ..outcome import (
     Failure,
@@ -22,7 +23,7 @@ from ..outcome import (
     value_text,
     velocities_jump,
 )
-from ..problem import Array, Hybrid, Origin, Problem, SwitchedRow
+from ..problem import Array, Problem
 
 if TYPE_CHECKING:
     from ..native.kernel import ReportStruct

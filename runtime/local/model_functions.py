@@ -18,10 +18,11 @@ from mechc.suggest import suggest
 
 from ..case import SimulationOptions
 from ..functions import Functions
+from ..interface import Offer
 from ..native import calls
 from ..outcome import SimulationError
 from ..past import refuse_past
-from ..problem import Array, ModelFunction, Offer, Problem
+from ..problem import Array, ModelFunction, Problem
 from ..settings import Place
 from .operating_point import Site, plan_of, site_of
 

@@ -11,8 +11,9 @@ import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from ..interface import Quantity
 from ..outcome import Failure
-from ..problem import Array, Problem, Quantity
+from ..problem import Array, Problem
 from .doubts import Contradiction
 
 COMPANION_RATIO = 100.0

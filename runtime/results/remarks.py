@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..problem import Quantity
+from ..interface import Quantity
 from .accuracy import Accuracy
 from .extents import Extent
 

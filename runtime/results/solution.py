@@ -13,8 +13,9 @@ from msgspec.structs import replace
 
 from ..integrate.events import Event
 from ..integrate.trajectory import Statistics
+from ..interface import Quantity
 from ..outcome import Failure, Outcome
-from ..problem import Array, Problem, Quantity
+from ..problem import Array, Problem
 from ..rows import AT_ONCE
 from .accuracy import Accuracy, Drift
 from .branches import Branches

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from ..interface import AssemblyRow
 from ..native import kernel as native
 from ..outcome import SimulationError
-from ..problem import Array, AssemblyRow
+from ..problem import Array
 from .assembly import APART, STARTED, UNDIRECTED, Assembly
 from .free_state import displaced, even_numbers
 

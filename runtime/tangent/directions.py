@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from ..case import Case, find_experiment, find_setting
+from ..interface import Setting
 from ..outcome import SimulationError
-from ..problem import Directions, Setting
+from ..problem import Directions
 
 
 class Direction(Struct, frozen=True):

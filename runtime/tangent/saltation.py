@@ -93,7 +93,7 @@ def crossed(
 
 
 def _names(hybrid: object, notes: Sequence[Note]) -> str:
-    from ..problem import Hybrid
+    from ..interface import Hybrid
 
     assert isinstance(hybrid, Hybrid)
     found = [

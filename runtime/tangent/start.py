@@ -13,9 +13,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import AGAIN, Case, inputs_at, prepare
+from ..interface import Setting
 from ..numerics.rank import POSITIONS, inverse, rank
 from ..outcome import SimulationError
-from ..problem import Array, Setting
+from ..problem import Array
 from ..start.free_state import Flags
 from .augmented import Augmented
 from .coordinates import basis

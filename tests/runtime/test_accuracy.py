@@ -26,7 +26,8 @@ import mechc
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.nominal_run import nominal_of
-from mechc.runtime.problem import Array, ModelFunction, Problem, Quantity
+from mechc.runtime.interface import Quantity
+from mechc.runtime.problem import Array, ModelFunction, Problem
 from mechc.runtime.results.accuracy import companion_tolerance
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.runs import companion

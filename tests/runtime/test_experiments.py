@@ -10,8 +10,9 @@ from written_problems import called, kepler, pendulum
 
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.interface import Experiment, Setting
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.problem import Array, Experiment, ModelFunction, Problem, Setting
+from mechc.runtime.problem import Array, ModelFunction, Problem
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.kinds.sweep import Sweep
 

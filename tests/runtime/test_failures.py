@@ -23,8 +23,9 @@ from written_problems import (
 )
 
 from mechc.runtime.case import SimulationOptions
+from mechc.runtime.interface import Assertion
 from mechc.runtime.outcome import Outcome, SimulationError
-from mechc.runtime.problem import Array, Assertion, ModelFunction, Problem
+from mechc.runtime.problem import Array, ModelFunction, Problem
 from mechc.runtime.results.solution import Solution
 from mechc.runtime.studies.kinds.motion import simulate
 

@@ -11,9 +11,9 @@ from hand_made import pendulum_problem
 from msgspec.structs import replace
 
 from mechc.runtime.integrate.kernel_failure import kernel_failure
+from mechc.runtime.interface import Assertion, Branch, Hybrid, SwitchedRow
 from mechc.runtime.native.kernel import ReportStruct
 from mechc.runtime.native.status import Status
-from mechc.runtime.problem import Assertion, Branch, Hybrid, SwitchedRow
 
 KERNEL = Path(__file__).resolve().parents[2] / "runtime" / "kernel"
 NEEDS = {Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA, Status.NEEDS_SERIES}

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from written_problems import called
 
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.problem import Array, Assertion, Experiment, Origin, Problem, Quantity, Setting
+from mechc.runtime.interface import Assertion, Experiment, Origin, Quantity, Setting
+from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.solution import Solution
 

@@ -15,9 +15,10 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.runtime.interface import Assertion, Origin, Quantity
 from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 from mechc.runtime.native.kernel import kernel_sources
-from mechc.runtime.problem import Array, Assertion, ModelFunction, Origin, Problem, Quantity
+from mechc.runtime.problem import Array, ModelFunction, Problem
 
 ORIGIN = Origin("model.mech", 3, 5, "  coordinate theta = 1;")
 

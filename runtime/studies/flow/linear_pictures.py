@@ -10,10 +10,11 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ...interface import Quantity
 from ...local.frequency_response import Answers, Transfer, answers, held, phases, refined
 from ...local.linear_system import Form
 from ...local.zeros import Complex
-from ...problem import Array, Quantity
+from ...problem import Array
 from ..findings import Curve, Panel
 
 FREQUENCIES, TIMES = 400, 400

@@ -13,6 +13,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ...case import Case
+from ...interface import Quantity
 from ...local.frequency_response import Amplitudes, held, polynomial
 from ...local.held import with_held
 from ...local.independent import independent
@@ -21,7 +22,7 @@ from ...local.operating_point import Site
 from ...local.zeros import Complex
 from ...native import contract
 from ...outcome import SimulationError
-from ...problem import Array, Problem, Quantity
+from ...problem import Array, Problem
 from ...tangent.augmented import Augmented, augment
 from ...tangent.directions import as_asked, named
 from ...tangent.instant import Instant

@@ -12,11 +12,12 @@ from msgspec.structs import replace
 
 from ...case import inputs_at
 from ...driving_inputs import derived
+from ...interface import Quantity
 from ...local.chart import chart_of
 from ...local.linear_system import linear_system
 from ...local.operating_point import PART, Site
 from ...outcome import ENDED, Outcome, SimulationError, time_text
-from ...problem import Array, Problem, Quantity
+from ...problem import Array, Problem
 from ...settings import settable
 from ..findings import Curve, Findings, Panel, Table
 from ..runs.simulate import plan_run, run

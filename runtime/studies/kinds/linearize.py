@@ -15,6 +15,7 @@ from msgspec.structs import replace
 
 from ...case import SimulationOptions
 from ...driving_inputs import derived
+from ...interface import Quantity
 from ...local.chart import chart_of
 from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
@@ -23,7 +24,7 @@ from ...local.linear_system import Form, LinearSystem, linear_system, proper_for
 from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
-from ...problem import Array, Problem, Quantity
+from ...problem import Array, Problem
 from ...settings import EQUILIBRIUM, Place, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..flow.linear_pictures import Shown, bode, seen_over, step_responses

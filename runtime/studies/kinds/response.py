@@ -15,13 +15,14 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from ...interface import Quantity
 from ...local.frequency_response import NEAR, Answers, Continuous, Sampled, Transfer, answers, phases
 from ...local.linear_system import proper_form
 from ...local.operating_point import PART
 from ...local.zeros import EPSILON, Complex, poles
 from ...numerics.roots import minimum
 from ...outcome import Outcome, SimulationError
-from ...problem import Array, Problem, Quantity
+from ...problem import Array, Problem
 from ...results.files import json_number
 from ...settings import EQUILIBRIUM, Frequencies, Place, Range, settable
 from ..findings import Cell, Findings, Table

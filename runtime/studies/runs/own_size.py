@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
+from ...interface import PURE, Quantity
 from ...memo import once
 from ...nominal import NOISE
-from ...problem import PURE, Array, Problem, Quantity
+from ...problem import Array, Problem
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
 from ...start.free_state import even_numbers

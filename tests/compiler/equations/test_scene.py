@@ -20,7 +20,8 @@ from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.parser import parse
 from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
-from mechc.runtime.problem import Array, Scene
+from mechc.runtime.interface import Scene
+from mechc.runtime.problem import Array
 
 EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.mech"))
 

@@ -25,7 +25,7 @@ from mechc.presentation.panels import (
     point_names,
 )
 from mechc.presentation.plots import balance_error, figure, save
-from mechc.runtime.problem import Quantity
+from mechc.runtime.interface import Quantity
 from mechc.solution import Solution
 
 
