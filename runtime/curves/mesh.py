@@ -100,15 +100,6 @@ class Mesh(Struct, frozen=True, eq=False):
             nodes.append(right)
         return Mesh(np.array(nodes), np.array(steep, dtype=np.int64), self.degree)
 
-    def steeper(self, lower: bool, upper: bool) -> Mesh:
-        """Return the mesh with its first or its last element steep towards its end, too."""
-        steep = self.steep.copy()
-        if lower and steep[0] == 0:
-            steep[0] = -1
-        if upper and steep[-1] == 0:
-            steep[-1] = 1
-        return Mesh(self.nodes, steep, self.degree)
-
     def of_degree(self, degree: int) -> Mesh:
         return Mesh(self.nodes, self.steep, degree)
 

@@ -19,8 +19,7 @@ MOST_STATES = 64
 def constraint_drifts(case: Case, nominal: Array, main: Trajectory) -> tuple[ConstraintDrift, ...]:
     """Measure what a further projection would change, over nominal + |value|: positions, then velocities.
 
-    The kernel projects at the end of each step, so the beginnings of its steps are measured; of other methods, which
-    do not project, the output.
+    The kernel projects at the end of each step, so the beginnings of its steps are measured; the output where they are not kept.
     """
     if case.functions.project_velocity is None:
         return ()

@@ -41,14 +41,6 @@ class Row(Struct, frozen=True):
     enabled: int
 
 
-class Hits(Struct, frozen=True):
-    """Impulses along rows: each acts along ``joined`` (row, share) pairs, and brings the rate of its row to ``aim``."""
-
-    rows: tuple[int, ...]
-    aims: Array
-    aim_changes: Array
-
-
 class Instant:
     """A state at one time that changes: ``y`` [ny], ``w`` [ny, k], ``z`` [nz], ``dz`` [real ones, k], and how the time itself
     changes in each direction, ``dt`` [k]. ``w`` are changes at the changed time."""

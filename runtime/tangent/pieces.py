@@ -285,7 +285,3 @@ def spread(w: Array, nominal: Array) -> Array:
     """Give sizes [ny, k] by how far the directions reach now: they may have been scaled since the start."""
     far: Array = np.abs(w / nominal[:, None]).max(axis=0)
     return nominal[:, None] * far
-
-
-def has_events(case: Case) -> bool:
-    return case.problem.hybrid is not None

@@ -66,10 +66,6 @@ class Stream(Struct):
         """Return the indices that stores write."""
         return _column(self.body.second)[self.done[stores]]
 
-    def of_operands(self, i: int) -> list[Numbers]:
-        """Return the columns of operands that statement i has."""
-        return [column for column in self.operands.T if column[i] != NONE]
-
     def ordered(self, order: Numbers) -> Stream:
         """Return the same statements in another order."""
         place = np.empty_like(order)
