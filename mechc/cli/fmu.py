@@ -146,6 +146,8 @@ def run(
     )
     solution = solution.shown_in(display)
     _print(solution)
+    if solution.message:
+        click.echo(solution.message, err=True)
     if output:
         solution.save(output)
         click.echo(f"wrote {output}", err=True)

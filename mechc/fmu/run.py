@@ -47,12 +47,13 @@ class Order(Struct, frozen=True):
 
 
 class Simulated(Struct, frozen=True):
-    """What fmpy gave: its structured array, with the variables described."""
+    """What fmpy gave: its structured array, with the variables described; ``stop``: where the run was to end, if that is known."""
 
     problem: Problem
     result: Any
     kind: str
     seconds: float
+    stop: float | None
 
 
 def run_fmu(
@@ -125,13 +126,16 @@ def simulated(order: Order) -> Simulated:
             start_values=starts,
             input=signals,
             output=sorted(columns),
+            early_return_allowed=True,
             validate=False,
         )
     except MemoryError:
         raise
     except Exception as error:  # the same, for a binary that refuses
         raise UsageMistake(f"{path} cannot be run: {error}", "'mechc fmu check' says more") from None
-    return Simulated(problem, result, chosen, time.perf_counter() - begun)
+    stated = description.defaultExperiment.stopTime if description.defaultExperiment else None
+    stop = order.stop if order.stop is not None else float(stated) if stated is not None else None
+    return Simulated(problem, result, chosen, time.perf_counter() - begun, stop)
 
 
 def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any:
@@ -265,6 +269,11 @@ def _solution(made: Simulated) -> Solution:
     found = flattened(result)
     columns = np.array([found[name] for name in names]).T.reshape(len(instants), -1)
 
+    last = float(instants[-1])
+    ended = made.stop is not None and last < made.stop * (1 - 1e-9)
+    outcome = Outcome.TERMINATED if ended else Outcome.COMPLETED
+    message = f"the FMU ended the run at {last:.10g}, before {made.stop:g}" if ended else ""
+
     def at(times: Array) -> Array:
         values = [np.interp(times, instants, column) for column in columns.T]
         return np.array(values).T.reshape(len(times), -1)
@@ -278,6 +287,6 @@ def _solution(made: Simulated) -> Solution:
         experiment="",
         parameters={},
         statistics=Statistics(f"{KINDS[made.kind]} by fmpy", len(instants) - 1, None, 0, made.seconds),
-        judged=Judged(Verdict(Outcome.COMPLETED, "", None, Accuracy())),
+        judged=Judged(Verdict(outcome, message, None, Accuracy())),
     )
     return Solution(motion)

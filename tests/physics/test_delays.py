@@ -321,3 +321,17 @@ def test_chatter_begins_at_its_lobes(lobe: int, frequency: float) -> None:
         return float(np.log(size[late].max() / size[early].max()))
 
     assert growth(0.99) < 0 < growth(1.01)
+
+
+@pytest.mark.parametrize("kind", ["rainflow", pytest.param("spectrum", marks=pytest.mark.slow)])
+def test_studies_of_a_run_look_back(kind: str) -> None:
+    """A sine of 1 Hz that is 0.3 s late swings by 2 and has one line."""
+    model = mechc.loads(
+        "model M\n state Real v = 0; equation der(v) = 2*pi*cos(2*pi*time/(1 s))/(1 s); output w = delay(v, 0.3 s);"
+        "experiment(stop = 6 s, tolerance = 1e-9);\nend M;"
+    )
+    found = model.study(kind, of="w", settling=1)
+    if kind == "rainflow":
+        assert found.arrays["range"].max() == pytest.approx(2, abs=1e-6)
+    else:
+        assert found.details["lines"][0]["frequency"] == pytest.approx(1, rel=1e-3)

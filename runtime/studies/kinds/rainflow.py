@@ -44,6 +44,7 @@ class Cycle(Struct, frozen=True):
 class Rainflow(Study, frozen=True, kw_only=True):
     """The cycles of the quantity ``of`` over a run, without what is still ``settling``."""
 
+    of_past = True
     unused = frozenset({"every", "estimate_error"})
 
     of: Annotated[Formula | None, settable("The quantity; the first coordinate without it.", "formula")] = (

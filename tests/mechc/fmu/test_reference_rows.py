@@ -15,7 +15,7 @@ from mechc.fmu.documents import reference
 from mechc.fmu.guard import check_fmu
 from mechc.fmu.run import run_fmu
 from mechc.requests.parse_values import UsageMistake
-from mechc.runtime.outcome import SimulationError
+from mechc.runtime.outcome import Outcome, SimulationError
 
 SAMPLED = """\
 model Sampled
@@ -102,6 +102,24 @@ def test_references_in_which_nothing_changes_say_little(tmp_path: Path) -> None:
         report = check_fmu(exported(text, name, tmp_path))
         details = [line.detail for line in report.lines if line.what.endswith("reference")]
         assert [("nothing changes" in detail) for detail in details] == [still, still]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("version", ["2", "3"])
+def test_an_fmu_that_ends_before_the_stop_says_so(version: str, tmp_path: Path) -> None:
+    """2 kg under 3 N pass 0.48 m at 0.8 s; Co-Simulation tells the state of the end at its next communication point."""
+    text = PUSHED.replace("end Pushed;", '  when x > 0.48 m then terminate("far"); end when;\nend Pushed;')
+    (tmp_path / "pushed.mech").write_text(text)
+    path = tmp_path / "pushed.fmu"
+    options = ["--target", "fmu", "--fmi", version, "-o", str(path)]
+    assert run_command(["compile", str(tmp_path / "pushed.mech"), *options]) == 0
+    table = tmp_path / "u.csv"
+    table.write_text("time [s],u [N]\n0,3\n2,3\n")
+    for kind in ("cs", "me"):
+        found = run_fmu(path, kind=kind, every=0.01, inputs={"u": str(table)})
+        assert found.outcome is Outcome.TERMINATED and "before 2" in found.message
+        assert found.time[-1] == pytest.approx(0.8, abs=0.011)
+        assert found["x"][-1] == pytest.approx(0.48, abs=1e-6)
 
 
 @pytest.mark.slow
