@@ -330,7 +330,7 @@ def test_studies_of_a_run_look_back(kind: str) -> None:
         "model M\n state Real v = 0; equation der(v) = 2*pi*cos(2*pi*time/(1 s))/(1 s); output w = delay(v, 0.3 s);"
         "experiment(stop = 6 s, tolerance = 1e-9);\nend M;"
     )
-    found = model.study(kind, of="w", settling=1)
+    found: Any = model.study(kind, of="w", settling=1)
     if kind == "rainflow":
         assert found.arrays["range"].max() == pytest.approx(2, abs=1e-6)
     else:
