@@ -13,6 +13,8 @@ from msgspec import Struct, field
 
 from .partners import partners
 
+BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
+
 PURE = ("", "1", "rad")
 """Units of numbers that have a size of their own."""
 
@@ -43,6 +45,8 @@ class Quantity(Struct, frozen=True):
     interpolation: str = "linear"
     usual: str = ""
     type: str = "real"
+    exponents: tuple[str, ...] = ()
+    """Those of ``BASE_UNITS``, whole numbers or fractions; empty for a pure number."""
 
     @property
     def measure(self) -> str:

@@ -34,6 +34,7 @@ def quantity(
         interpolation,
         _usual(unit),
         type,
+        _exponents(unit),
     )
 
 
@@ -43,6 +44,15 @@ def origin(span: Span | None) -> Origin | None:
         return None
     line, column = span.file.position(span.start)
     return Origin(span.file.name, line, column, span.file.line(line))
+
+
+def _exponents(unit: str) -> tuple[str, ...]:
+    """Return the exponents of the base units, as fractions; nothing for a pure number."""
+    try:
+        dimension = parse_unit(unit).dimension
+    except UnitError:
+        return ()
+    return () if dimension.is_none else tuple(str(one) for one in dimension.exponents)
 
 
 def _usual(unit: str) -> str:

@@ -155,6 +155,11 @@ STUDIES = {
             "What are the Poisson brackets of quantities, and is a transformation canonical?",
             "kinds.brackets:Brackets",
         ),
+        Kind(
+            "dimensions",
+            "What do the units allow, and on which dimensionless groups does it depend?",
+            "kinds.dimensions:Dimensions",
+        ),
         Kind("hamilton", "What are Hamilton's function and Hamilton's equations?", "kinds.hamilton:Hamilton"),
         Kind(
             "field",

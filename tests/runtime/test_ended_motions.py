@@ -32,7 +32,7 @@ EXPECTED: dict[str, dict[str, str]] = {
     **{name: {"terminate": SWITCHES, "assert": SAME} for name in ("steady", "period", "portrait")},
     **{
         name: {"terminate": SAME, "assert": SAME}
-        for name in ("linearize", "response", "equilibria", "modes", "brackets", "hamilton", "field", "inertia", "energy")
+        for name in ("linearize", "response", "equilibria", "modes", "brackets", "hamilton", "field", "inertia", "energy", "dimensions")
     },
     "curves": {},
 }  # fmt: skip
