@@ -239,14 +239,35 @@ end Corner;
 """
 
 
-@pytest.mark.parametrize("along", ["der(x), der(z)", "der(z), der(x)"])
+ALONG_CORNERS = [
+    "der(x), der(z)",
+    "der(z), der(x)",
+    "0.6*der(x) + 0.8*der(z), 0.8*der(x) - 0.6*der(z)",
+    "0.8*der(x) - 0.6*der(z), 0.6*der(x) + 0.8*der(z)",
+]
+"""Whichever of two directions holds, a part of its force along the wall is undone by the other one, or by the wall."""
+
+
+@pytest.mark.parametrize("along", ALONG_CORNERS)
 def test_a_friction_along_a_wall_leaves_less_of_its_limit_across(along: str) -> None:
     """Floor and wall share px by halves, as far as the friction, which holds pz, is in its cone."""
     model = mechc.loads(CORNER % along)
-    for px, pz in [(6.0, 3.5), (6.0, 0.0), (1.0, 3.9), (3.0, 3.5)]:
+    for px, pz in [(6.0, 3.5), (6.0, 0.0), (1.0, 3.9), (3.0, -3.5), (0.1, -3.9)]:
         solution = model.simulate(set={"px": px, "pz": pz}, estimate_error=False)
         friction = min(px / 2, np.sqrt((0.4 * 9.81) ** 2 - pz**2))
         assert loads(solution) == pytest.approx([9.81, px - friction], abs=1e-9)
+        assert abs(solution["z"][-1]) < 1e-15
+
+
+@pytest.mark.parametrize("along", ALONG_CORNERS)
+def test_what_slides_along_a_wall_presses_on_it_with_all_its_push(along: str) -> None:
+    model = mechc.loads(CORNER % along)
+    for pz in (5.0, -5.0):
+        solution = model.simulate(set={"px": 6.0, "pz": pz}, estimate_error=False)
+        assert loads(solution) == pytest.approx([9.81, 6.0], abs=1e-9)
+        way = 0.5 * (5.0 - 0.4 * 9.81) * 0.05**2
+        assert solution["z"][-1] == pytest.approx(np.copysign(way, pz), rel=1e-9)
+        assert solution.statistics.steps < 100  # of a coordinate that rounding moves, the size is no rounding
 
 
 GRASP = """

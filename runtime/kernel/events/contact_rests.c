@@ -30,15 +30,22 @@ static void set(mech_solver *s, int i, int value)
     if (place >= 0) s->events->z[place] = value;
 }
 
+static int first_of(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i ? i - 1 : i; }
+
 /* Whether nothing slips along friction i, whose slip may have two components. */
-static int is_slow(const mech_solver *s, int i)
+static int is_slow(const mech_solver *s, int i) { return mech_surface_friction_is_slow(s, first_of(s, i)); }
+
+/* Whether friction i slides; on a surface, in whichever direction. */
+static int slides(const mech_solver *s, int i)
 {
-    return mech_surface_friction_is_slow(s, i > 0 && mech_row_partner(s, i - 1) == i ? i - 1 : i);
+    const int first = first_of(s, i), second = mech_row_partner(s, first);
+    const mech_real *z = s->events->z;
+    return z[mech_row_of(s, first)->sign] != 0 || (second >= 0 && z[mech_row_of(s, second)->sign] != 0);
 }
 
 static int friction_rests(mech_solver *s, int n, const int *held, int i)
 {
-    if (s->events->z[mech_row_of(s, i)->sign] != 0 || !is_slow(s, i)) return 0;
+    if (slides(s, i) || !is_slow(s, i)) return 0;
     return depends(s, n, held, i);
 }
 

@@ -126,7 +126,8 @@ static int check_progress(mech_solver *s, int hit)
     const mech_real share = turns ? MECH_C(1e-6) : MECH_C(1e-9);
     const mech_real t = s->run->report.t, moment = share * mech_min(s->o.dt_max, mech_abs(t));
     if ((counters[MECH_CROWD] += 1) >= CROWD) {
-        if (t - counters[MECH_CROWD_TIME] < moment) return fail_to_progress(s, hit, moment);
+        const mech_real most = mech_max(moment, MECH_C(1e-12) * s->o.dt_max); /* near t = 0, too, the end must come */
+        if (t - counters[MECH_CROWD_TIME] < most) return fail_to_progress(s, hit, most);
         counters[MECH_CROWD] = 0;
         counters[MECH_CROWD_TIME] = t;
     }

@@ -271,7 +271,9 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
 {
     const mech_event_state *e = s->events;
     const int n = e->n, last = MECH_SAMPLES - 2;
-    for (int measured = k >= s->model->hybrid->n_switches;; measured = 1) {
+    enum { MOST_PASSES = 8 };
+    for (int pass = 0;; pass++) {
+        const int measured = pass || k >= s->model->hybrid->n_switches;
         search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = room, .k = k, .looks = looks, .measured = measured};
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
@@ -286,7 +288,7 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         if (leaves) x[0] = behind_rise(&q, &x[0], x[1].part);
         if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
         const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
-        if (!q.rounding) return found;
+        if (!q.rounding || pass == MOST_PASSES) return found;
         mech_indicator_widen_by_terms(s, k, s->run->report.t + h, s->y_new);
     }
 }

@@ -188,6 +188,13 @@ static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *
     }
 }
 
+void mech_drop_rounding(const mech_model *m, const mech_sizes *sizes, mech_real *values)
+{
+    drop_rounding(sizes, 0, m->nq, values);
+    drop_rounding(sizes, m->nq, m->nv, values);
+    drop_rounding(sizes, m->nq + m->nv, m->nx, values);
+}
+
 /* The discrete variables at the start, where what was is what is; `room` [nz] for those of a model with delays. */
 static const mech_real *z_at_start(const mech_model *m, const mech_options *o, const mech_real *u, mech_real *room)
 {
@@ -220,11 +227,8 @@ void mech_look_at_start(mech_motion *x, const mech_options *o, const mech_real *
         if (mech_finite(energy)) x->energy = mech_max(x->energy, energy);
     }
     memcpy(x->y0, plain, (size_t)ny * sizeof(mech_real));
-    const int first[] = {0, m->nq, m->nq + m->nv}, n[] = {m->nq, m->nv, m->nx};
-    for (int part = 0; part < 3; part++) {
-        drop_rounding(x->sizes, first[part], n[part], x->y0);
-        drop_rounding(x->sizes, first[part], n[part], x->rates);
-    }
+    mech_drop_rounding(m, x->sizes, x->y0);
+    mech_drop_rounding(m, x->sizes, x->rates);
 }
 
 int mech_nominal_at_start(const mech_model *m, const mech_sizes *sizes, const mech_options *o, mech_real stop,

@@ -22,6 +22,9 @@ int mech_alike(const mech_quantity *a, const mech_quantity *b);
 int mech_nominal_rules(const mech_motion *motion, const mech_real *reached, const mech_real *bounds,
                        mech_real *nominal);
 
+/* Zero for what is rounding beside other states, of values[ny], of its unit that it feels. */
+void mech_drop_rounding(const mech_model *model, const mech_sizes *sizes, mech_real *values);
+
 /* Fills y0, rates and energy; u[nu] and out[n_outputs] are there to work in. */
 void mech_look_at_start(mech_motion *motion, const mech_options *options, const mech_real *plain, mech_real *u,
                         mech_real *out);

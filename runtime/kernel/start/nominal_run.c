@@ -69,6 +69,7 @@ int mech_nominal_values(const mech_model *m, const mech_sizes *sizes, const mech
     int status = 0;
     if (mech_nominal_rules(&x, NULL, NULL, nominal)) {
         status = run_ahead(m, o, stop, nominal, reached);
+        if (!status) mech_drop_rounding(m, sizes, reached);
         if (!status) mech_nominal_rules(&x, reached, reached, nominal);
     }
     free(work);

@@ -265,7 +265,7 @@ int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
         const trial step = next_trial(s, limit);
         const mech_real h = step.h, error = attempt(s, &step);
         const int good = error <= 1;
-        if (good && adaptive && !step.lands && mech_too_close(s, step.t_new, s->y_new, s->y)) {
+        if (good && adaptive && !step.lands && h > shortest && mech_too_close(s, step.t_new, s->y_new, s->y)) {
             r->rejected++;
             r->dt = h * SHORTER;
             continue;
