@@ -17,6 +17,7 @@ PAGES = (
     "evaluation",
     "tangents",
     "functions",
+    "tables",
     "gradient",
     "kernel",
     "stiff",

@@ -15,7 +15,7 @@ typedef struct task {
     casadi_function *theirs;     /* or this, of positions, velocities and parameters */
     double *work;
     int n, states;               /* freedoms; states of 2 n numbers in y */
-    const double *y, *p;
+    const double *y, *p, *z;     /* z: memory, of what switches */
 } task;
 
 static double seconds(void)
@@ -29,7 +29,7 @@ static double seconds(void)
 static void rates(const task *of, const double *y, double *out)
 {
     if (of->ours) {
-        of->ours->rhs(0, y, NULL, NULL, of->p, out);
+        of->ours->rhs(0, y, NULL, of->z, of->p, out);
     } else {
         const double *arguments[] = {y, y + of->n, of->p};
         double *results[] = {out + of->n};

@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from mechc.compiler.outline import summary_of
 from mechc.compiler.pipeline import compile_source
 from mechc.compiler.problem import HEADER, header, make_problem
-from mechc.compiler.targets import description
 from mechc.compiler.targets.c import emit_c
 from mechc.lang.source import SourceFile
 from mechc.runtime.case import SimulationOptions, prepare
-from mechc.runtime.functions import load_functions
+from mechc.runtime.functions import load_functions, with_code
 from mechc.runtime.native.build import build_shared, model_flags
 from mechc.runtime.native.kernel import kernel_sources
 
@@ -58,6 +58,7 @@ class _Task(Structure):
         ("states", c_int),
         ("y", c_void_p),
         ("p", c_void_p),
+        ("z", c_void_p),
     )
 
 
@@ -108,12 +109,11 @@ def ours(kind: str, n: int, y: Any, *, turning: bool = True) -> Contestant:
     """Return the code of mechc; without ``turning`` sines and cosines cost nothing, and mean nothing."""
     program = compile_source(SourceFile("chain.mech", TEXTS[kind]), structural={"n": Fraction(n)}).program
     if turning:
-        problem = make_problem(program, "c")
+        problem = make_problem(program)
     else:
         sources = {"model.c": emit_c(program, turns=True), HEADER: header(), "sincos_batch.h": NO_TURNS}
-        problem = description.make_problem(
-            program, library=build_shared(sources, model_flags(loops=program.long))
-        )
+        flags = model_flags(loops=program.long)
+        problem = with_code(summary_of(program).description, library=build_shared(sources, flags))
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     task = _Task(ctypes.addressof(functions.struct), None, None, n, STATES, y.ctypes.data, case.p.ctypes.data)

@@ -44,7 +44,7 @@ NAMED_LOADS: Final = 150
 _WORDS: Final = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long"
     " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
-    " while asm typeof real ratio PI mech_real mech_model lookup element cell NULL EXPORT NOINLINE"
+    " while asm typeof real ratio PI mech_real mech_model lookup element cell sought NULL EXPORT NOINLINE"
 )
 """Words that no value may have for its name."""
 

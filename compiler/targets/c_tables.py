@@ -57,19 +57,14 @@ static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_rea
 /* The number with an index, a whole one; the first and last ones beyond the ends. */
 static inline mech_real element(const mech_real *values, int n, mech_real index)
 {
-    return values[index > 0 ? index < n - 1 ? (int)index : n - 1 : 0];
+    const mech_real above = index > 0 ? index : 0;
+    return values[(int)(above < n - 1 ? above : n - 1)];
 }
 """,
     "cell": """\
-/* The index of the last point but one that is not above x. The search begins where evenly spaced points would have it. */
-static mech_real cell(const mech_real *points, int n, mech_real x)
+/* The index of the last point but one that is not above x, sought from an interval on. */
+static NOINLINE int sought(const mech_real *points, int n, mech_real x, int low)
 {
-    if (!(x >= points[1]))
-        return 0;
-    if (x >= points[n - 2])
-        return n - 2;
-    int low = (int)((x - points[0]) / (points[n - 1] - points[0]) * (n - 1));
-    low = low < 1 ? 1 : low > n - 3 ? n - 3 : low;
     int high = low + 1;
     for (int step = 1; points[low] > x; step *= 2)
         high = low, low = low > step ? low - step : 0;
@@ -83,6 +78,18 @@ static mech_real cell(const mech_real *points, int n, mech_real x)
             high = middle;
     }
     return low;
+}
+
+/* The same. The search begins where evenly spaced points would have it, and mostly ends there. */
+static inline mech_real cell(const mech_real *points, int n, mech_real x)
+{
+    if (!(x >= points[1]))
+        return 0;
+    if (x >= points[n - 2])
+        return n - 2;
+    const mech_real even = (x - points[0]) * ((n - 1) / (points[n - 1] - points[0]));
+    const int low = (int)(even < n - 3 ? even : n - 3);
+    return points[low] <= x && x < points[low + 1] ? low : sought(points, n, x, low);
 }
 """,
 }

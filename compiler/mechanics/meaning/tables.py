@@ -311,10 +311,7 @@ def _word(expression: Expression) -> str:
 def _slopes(points: Numbers, values: Numbers, kind: str, outside: str) -> Numbers:
     """Return the slopes at the points."""
     if kind == "spline":
-        from scipy.interpolate import CubicSpline
-
-        ends = "periodic" if outside == "periodic" else "not-a-knot"
-        return tuple(CubicSpline(points, values, bc_type=ends)(points, 1).tolist())
+        return tuple(_spline_slopes(points, values, outside, 0).tolist())
     if outside != "periodic":
         return monotone_slopes(points, values)
     # two points more on either side, which the slopes at the ends see
@@ -326,11 +323,21 @@ def _slopes(points: Numbers, values: Numbers, kind: str, outside: str) -> Number
     return wider[2:-2]
 
 
+def _spline_slopes(points: Numbers, values: Numbers | Grid, outside: str, axis: int) -> Grid:
+    from scipy.interpolate import CubicSpline
+
+    ends = "periodic" if outside == "periodic" else "not-a-knot"
+    slopes: Grid = CubicSpline(points, values, axis, ends)(points, 1)
+    return slopes
+
+
 def _grid_slopes(axes: Sequence[Numbers], values: Numbers, kind: str, outside: str) -> tuple[Numbers, ...]:
     """Return values and slopes by x, by y and by both. Of smooth tables the last one is the mean of both orders."""
     import numpy as np
 
     def along(axis: int, given: Grid) -> Grid:
+        if kind == "spline":
+            return _spline_slopes(axes[axis], given, outside, axis)
         lines = np.moveaxis(given, axis, 1)
         found = [_slopes(axes[axis], tuple(line.tolist()), kind, outside) for line in lines]
         return np.moveaxis(np.array(found), 1, axis)
