@@ -5,7 +5,7 @@ from __future__ import annotations
 from .outcome import SimulationError
 from .problem import Problem
 
-ANSWERED = "runs, sweeps, ensembles, 'spectrum', 'diagram', 'hysteresis', 'threshold', 'virial' and 'inertia' answer for such models"
+ANSWERED = "runs, sweeps, ensembles, 'response', 'linearize', 'spectrum', 'diagram', 'hysteresis', 'threshold', 'virial' and 'inertia' answer for such models"
 
 
 def refuse_past(problem: Problem, why: str) -> None:

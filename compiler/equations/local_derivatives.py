@@ -13,6 +13,7 @@ from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..graph.vector import cross
 from ..mechanics.system import MechanicalSystem
+from .hybrid.delays import in_order
 from .model import Function, Slot
 from .reported.entries import Layout
 from .solve.shares import undefined
@@ -33,8 +34,8 @@ def local_derivatives(
 
     Rows: rates of the displacement, accelerations, rates of states, outputs, residuals of position constraints, K v + b; of
     each row that switches its gap and its rate.
-    Columns: displacements, velocities, states, inputs, time. The displacement of a rotation with angular velocity w
-    by a turn d has the rate d' = dw - w x d.
+    Columns: displacements, velocities, states, inputs, time, what is delayed in the order of the delay plan. The displacement
+    of a rotation with angular velocity w by a turn d has the rate d' = dw - w x d.
     """
     graph = system.graph
     named = {f.name: f.outputs for f in functions}
@@ -49,6 +50,7 @@ def local_derivatives(
     places = {slot: n for n, slot in layout.slots.items()}
     ny, nu = layout.nq + layout.nv + layout.nx, len(layout.inputs)
     slots = [Slot("y", i) for i in range(ny)] + [Slot("u", i) for i in range(nu)] + [Slot("t", 0)]
+    slots += [layout.slots[n] for n in in_order(system.lowering.delays.found)]
     found = jacobian(graph, rows, [places[slot] for slot in slots])
     shares = {share.beside: share.rests for share in solved.shared.values()}
     for row, formula in zip(found, rows, strict=True):

@@ -12,6 +12,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..driving_inputs import derived
+from ..interface import Quantity
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 from .held import with_held
@@ -32,6 +33,8 @@ class LinearSystem(Struct, frozen=True, eq=False):
     drives: NDArray[np.bool_]
     chosen: NDArray[np.intp]
     condition: float
+    behind: tuple[Quantity, ...] = ()
+    """States that are no displacements: those of approximations."""
 
     def beside(self, parts: tuple[Array, ...]) -> Array:
         """Return the parts of B or D side by side: all inputs, then rates, then accelerations of those that drive."""

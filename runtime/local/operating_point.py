@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..case import Case, SimulationOptions, inputs_at, prepare
+from ..delays import DelayTable, T, U, Y, as_at_the_start, delays_of
 from ..driving_inputs import derived
 from ..functions import load_functions
 from ..integrate.solver import Solver
@@ -30,7 +31,8 @@ EDGE = 1e-9
 
 
 class Derivatives(Struct, frozen=True, eq=False):
-    """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints.
+    """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints. Behind the columns
+    of the inputs are those of what is delayed, in the order of the table of delays, where the past stands apart.
 
     ``position`` are residuals of positions, ``rate`` is K v + b; ``gaps`` and ``slips`` are the same of each row that switches,
     whether it holds or not. ``outputs_by_others``: by the states that are not displaced.
@@ -69,10 +71,23 @@ class Site(Struct, frozen=True, eq=False):
     def problem(self) -> Problem:
         return self.case.problem
 
+    def discretes(self, y: Array) -> Array:
+        """Return the discrete variables at a state in which the motion has been all the time: what was is what is."""
+        hybrid = self.problem.hybrid
+        if hybrid is None or not hybrid.delays:
+            return self.z
+        return as_at_the_start(self.case.functions, self.t, y, self.u, self.z, self.p)
+
+    @property
+    def past(self) -> DelayTable | None:
+        """What is delayed; None where nothing is."""
+        hybrid = self.problem.hybrid
+        return delays_of(self.case.functions, self.p) if hybrid is not None and hybrid.delays else None
+
     def rates(self, y: Array) -> Array:
         """Return the rates [n] of the displacements at a state: of positions, velocities, states."""
         problem, chart = self.problem, self.chart
-        dy = self.case.functions.rhs(self.t, y, self.u, self.z, self.p)
+        dy = self.case.functions.rhs(self.t, y, self.u, self.discretes(y), self.p)
         found = np.zeros(chart.size)
         for j, i in enumerate(chart.places):
             if i not in problem.rotations:
@@ -87,19 +102,21 @@ class Site(Struct, frozen=True, eq=False):
         problem, functions = self.problem, self.case.functions
         if functions.project_position is None or functions.project_velocity is None:
             return np.zeros(0), np.zeros(0)
-        arguments = (self.t, y, self.u, self.z, self.p)
+        arguments = (self.t, y, self.u, self.discretes(y), self.p)
         return functions.project_position(*arguments)[problem.nv :], functions.project_velocity(*arguments)[
             problem.nv :
         ]
 
     def outputs(self, y: Array) -> Array:
         functions = self.case.functions
-        return (
-            np.zeros(0) if functions.outputs is None else functions.outputs(self.t, y, self.u, self.z, self.p)
-        )
+        z = self.discretes(y)
+        return np.zeros(0) if functions.outputs is None else functions.outputs(self.t, y, self.u, z, self.p)
 
-    def derivatives(self, y: Array) -> Derivatives:
-        """Return everything that is linear near a state. Raises SimulationError where that is undefined."""
+    def derivatives(self, y: Array, *, apart: bool = False) -> Derivatives:
+        """Return everything that is linear near a state. Raises SimulationError where that is undefined.
+
+        ``apart``: what was stands still beside what is, as in a motion; else both are displaced, as between states of rest.
+        """
         problem, n, nd = self.problem, self.chart.size, self.chart.nd
         behind = problem.ny - problem.nq
         own = rows_of(self.chart)
@@ -109,39 +126,56 @@ class Site(Struct, frozen=True, eq=False):
         n_position = sum(row.level == "position" for row in problem.constraints)
         constrained = nd + behind + n_out + n_position + len(problem.constraints)
         switching = 0 if problem.hybrid is None else len(problem.hybrid.rows)
-        shape = (constrained + 2 * switching, nd + behind + nu + 1)
+        by_time = nd + behind + nu
+        sources = [] if (past := self.past) is None else past.sources[past.delayed[:, 1]].tolist()
+        shape = (constrained + 2 * switching, by_time + 1 + len(sources))
         full = np.zeros(shape)
         if len(pattern):
-            entries = self.case.functions.matrices[PART](self.t, y, self.u, self.z, self.p)
+            entries = self.case.functions.matrices[PART](self.t, y, self.u, self.discretes(y), self.p)
             full[pattern[:, 0], pattern[:, 1]] = entries
+        for k, (array, index) in enumerate(sources):
+            if array in (Y, U) and not apart:
+                full[:, :by_time] += np.outer(full[:, by_time + 1 + k], self._displaced(y, array, index))
         needed = np.r_[own, nd + behind + n_out : constrained]
         if not np.isfinite(full[needed]).all():
             row, column = (int(k) for k in np.argwhere(~np.isfinite(full[needed]))[0])
             raise self.undefined(
                 f"the rate of '{self.chart.names[row]}'" if row < n else "a constraint", column
             )
-        by_inputs, by_time = slice(nd + behind, nd + behind + nu), nd + behind + nu
+        columns = [*range(nd + behind, by_time), *(range(by_time + 1, full.shape[1]) if apart else ())]
+        by_inputs = np.array(columns, dtype=np.intp)
+        clocks = [by_time, *(by_time + 1 + k for k, (array, _) in enumerate(sources) if array == T)]
         out = slice(nd + behind, nd + behind + n_out)
         position = slice(out.stop, out.stop + n_position)
         rate = slice(position.stop, constrained)
         held = slice(position.start, rate.stop)
         return Derivatives(
             rates=full[np.ix_(own, own)],
-            rates_by_inputs=full[own, by_inputs],
+            rates_by_inputs=full[np.ix_(own, by_inputs)],
             rates_by_time=full[own, by_time],
             outputs=full[out][:, own],
-            outputs_by_inputs=full[out, by_inputs],
+            outputs_by_inputs=full[out][:, by_inputs],
             outputs_by_others=full[out][:, others],
             position=full[position][:, own],
             rate=full[rate][:, own],
-            constraints_by_inputs=full[held, by_inputs],
+            constraints_by_inputs=full[held][:, by_inputs],
             constraints_by_time=full[held, by_time],
             gaps=full[constrained::2][:, own],
-            gaps_by_inputs=full[constrained::2, by_inputs],
+            gaps_by_inputs=full[constrained::2][:, by_inputs],
             slips=full[constrained + 1 :: 2][:, own],
-            slips_by_inputs=full[constrained + 1 :: 2, by_inputs],
-            moves_by_itself=bool(((pattern[:, 1] == by_time) & np.isin(pattern[:, 0], needed)).any()),
+            slips_by_inputs=full[constrained + 1 :: 2][:, by_inputs],
+            moves_by_itself=bool((np.isin(pattern[:, 1], clocks) & np.isin(pattern[:, 0], needed)).any()),
         )
+
+    def _displaced(self, y: Array, array: int, index: int) -> Array:
+        """Return the derivative of a number of the state or of the inputs by displacements, all other states and inputs."""
+        nd, nq = self.chart.nd, self.problem.nq
+        row = np.zeros(nd + self.problem.ny - nq + len(self.problem.inputs))
+        if array == Y and index < nq:
+            row[:nd] = self.chart.of_entries(y)[index, :nd]
+        else:
+            row[nd + index - nq if array == Y else nd + self.problem.ny - nq + index] = 1.0
+        return row
 
     def undefined(self, what: str, column: int) -> SimulationError:
         """Return the message that a derivative does not exist; ``column`` counts all displacements, then inputs."""

@@ -11,6 +11,7 @@ from mechc.runtime.interface import Delay
 
 from ...graph import Node
 from ...graph.rewrite import substitute
+from ...mechanics.meaning.delays import Delayed
 from ...mechanics.system import MechanicalSystem
 from ..model import DelayPlan, Function, Slot
 from ..quantities import origin
@@ -24,9 +25,9 @@ def with_past(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> S
     """Return formulas in which what is prescribed or balanced, and so no state, is delayed by the formula that gives it."""
     graph, delays = system.graph, system.lowering.delays
     driven = [n for n, delayed in delays.found.items() if delayed.source in solved.driven]
+    delays.driven |= {n: delays.found.pop(n) for n in driven}
     formulas: dict[Node, Node] = {}
-    for n in driven:
-        delayed = delays.found.pop(n)
+    for n, delayed in delays.driven.items():
         (now,) = solved.resolve([delayed.source])
         images = delays.images([now], delayed.delay, delayed.span, reporter)
         for symbol in images.values():
@@ -61,6 +62,12 @@ def as_at_the_start(system: MechanicalSystem, nodes: Sequence[Node]) -> tuple[No
     )
 
 
+def in_order(found: Mapping[Node, Delayed]) -> list[Node]:
+    """Return the symbols of what is delayed in the order in which the kernel numbers them: by their delays."""
+    delays = list(dict.fromkeys(d.delay for d in found.values()))
+    return sorted(found, key=lambda n: delays.index(found[n].delay))
+
+
 def delay_plan(
     system: MechanicalSystem, slots: Mapping[Node, Slot]
 ) -> tuple[DelayPlan | None, tuple[Function, ...]]:
@@ -69,7 +76,7 @@ def delay_plan(
     if not found:
         return None, ()
     delays = list(dict.fromkeys(d.delay for d in found.values()))
-    by_delay = sorted(found, key=lambda n: delays.index(found[n].delay))
+    by_delay = in_order(found)
     places = {d.source: slots[d.source] for d in found.values()}
     sources = sorted(places, key=lambda n: (ORDER.index(places[n].array), places[n].index))
     plan = DelayPlan(

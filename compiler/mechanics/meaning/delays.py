@@ -30,7 +30,8 @@ class Delayed(Struct, frozen=True):
 
 
 class Delays:
-    """All that looks back in one model. ``found``: by the symbol that stands for it."""
+    """All that looks back in one model. ``found``: by the symbol that stands for it; ``driven``: of what is prescribed or balanced, which
+    its formula gives."""
 
     def __init__(
         self,
@@ -43,6 +44,7 @@ class Delays:
         self._rate = rate
         self._unknown_rates = unknown_rates
         self.found: dict[Node, Delayed] = {}
+        self.driven: dict[Node, Delayed] = {}
         self._symbols: dict[tuple[Node, Node], Node] = {}
         self._parameters = {s.node for s in symbols.parameters}
         others = (*symbols.states, *symbols.inputs, *symbols.discretes)

@@ -2,7 +2,8 @@
 
 x' = A x + B u, y = C x + D u for small displacements x of independent coordinates, their velocities and states; from the
 exact derivatives of the equations. Coordinates that constraints tie to these are eliminated by the derivative of the
-constraints. An input that drives a coordinate is one column all the same: see ``local/linear_system.py``.
+constraints. An input that drives a coordinate is one column all the same: see ``local/linear_system.py``. Delays are Padé
+approximations, see ``local/looking_back.py``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ...case import SimulationOptions
+from ...delays import U, Y, Z
 from ...driving_inputs import derived
 from ...interface import Quantity
 from ...local.chart import chart_of
@@ -21,6 +23,7 @@ from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
 from ...local.frequency_response import Continuous, Sampled, Transfer, held
 from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
+from ...local.looking_back import HIGHEST, LookingBack, bound, right_up_to
 from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
@@ -31,6 +34,10 @@ from ..flow.linear_pictures import Shown, bode, seen_over, step_responses
 from ..flow.sampled_loop import held_samples
 from ..study import OF_A_MOTION, Study, left_out
 
+PADE = 3
+"""Order of approximations of delays."""
+SHARE = 0.01
+"""Error of such an approximation up to which it is told how far it goes."""
 ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
 
 
@@ -101,6 +108,7 @@ class Linearize(Study, frozen=True, kw_only=True):
     where it has none) unless they are named."""
 
     unused = OF_A_MOTION
+    of_past = True
     needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
 
     at: Annotated[
@@ -111,6 +119,9 @@ class Linearize(Study, frozen=True, kw_only=True):
     sample: Annotated[
         float | None, settable("Period of a sampled system whose inputs are held in between.", "time")
     ] = None
+    pade: Annotated[
+        int | None, settable(f"Order of the Padé approximations of delays; {PADE} without it.", "count")
+    ] = None
 
     def solve(self, problem: Problem) -> Linearization:
         """Linearise. Raises SimulationError at states where derivatives do not exist."""
@@ -118,7 +129,8 @@ class Linearize(Study, frozen=True, kw_only=True):
 
 
 class Point(Struct, frozen=True, eq=False):
-    """A linear system at a state ``y``: between ``inputs``, by their indices, and ``outputs``; with what there is to say of it."""
+    """A linear system at a state ``y``: between ``inputs``, by their indices, and ``outputs``; with what there is to say of it. Of a model
+    with delays ``system`` is that between them and what is delayed, and ``past`` knows how these hang together."""
 
     site: Site
     y: Array
@@ -126,6 +138,7 @@ class Point(Struct, frozen=True, eq=False):
     inputs: list[int]
     outputs: list[tuple[Quantity, tuple[str, int]]]
     remarks: tuple[str, ...]
+    past: LookingBack | None = None
 
 
 def point_of(
@@ -148,17 +161,56 @@ def point_of(
     inputs, outputs = chosen_inputs(problem, driven), chosen_outputs(problem, observing)
     following = observed_followers(problem, outputs)
     site = replace(site, chart=chart_of(problem, following))
-    found = site.derivatives(y)
-    system = linear_system(site, found, inputs, observed(site, y, outputs, found))
+    found = site.derivatives(y, apart=True)
+    rows, direct = observed(site, y, outputs, found)
+    sources = delayed(site, y, found.rates_by_inputs.shape[1])
+    if sources is not None:
+        names, times, past, past_direct = sources
+        inner = [len(problem.inputs) + k for k in range(len(times))]
+        seen = np.vstack([rows, past]), np.vstack([direct, past_direct])
+        system = linear_system(site, found, inputs + inner, seen)
+    else:
+        system = linear_system(site, found, inputs, (rows, direct))
     remarks += [left] if (left := left_out(problem, following)) else []
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
-    return Point(site, y, system, inputs, outputs, tuple(remarks))
+    looking = None if sources is None else LookingBack(system, sources[1], sources[0])
+    return Point(site, y, system, inputs, outputs, tuple(remarks), looking)
+
+
+def delayed(site: Site, y: Array, columns: int) -> tuple[tuple[Quantity, ...], Array, Array, Array] | None:
+    """Return what is delayed with names and units, its delays, and the derivatives of its sources by displacements and by
+    ``columns`` inputs; None where nothing is."""
+    past, problem = site.past, site.problem
+    if past is None:
+        return None
+    entries, count = site.chart.of_entries(y), len(past.delayed)
+    rows, direct = np.zeros((count, site.chart.size)), np.zeros((count, columns))
+    names = []
+    for row, (_, source, k) in enumerate(past.delayed.tolist()):
+        array, index = past.sources[source].tolist()
+        of = Quantity("time", "time", problem.time.unit)
+        if array == Y:
+            rows[row], of = entries[index], problem.states[index]
+        elif array == U:
+            direct[row, index], of = 1.0, problem.inputs[index]
+        elif array == Z:
+            of = problem.discretes[index]
+        names.append(Quantity(f"delay({of.name}, {past.times[k]:g})", "state", of.unit))
+    return tuple(names), past.times[past.delayed[:, 2]], rows, direct
 
 
 def _linearized(study: Linearize, point: Point) -> Linearization:
     site, y, system, inputs, outputs = point.site, point.y, point.system, point.inputs, point.outputs
     problem, chart, remarks = site.problem, point.site.chart, list(point.remarks)
+    if point.past is not None:
+        order = study.pade if study.pade is not None else PADE
+        remarks.append(_approximated(point.past, order, problem.time.unit))
+        system = point.past.approximated(order)
+    elif study.pade is not None:
+        raise SimulationError(
+            f"'{problem.name}' has no delays that 'pade' could approximate", help="leave 'pade' out"
+        )
     form = proper_form(system)
     remarks += held_samples(problem)
     values, errors = poles(form.a)
@@ -169,6 +221,7 @@ def _linearized(study: Linearize, point: Point) -> Linearization:
         form, values, errors, nulls = _sampled(form, told, study.sample)
     bounds = [None if error is None else max(1.0, system.condition) * error for error in errors]
     states = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in system.chosen)
+    states += system.behind
     if not states:
         remarks.append("nothing is free to move here: the system has no states")
     if nulls is None:
@@ -205,6 +258,19 @@ def _linearized(study: Linearize, point: Point) -> Linearization:
         poles=values,
         zeros=nulls,
         period=study.sample,
+    )
+
+
+def _approximated(past: LookingBack, order: int, time: str) -> str:
+    """Say what the states of delays are, and up to which frequency they are right."""
+    if not 1 <= order <= HIGHEST:
+        raise SimulationError(f"the order of a Padé approximation is 1 to {HIGHEST}, it is {order}")
+    longest = float(past.times.max())
+    per = f" rad/{time}" if time else ""
+    return (
+        f"delays are Padé approximations of order {order}: exp(-i w T) is off by at most {bound(order, 1.0):.3g} (w T)^{2 * order + 1}, "
+        f"which is {SHARE:.0%} at w = {right_up_to(order, SHARE) / longest:.4g}{per} for T = {longest:g} {time}".rstrip()
+        + "; the study 'response' takes delays as they are"
     )
 
 
@@ -297,7 +363,10 @@ def observed(
     """Return the derivatives of what is observed by displacements and by inputs."""
     chart = site.chart
     entries = chart.of_entries(y)
-    rows, direct = np.zeros((len(chosen), chart.size)), np.zeros((len(chosen), len(site.problem.inputs)))
+    rows, direct = (
+        np.zeros((len(chosen), chart.size)),
+        np.zeros((len(chosen), found.rates_by_inputs.shape[1])),
+    )
     for row, (quantity, (array, k)) in enumerate(chosen):
         match array:
             case "out":

@@ -1,7 +1,7 @@
 """The answer to sines: gain and phase between inputs and outputs over frequency, at one operating point or over a parameter.
 
 H(i w) = C (i w - A)^-1 B(i w) + D(i w) of the linear system near a state, in which an input that drives a coordinate acts by its rate and
-its acceleration as well; of a sampled system at exp(i w T).
+its acceleration as well; of a sampled system at exp(i w T). What is delayed by T answers by exp(-i w T), exactly.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ...interface import Quantity
 from ...local.frequency_response import NEAR, Answers, Continuous, Sampled, Transfer, answers, phases
 from ...local.linear_system import proper_form
+from ...local.looking_back import HIGHEST, LookingBack
 from ...local.operating_point import PART
 from ...local.zeros import EPSILON, Complex, poles
 from ...numerics.roots import minimum
@@ -79,6 +80,7 @@ class Response(Study, frozen=True, kw_only=True):
     none) unless they are named."""
 
     unused = OF_A_MOTION
+    of_past = True
     needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
 
     at: Annotated[
@@ -138,6 +140,14 @@ class Response(Study, frozen=True, kw_only=True):
         if value is not None and self.over[0].name in at.values:
             raise SimulationError(f"'{self.over[0].name}' has one value in 'at' and several in 'over'")
         sampling = samples_itself(problem)
+        looks_back = problem.hybrid is not None and bool(problem.hybrid.delays)
+        if looks_back and (sampling or self.sample is not None):
+            raise SimulationError(
+                f"'{problem.name}' looks back, and no response of a sampled system with delays is known here",
+                help="leave 'sample' out, or let a discrete variable keep what was at the samples before"
+                if self.sample is not None
+                else "keep what was at the samples before in discrete variables, instead of 'delay'",
+            )
         if sampling and self.sample is not None:
             raise SimulationError(
                 f"the model samples by itself ({sampling}), and 'sample' asks for another period",
@@ -157,6 +167,8 @@ class Response(Study, frozen=True, kw_only=True):
         if sampling:
             loop = sampled_loop(point.site, point.y, point.system, point.inputs, point.outputs)
             return _of_loop(point, loop, value)
+        if point.past is not None:
+            return _of_past(point, point.past, value)
         form = proper_form(point.system)
         if self.sample is None:
             return _of(point, Continuous(point.system), form.a, value)
@@ -175,6 +187,8 @@ class System(Struct, frozen=True, eq=False):
     stable: bool | None
     value: float | None
     remarks: tuple[str, ...]
+    known: bool = True
+    """Whether poles tell of stability."""
 
 
 def _of(
@@ -193,6 +207,21 @@ def _of(
         stable = True
     undamped = np.abs(rates_of(values, transfer.period).imag[np.abs(growth) <= limits])
     return System(point, transfer, values, undamped, stable, value, (*point.remarks, *more))
+
+
+def _of_past(point: Point, past: LookingBack, value: float | None) -> System:
+    """Return the system with delays: of its poles, which are infinitely many, those that an approximation has that is right up to the
+    fastest pole that may be unstable."""
+    order = past.order()
+    found = _of(point, past, past.approximated(order or HIGHEST).a, value)
+    kept = found.poles[past.trusted(found.poles, order or HIGHEST)]
+    if order is not None:
+        return replace(found, poles=kept)
+    unknown = "delays are long beside the fastest motions, so that it is not known here whether it is stable"
+    none = np.zeros(0)
+    return replace(
+        found, poles=kept, undamped=none, stable=None, known=False, remarks=(*found.remarks, unknown)
+    )
 
 
 def _of_loop(point: Point, loop: SampledLoop, value: float | None) -> System:
@@ -449,7 +478,7 @@ def _stability(seen: Seen, one: System) -> list[str]:
         return [
             f"unstable, with a pole at {where}: the response is that of the equations, but no motion settles to it"
         ]
-    if one.stable is None and len(one.poles):
+    if one.stable is None and one.known and len(one.poles):
         return [
             "poles on the limit of stability: what they begin with neither grows nor dies out, so that a motion need not settle to the "
             "response"
