@@ -1,30 +1,48 @@
-"""The result of a run, as users meet it: it prints its report and draws its picture."""
+"""The result of a run, as users meet it: it prints its report and draws its picture in the units that it is shown in."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Self
 
-from .display import choose
+import numpy as np
+
+from .display import Display, choose, shown_unit
 from .requests.parse_values import UsageMistake
-from .shown import ShownSolution
+from .runtime.results.quantities import Display as Unit
+from .runtime.results.solution import Motion
+from .runtime.results.solution import Solution as Run
 
 if TYPE_CHECKING:
     from .runtime.interface import Scene
+    from .runtime.problem import Array
     from .runtime.results.solution import Columns
 
 
-class Solution(ShownSolution):
+class Solution(Run):
     """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
-    ``viewer`` makes the page of the model as it was asked, ``pictured_again`` the same run with what is drawn; the
-    model sets both.
+    ``display``: the units that it is shown in; ``angles``: the unit of angles in pictures; ``swept``: the values of this run in a
+    sweep, in SI, which files have as columns. ``viewer`` makes the page of the model as it was asked, ``pictured_again`` the same
+    run with what is drawn; the model sets both.
     """
 
     viewer: Callable[..., Any] | None = None
     pictured_again: Callable[[], Solution] | None = None
+
+    def __init__(
+        self,
+        motion: Motion,
+        display: Display = Display(),  # noqa: B008, a frozen value
+        swept: Mapping[str, float | bool | str] = MappingProxyType({}),
+    ) -> None:
+        super().__init__(motion)
+        self.display = display
+        self.angles = ""
+        self.swept = swept
 
     def __repr__(self) -> str:
         return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
@@ -46,7 +64,9 @@ class Solution(ShownSolution):
         if self.problem.scene is None and self.pictured_again is not None:
             self._again = self.pictured_again()
             self.pictured_again = None
-        return super().staged() if self._again is None else self._again.staged()
+        run = self if self._again is None else self._again
+        scene, pictured = run.problem.scene, run.motion.pictured
+        return None if scene is None or pictured is None else (scene, pictured)
 
     _again: Solution | None = None
 
@@ -60,11 +80,37 @@ class Solution(ShownSolution):
             raise UsageMistake("this motion does not know its model", help)
         return self.viewer(recorded=recorded, height=height)
 
-    def shown_in(self, units: str) -> Solution:
+    def shown_in(self, units: str) -> Self:
         """Return the same solution shown in other units: ``"deg,mm"``."""
         other = copy(self)
         other.display = choose(units)
         return other
+
+    def in_picture(self) -> Self:
+        """Return the same run in the units of pictures: with angles as the text of the model writes them."""
+        return self if self.display.chosen or not self.angles else self.shown_in(self.angles)
+
+    def columns(
+        self, names: Sequence[str] | None = None, display: Unit | None = None
+    ) -> dict[str, tuple[str, Array]]:
+        """Give unit and values by name, time first, swept parameters last."""
+        columns = super().columns(names, display)
+        units = {quantity.name: quantity.unit for quantity in self.problem.parameters}
+        for name, value in self.swept.items():
+            if name not in self and isinstance(value, float | int):
+                unit, factor = (
+                    display(name, units[name]) if display and name in units else (units.get(name, ""), 1.0)
+                )
+                columns[name] = (unit, np.full_like(self.time, value * factor))
+        return columns
+
+    def shown_unit(self, name: str, si: str | None = None) -> tuple[str, float]:
+        """Return the unit that a quantity is shown in, and the factor from SI to it (``display.py``)."""
+        return shown_unit(self.display, self.quantities, name, self.unit(name) if si is None else si)
+
+    def shown(self, name: str) -> Array:
+        """Return the values of a quantity in the unit that it is shown in."""
+        return self[name] * self.shown_unit(name)[1]
 
     def plot(
         self,

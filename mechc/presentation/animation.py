@@ -15,7 +15,7 @@ from .painting import Painter
 
 if TYPE_CHECKING:
     from mechc.runtime.problem import Array
-    from mechc.shown import ShownSolution
+    from mechc.solution import Solution
 
 ENDINGS = (".mp4", ".gif", ".webp")
 FRAMES_PER_SECOND = 30
@@ -25,7 +25,7 @@ SIZE = (6.4, 4.8)
 DOTS = 100
 
 
-def frame_times(solution: ShownSolution, rate: float = FRAMES_PER_SECOND) -> Array:
+def frame_times(solution: Solution, rate: float = FRAMES_PER_SECOND) -> Array:
     """Return the times [n] of the frames: the first and the last are those of the solution."""
     first, last = float(solution.time[0]), float(solution.time[-1])
     duration = last - first
@@ -33,7 +33,7 @@ def frame_times(solution: ShownSolution, rate: float = FRAMES_PER_SECOND) -> Arr
     return np.linspace(first, last, max(2, round(seconds * rate) + 1))
 
 
-def animate(solution: ShownSolution, path: str | Path) -> int:
+def animate(solution: Solution, path: str | Path) -> int:
     """Write a moving picture (mp4, gif, webp) and return the number of its frames.
 
     Raises UsageMistake where the ending is another, nothing is drawn, or mp4 lacks its encoder.
@@ -66,7 +66,7 @@ def animate(solution: ShownSolution, path: str | Path) -> int:
     return len(times)
 
 
-def snapshot(solution: ShownSolution, path: str | Path, times: Sequence[float]) -> None:
+def snapshot(solution: Solution, path: str | Path, times: Sequence[float]) -> None:
     """Write one picture (png, pdf, svg) of the motion at several times, earlier ones paler.
 
     Raises UsageMistake for a time outside of the motion.
@@ -85,7 +85,7 @@ def snapshot(solution: ShownSolution, path: str | Path, times: Sequence[float]) 
     painter.figure.savefig(path, dpi=1.5 * DOTS)
 
 
-def _frames(solution: ShownSolution, times: Array) -> Iterator[Any]:
+def _frames(solution: Solution, times: Array) -> Iterator[Any]:
     """Yield each frame as pixels [height, width, 3]."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 

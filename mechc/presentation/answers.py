@@ -14,7 +14,7 @@ from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
-from ..shown import ShownSolution
+from ..solution import Solution
 from .axes import COLOURS, Diagram, drawn, figure_of, is_picture, legend
 from .numbers import number, unit_in_brackets, with_unit
 from .style import PLAIN, Style, pad, width
@@ -31,7 +31,7 @@ MOST_DIAGRAMS, MOST_LABELS = 8, 12
 def text(answer: Answer, style: Style = PLAIN) -> str:
     """Return an answer as text, without an end of line."""
     match answer:
-        case ShownSolution():
+        case Solution():
             from .report import report
 
             return report(answer, style)
@@ -149,7 +149,7 @@ def diagrams(answer: Answer) -> list[Diagram]:
 
 def save(answer: Answer, path: Path) -> None:
     """Write the picture of an answer (png, pdf, svg)."""
-    if isinstance(answer, ShownSolution):
+    if isinstance(answer, Solution):
         from . import plots
 
         plots.save(answer, path)
@@ -168,7 +168,7 @@ def _side_by_side(runs: Runs[Any]) -> tuple[Panel, ...]:
     found = []
     for quantity in quantities[:MOST_DIAGRAMS]:
         unit, factor = (
-            first.shown_unit(quantity.name) if isinstance(first, ShownSolution) else (quantity.unit, 1.0)
+            first.shown_unit(quantity.name) if isinstance(first, Solution) else (quantity.unit, 1.0)
         )
         curves = tuple(
             Curve(label if len(labels) <= MOST_LABELS else "", run.time, run[quantity.name] * factor)

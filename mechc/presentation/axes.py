@@ -14,7 +14,7 @@ from .letters import axis_label
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
 WIDTH = 8.0
@@ -149,7 +149,7 @@ class View:
     The rows of the solution stay as they are, both sides of each event among them.
     """
 
-    def __init__(self, solution: ShownSolution) -> None:
+    def __init__(self, solution: Solution) -> None:
         self.solution = solution
         between = np.empty(0)
         if 1 < len(solution.time) < SMOOTH and solution.interpolation == "dense output":

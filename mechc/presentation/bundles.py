@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from ..model import CompiledModel
     from ..runtime.studies.findings import Findings
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 Bundle = dict[str, Any]
 """What is shown by MIME type."""
@@ -66,7 +66,7 @@ def parameter_values(model: CompiledModel) -> dict[str, float]:
     return values
 
 
-def solution_bundle(solution: ShownSolution) -> Bundle:
+def solution_bundle(solution: Solution) -> Bundle:
     """Show a motion: its report, and its picture."""
     text = str(solution)
     return {

@@ -10,12 +10,12 @@ from .numbers import number, plural, with_unit
 from .style import Style, pad, width
 
 if TYPE_CHECKING:
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 MOST_EVENTS = 8
 
 
-def event_list(solution: ShownSolution, style: Style) -> list[str]:
+def event_list(solution: Solution, style: Style) -> list[str]:
     """Return the rows; none where nothing happened."""
     if not isinstance(solution.events, Events) or not solution.events:
         return []

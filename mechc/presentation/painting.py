@@ -13,7 +13,7 @@ from mechc.requests.parse_values import UsageMistake
 if TYPE_CHECKING:
     from mechc.runtime.interface import Shape
     from mechc.runtime.problem import Array
-    from mechc.shown import ShownSolution
+    from mechc.solution import Solution
 
 INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")
 TRAIL = 1500
@@ -33,7 +33,7 @@ class Painter:
     """
 
     def __init__(
-        self, solution: ShownSolution, times: Array, axes: Any = None, also: Sequence[Array] = ()
+        self, solution: Solution, times: Array, axes: Any = None, also: Sequence[Array] = ()
     ) -> None:
         staged = solution.staged()
         if staged is None:

@@ -16,7 +16,7 @@ from .stillness import Stillness
 if TYPE_CHECKING:
     from ..runtime.interface import Quantity
     from ..runtime.problem import Array
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 MOST_CURVES = 8
 """Curves in one panel; of more, as many are drawn evenly spread, and the title says so."""
@@ -79,7 +79,7 @@ class Scenery(Struct, frozen=True):
 Panel = Changes | Curves | Portrait | Paths | Energies | Scenery
 
 
-def panels_of(solution: ShownSolution) -> list[Panel]:
+def panels_of(solution: Solution) -> list[Panel]:
     """Choose the panels: what is drawn, coordinates, phase portraits, further quantities, energies.
 
     Quantities of one kind and unit share a panel. What stays constant, and what another curve shows already, has none.
@@ -115,7 +115,7 @@ def panels_of(solution: ShownSolution) -> list[Panel]:
     return panels or _by_unit("coordinates", coordinates or states or outputs)
 
 
-def _pictures(solution: ShownSolution, points: Mapping[str, int]) -> list[Panel]:
+def _pictures(solution: Solution, points: Mapping[str, int]) -> list[Panel]:
     """Return the panel of what is drawn, else those of the paths of points."""
     staged = solution.staged()
     found: list[Panel] = []
@@ -133,7 +133,7 @@ def _pictures(solution: ShownSolution, points: Mapping[str, int]) -> list[Panel]
     return found
 
 
-def _places(solution: ShownSolution) -> list[Array]:
+def _places(solution: Solution) -> list[Array]:
     """Return the numbers of places along the paths that are drawn."""
     staged = solution.staged()
     if staged is None:
@@ -142,7 +142,7 @@ def _places(solution: ShownSolution) -> list[Array]:
     return [rows[:, k] for shape in staged[0].shapes if shape.kind == "trail" for k in shape.numbers]
 
 
-def _energies(solution: ShownSolution, still: Stillness) -> list[Panel]:
+def _energies(solution: Solution, still: Stillness) -> list[Panel]:
     """Return the panel of energies that change, and of the error of their balance where it can be seen."""
     names = [q.name for q in solution.problem.outputs if q.kind == "energy"]
     changing = [n for n in names if not still.constant(n)]
@@ -156,7 +156,7 @@ def _energies(solution: ShownSolution, still: Stillness) -> list[Panel]:
     return panels
 
 
-def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
+def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
     """Panels for chosen quantities only: all of them, however many; ``a:b`` is one over another."""
     units: dict[str, list[str]] = {}
     chosen: list[Panel] = []
@@ -174,7 +174,7 @@ def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
     return chosen + _changes(solution, [name for name in names if ":" not in name])
 
 
-def _changes(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
+def _changes(solution: Solution, names: Sequence[str]) -> list[Panel]:
     """Panels of the derivatives of quantities, one for each direction and unit."""
     found = solution.motion.sensitivities
     groups: dict[tuple[str, str], list[Sensitivity]] = {}
@@ -214,7 +214,7 @@ def element(name: str, index: int) -> str:
     return f"{name}{index}]" if name.endswith(",") else f"{name}[{index}]"
 
 
-def _travels(solution: ShownSolution, name: str, dimension: int) -> bool:
+def _travels(solution: Solution, name: str, dimension: int) -> bool:
     """Say whether a point moves by more than rounding errors of the coordinates."""
     sizes = [float(np.abs(solution[q.name]).max()) for q in solution.problem.states if q.kind == "coordinate"]
     extent = max(float(np.ptp(solution[element(name, i)])) for i in range(1, dimension + 1))

@@ -24,7 +24,7 @@ from .stillness import Stillness
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 GREY = "#6b7280"
 MOST_EVENTS = 100
@@ -34,7 +34,7 @@ LINE_CHARACTERS = 105
 """Width of the line below the panels, for each column."""
 
 
-def figure(solution: ShownSolution, names: Sequence[str] = (), style: str = "") -> Any:
+def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities, ``a:b`` is one over another."""
     import matplotlib
 
@@ -61,7 +61,7 @@ def figure(solution: ShownSolution, names: Sequence[str] = (), style: str = "") 
     return result
 
 
-def draw_into(ax: Any, solution: ShownSolution, names: Sequence[str], style: str = "") -> Any:
+def draw_into(ax: Any, solution: Solution, names: Sequence[str], style: str = "") -> Any:
     """Draw quantities of a solution into axes that are given, one for each diagram, and return these. Raises UsageMistake."""
     if not names:
         raise UsageMistake("what is drawn into given axes has no default", 'say it: plot("theta", ax=ax)')
@@ -72,7 +72,7 @@ def draw_into(ax: Any, solution: ShownSolution, names: Sequence[str], style: str
     return ax
 
 
-def _chosen(solution: ShownSolution, names: Sequence[str]) -> list[str]:
+def _chosen(solution: Solution, names: Sequence[str]) -> list[str]:
     """Return the names that were asked for, with the elements of vectors; in pairs ``a:b``, too. Raises KeyError."""
     found: list[str] = []
     for name in names:
@@ -97,7 +97,7 @@ def _places(panels: Sequence[Panel]) -> tuple[list[tuple[Any, Any]], int, int]:
     return places, 2, max(rows, tall)
 
 
-def _in_space(panel: Panel, solution: ShownSolution) -> bool:
+def _in_space(panel: Panel, solution: Solution) -> bool:
     match panel:
         case Scenery():
             staged = solution.staged()
@@ -107,7 +107,7 @@ def _in_space(panel: Panel, solution: ShownSolution) -> bool:
     return False
 
 
-def save(solution: ShownSolution, path: Path, names: Sequence[str] = ()) -> None:
+def save(solution: Solution, path: Path, names: Sequence[str] = ()) -> None:
     """Write the figure as PNG, PDF or SVG, as the ending says; needs no display."""
     figure(solution, names).savefig(path)
 
@@ -121,7 +121,7 @@ def has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def show(solution: ShownSolution, names: Sequence[str] = ()) -> None:
+def show(solution: Solution, names: Sequence[str] = ()) -> None:
     """Open a window and wait until it is closed."""
     import matplotlib.pyplot as plt
     from matplotlib.backend_bases import FigureManagerBase
@@ -251,7 +251,7 @@ def _calm(axes: Any) -> None:
         axes.set_ylim(lowest - 0.1 * size, highest + 0.1 * size)
 
 
-def balance_error(solution: ShownSolution) -> tuple[Array, str]:
+def balance_error(solution: Solution) -> tuple[Array, str]:
     """Return total + dissipated - supplied energy less its first value, in the unit of energies, and this."""
     problem = solution.problem
     total, dissipated, supplied = (*problem.energy_balance, -1, -1)[:3]

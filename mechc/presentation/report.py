@@ -18,7 +18,7 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..runtime.interface import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 MOST_STATES = 12
 """States in the table, beside those asked for; of more, those with the largest estimated error are shown."""
@@ -33,7 +33,7 @@ MOST_OUTPUTS, MOST_DERIVATIVES = 12, 24
 DOUBT_WIDTH = 100
 
 
-def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = ()) -> str:
+def report(solution: Solution, style: Style = PLAIN, of: Collection[str] = ()) -> str:
     """Return the whole report as text, without an end of line.
 
     ``of``: quantities that the tables must hold, and whose derivatives are listed, all without.
@@ -52,7 +52,7 @@ def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = 
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
-def _headline(solution: ShownSolution, style: Style) -> str:
+def _headline(solution: Solution, style: Style) -> str:
     problem = solution.problem
     word = solution.outcome.value
     colour = {"completed": style.green, "terminated": style.green, "interrupted": style.yellow}.get(
@@ -64,7 +64,7 @@ def _headline(solution: ShownSolution, style: Style) -> str:
     return f"{text}: {reason}" if word == "terminated" and reason else text
 
 
-def _doubts(solution: ShownSolution, style: Style) -> list[str]:
+def _doubts(solution: Solution, style: Style) -> list[str]:
     """What disagrees with the estimated errors, and what is likely to be the cause."""
     rows: list[tuple[str, str]] = []
     for doubt in solution.accuracy.contradictions:
@@ -79,12 +79,12 @@ def _doubts(solution: ShownSolution, style: Style) -> list[str]:
     ]
 
 
-def title(solution: ShownSolution) -> str:
+def title(solution: Solution) -> str:
     """Return the name of the model and of the experiment, if that has one."""
     return solution.problem.name + (f", {solution.experiment}" if solution.experiment else "")
 
 
-def _cost(solution: ShownSolution, style: Style) -> list[str]:
+def _cost(solution: Solution, style: Style) -> list[str]:
     made = solution.statistics
     rejected = f", {count(made.rejected)} rejected" if made.rejected else ""
     rows = [
@@ -96,18 +96,18 @@ def _cost(solution: ShownSolution, style: Style) -> list[str]:
     return [f"  {style.dim(pad(label, 10))} {text}" for label, text in rows]
 
 
-def _without_motion(solution: ShownSolution) -> bool:
+def _without_motion(solution: Solution) -> bool:
     """Whether nothing moves and nothing has an energy: a model of outputs alone, as of vector algebra."""
     found = solution.energy
     energies = () if found is None else (found.start, found.end, found.supplied, found.dissipated)
     return not _states(solution) and not any(energies)
 
 
-def _states(solution: ShownSolution) -> list[Quantity]:
+def _states(solution: Solution) -> list[Quantity]:
     return [quantity for quantity in solution.problem.states if quantity.kind != "account"]
 
 
-def _values(solution: ShownSolution, style: Style, of: Collection[str]) -> list[str]:
+def _values(solution: Solution, style: Style, of: Collection[str]) -> list[str]:
     """The last value of each state with its estimated errors, then of each output and discrete variable."""
     if not len(solution.time):
         return []
@@ -168,7 +168,7 @@ def _sizes_apart(states: Sequence[Quantity], nominal: Mapping[str, float]) -> bo
     return False
 
 
-def _condition(solution: ShownSolution, style: Style) -> list[str]:
+def _condition(solution: Solution, style: Style) -> list[str]:
     """How small changes of the start grow, and until when figures are to be believed."""
     found = solution.motion.condition
     if found is None:
@@ -193,7 +193,7 @@ def _condition(solution: ShownSolution, style: Style) -> list[str]:
     return rows
 
 
-def _sensitivities(solution: ShownSolution, style: Style, of: Collection[str]) -> list[str]:
+def _sensitivities(solution: Solution, style: Style, of: Collection[str]) -> list[str]:
     """The last derivatives of coordinates, states and outputs, with their estimated errors."""
     found = solution.motion.sensitivities
     if found is None:
@@ -221,14 +221,14 @@ def _sensitivities(solution: ShownSolution, style: Style, of: Collection[str]) -
     return rows
 
 
-def _last(solution: ShownSolution, quantity: Quantity) -> list[str]:
+def _last(solution: Solution, quantity: Quantity) -> list[str]:
     """Name, last value and unit."""
     unit, factor = solution.shown_unit(quantity.name)
     value = float(solution[quantity.name][-1]) * factor
     return [quantity.name, number(value), "" if unit == "1" else unit]
 
 
-def _energy(solution: ShownSolution, style: Style) -> list[str]:
+def _energy(solution: Solution, style: Style) -> list[str]:
     """Where energy came from and where it went, if there is more to say than that it is constant."""
     found = solution.energy
     if found is None:
@@ -254,7 +254,7 @@ def _rounding_of_energies(accuracy: Accuracy) -> float:
     return min(drift.absolute, ROUNDING * drift.absolute / drift.relative)
 
 
-def _invariants(solution: ShownSolution, style: Style) -> list[str]:
+def _invariants(solution: Solution, style: Style) -> list[str]:
     accuracy = solution.accuracy
     drifts: list[tuple[str, str, Drift]] = []
     if accuracy.energy is not None:
@@ -279,7 +279,7 @@ def _off_constraints(accuracy: Accuracy, style: Style) -> list[str]:
     return _aligned(table, style)
 
 
-def _true_errors(solution: ShownSolution, style: Style) -> list[str]:
+def _true_errors(solution: Solution, style: Style) -> list[str]:
     if not solution.motion.as_stated and any(q.kind == "exact" for q in solution.problem.outputs):
         return [
             style.dim("  not compared with the closed solution, which the model states for its own values")

@@ -12,13 +12,13 @@ from .style import PLAIN, Style, width
 if TYPE_CHECKING:
     from ..runtime.interface import Origin
     from ..runtime.outcome import SimulationError
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 MOST_STATES = 12
 """States of the point where a run stopped that are shown."""
 
 
-def render_failure(solution: ShownSolution, style: Style = PLAIN) -> str:
+def render_failure(solution: Solution, style: Style = PLAIN) -> str:
     """Return why a run stopped early, with the line of the model that is to blame and the state there."""
     failure = solution.failure
     if failure is None:

@@ -12,7 +12,7 @@ from .letters import letters, unit_text
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 SAME = 1e-12
 CURVES = ("coordinate", "state", "output")
@@ -24,7 +24,7 @@ MOST = 8
 class Stillness:
     """Tells for the quantities of a solution whether they change by more than errors of the computation."""
 
-    def __init__(self, solution: ShownSolution) -> None:
+    def __init__(self, solution: Solution) -> None:
         self.solution = solution
         self.extents = extents_of(solution)
 
@@ -98,7 +98,7 @@ def _same(a: Array, b: Array) -> bool:
     return bool(np.array_equal(np.isfinite(a), np.isfinite(b))) and _largest(a - b) <= SAME * size
 
 
-def extents_of(solution: ShownSolution) -> Extents:
+def extents_of(solution: Solution) -> Extents:
     """Return the extents of the quantities of a run."""
     error = solution.accuracy.error
     return Extents(

@@ -15,13 +15,13 @@ from .style import PLAIN, Style, width
 if TYPE_CHECKING:
     from ..runtime.interface import Quantity
     from ..runtime.studies.kinds.sweep import Runs
-    from ..shown import ShownSolution
+    from ..solution import Solution
 
 MOST_COLUMNS = 6
 """Last values in the table; outputs of the model itself are never left out."""
 
 
-def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN, of: Collection[str] = ()) -> str:
+def sweep_report(sweep: Runs[Solution], style: Style = PLAIN, of: Collection[str] = ()) -> str:
     """Return one row for each run: swept values, outcome, steps, last values, largest error.
 
     ``of``: quantities that the table must hold.
@@ -52,7 +52,7 @@ def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN, of: Collectio
     return "\n".join([head_line, "", style.dim(rows[0]), *rows[1:], *([""] if notes else []), *notes])
 
 
-def _shown(first: ShownSolution, of: Collection[str]) -> tuple[list[Quantity], int]:
+def _shown(first: Solution, of: Collection[str]) -> tuple[list[Quantity], int]:
     """Return the quantities of the table, and how many others there are."""
     problem = first.problem
     listed = [q for q in (*problem.states, *problem.outputs) if q.kind in ("coordinate", "state", "output")]
@@ -62,7 +62,7 @@ def _shown(first: ShownSolution, of: Collection[str]) -> tuple[list[Quantity], i
     return shown, len(listed) - len(shown)
 
 
-def _branches_of_runs(sweep: Runs[ShownSolution]) -> list[str]:
+def _branches_of_runs(sweep: Runs[Solution]) -> list[str]:
     """What the first run says of solutions of equations for outputs, and the first one in which such an output jumps."""
     noted: dict[str, str] = {}
     for point, solution in zip(sweep.points, sweep.solutions, strict=True):
