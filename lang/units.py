@@ -139,6 +139,8 @@ _TABLE: Mapping[str, tuple[str, Fraction, int, str]] = {
     "eV": ("kg m^2 s^-2", Fraction("1.602176634e-19"), 0, "mkMGT"),
     "W": ("kg m^2 s^-3", Fraction(1), 0, "pnumkMGT"),
     "Pa": ("kg m^-1 s^-2", Fraction(1), 0, "numhkMGT"),
+    "P": ("kg m^-1 s^-1", Fraction(1, 10), 0, "cm"),
+    "St": ("m^2 s^-1", Fraction(1, 10**4), 0, "cm"),
     "bar": ("kg m^-1 s^-2", Fraction(10**5), 0, "mk"),
     "C": ("A s", Fraction(1), 0, "pnumk"),
     "V": ("kg m^2 s^-3 A^-1", Fraction(1), 0, "numkM"),

@@ -76,6 +76,7 @@ def test_dimension_and_factor(text: str, dimension: str, factor: Fraction) -> No
 
 
 def test_pressures_of_workshops() -> None:
+    assert parse_unit("cP").factor == Fraction(1, 1000) and parse_unit("cSt").factor == Fraction(1, 10**6)
     assert float(parse_unit("psi").factor) == pytest.approx(6894.757293168361, rel=1e-15)  # NIST SP 811
 
 

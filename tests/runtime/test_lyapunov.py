@@ -10,7 +10,7 @@ import pytest
 
 import mechc
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.studies.kinds.lyapunov import estimated
+from mechc.runtime.studies.kinds.lyapunov import estimated, kaplan_yorke
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -134,3 +134,44 @@ def test_no_motion_in_a_plane_is_chaotic() -> None:
     found = mechc.loads("model H dimensionless; coordinate x = 0; kinetic 1/2*der(x)^2; potential -1/2*x^2; end H;").lyapunov(time=400)  # fmt: skip
     assert found.summary()["exponents"] == pytest.approx([1, -1], abs=0.02)
     assert "not chaotic" in found.message
+
+
+def test_the_dimension_of_an_attractor() -> None:
+    """Kaplan and Yorke: 2.0620 for Lorenz's equations, of which time along the motion is one; 2.6741 - 1 for Ueda's oscillator
+    x'' + 0.05 x' + x^3 = 7.5 sin t, strobed (Sprott, Chaos and Time-Series Analysis, appendix A)."""
+    found = example("lorenz").lyapunov(time=1000)
+    assert found["dimension"] == pytest.approx(2.0620, abs=3e-3)
+    ueda = mechc.loads("""\
+model Ueda
+  dimensionless;
+  coordinate x = 2.5;
+  kinetic 1/2*der(x)^2;
+  potential x^4/4;
+  damping 0.05 on x;
+  force 7.5*sin(time) on x;
+end Ueda;
+""").lyapunov(time=3000)
+    (error,) = (one.error for one in ueda.values if one.name == "dimension")
+    assert error is not None and abs(ueda["dimension"] - 1.6741) < 1.5 * error < 0.2
+    assert any("strobed" in remark for remark in ueda.remarks)
+
+
+def test_regular_and_conservative_motions_have_no_such_dimension() -> None:
+    found = example("lorenz").lyapunov(time=500, count=2)
+    assert "dimension" not in [one.name for one in found.values]
+
+
+@pytest.mark.parametrize(
+    ("exponents", "dimension"),
+    [
+        ((0.5, 0.0, -2.0), 2.25),
+        ((0.5, -1.0), 1.5),
+        ((1.0, -0.25, -0.25, -4.0), 3.125),
+        ((0.5, 0.1), None),
+        ((-1.0, -2.0), None),
+        ((0.2, 0.0, 0.0, -0.2 - 1e-12), None),
+    ],
+)
+def test_kaplan_yorke(exponents: tuple[float, ...], dimension: float | None) -> None:
+    found = kaplan_yorke(np.array(exponents), np.zeros(len(exponents)))
+    assert (None if found is None else found[0]) == dimension

@@ -79,6 +79,9 @@ SHORTER = 32.0
 LOST = 1e-14
 """Share of the largest growth below which a change is rounding: a sample has set anew what it was a change of."""
 
+KEPT = 1e-6
+"""Of the largest exponent, below which a sum of exponents is rounding: volumes are kept."""
+
 RESTING = 1e-12
 """Of the nominal value of a state, by which it changes over the time of a run where it counts as resting."""
 
@@ -311,6 +314,20 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
     return means, halves + np.where(none, np.abs(means), 0.0)
 
 
+def kaplan_yorke(exponents: Array, errors: Array) -> tuple[float, float] | None:
+    """Give the dimension j + (l1 + ... + lj)/abs(l(j+1)) of Kaplan and Yorke (1979) with its error, j as large as the sum is not negative.
+
+    ``exponents`` [k] fall, ``errors`` [k] are half of their intervals. None where volumes of all k dimensions do not shrink.
+    """
+    sums = np.cumsum(exponents)
+    below = np.flatnonzero(sums < -KEPT * np.abs(exponents).max())
+    if not below.size or below[0] == 0:
+        return None
+    j = int(below[0])
+    share = float(sums[j - 1] / -exponents[j])
+    return j + share, float((errors[:j].sum() + share * errors[j]) / -exponents[j])
+
+
 def _in_a_plane(problem: Problem, plan: Plan) -> bool:
     """Whether the states lie in a plane, in which no motion without jumps and without time in its rates is chaotic."""
     return (
@@ -356,8 +373,15 @@ def _findings(
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
             else "the largest exponent cannot be told from zero"
         )  # fmt: skip
-        whole = len(means) == len(means) and study.count is None
-        if whole and len(means) > 1:
+        if first > 2 * half and not rests and (dimension := kaplan_yorke(means, halves)) is not None:
+            values.append(Value("dimension", "", *dimension))
+            of_what = (
+                "of the strobed motion"
+                if depends_on_time(plan)
+                else "of the attractor, time along the motion included"
+            )
+            remarks.append(f"dimension: that of Kaplan and Yorke, {of_what}")
+        if study.count is None and len(means) > 1:
             remarks.append(f"the sum of all exponents, the rate at which volumes grow, is {means.sum():.6g}")
             pairs = np.abs(means + means[::-1])
             if (pairs <= halves + halves[::-1] + 1e-9).all() and abs(means.sum()) < 1e-6 * max(np.abs(means).max(), 1e-9) + halves.max():  # fmt: skip
