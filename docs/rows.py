@@ -230,7 +230,6 @@ SAID = {
     "U138": "the rate that the notes give for space is that in the body; in space it is l/I1",
     "U150": "the notes' bracket has the opposite sign",
     "P7": "the printed equation is wrong; right: theta'' = 3 g/(2 L) sin(theta)",
-    "P18": "about fields, which have no model; the constants of a mechanical system are found",
 }
 """Errors of the sources, and rows that state no number."""
 

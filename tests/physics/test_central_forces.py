@@ -23,7 +23,8 @@ from gallery import (
     upward_crossings,
 )
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import mechc
@@ -540,3 +541,24 @@ def test_conserved_quantities_of_the_figure_eight() -> None:
     solution = run("figure_eight", tolerance=1e-11, stop=20.0)
     for name in ("P[1]", "P[2]", "L"):
         assert np.ptp(solution[name]) < 1000e-11
+
+
+@pytest.mark.parametrize("n", [-1.5, -1.0, -0.5, 1.0, 2.0, 4.0])
+def test_apsidal_angles_over_powers(n: float) -> None:
+    """Bertrand (1873): 2 pi/sqrt(n + 2) for nearly circular orbits in r^n/n; only for n = -1 and 2 is it so for wide ones, too."""
+    model = load("bertrand")
+    small, wide = (model.period(set={"n": n, "wide": speed})["advance of phi"] for speed in (1e-3, 0.4))
+    assert small == pytest.approx(2 * pi / sqrt(n + 2), rel=1e-5)
+    assert (abs(wide - 2 * pi / sqrt(n + 2)) < 1e-8) == (n in (-1.0, 2.0))
+
+    def radial(r: float) -> float:
+        return 2 * (0.4**2 / 2 + 0.5 + 1 / n - r**n / n) - 1 / r**2
+
+    low, high = brentq(radial, 0.3, 1, xtol=1e-15), brentq(radial, 1, 8, xtol=1e-15)
+    middle, half = (low + high) / 2, (high - low) / 2
+
+    def turned(angle: float) -> float:
+        r = middle - half * np.cos(angle)
+        return float(half * np.sin(angle) / r**2 / sqrt(radial(r)))
+
+    assert wide == pytest.approx(2 * quad(turned, 1e-6, pi - 1e-6, epsabs=1e-11)[0], abs=2e-5)
