@@ -222,11 +222,12 @@ def _module(model: CompiledModel, target: str) -> str:
     return emit_differentiable(program, CASADI if target == "casadi" else JAX, begin_of(model))
 
 
-def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
-    """Refuse a target whose inputs are set one by one, where a derivative of one is needed too. Raises UsageMistake."""
+def refuse_driving_inputs(model: CompiledModel, target: str, given: Collection[str] = ()) -> None:
+    """Refuse a target whose inputs are set one by one, where a derivative of one is needed too, except those that are ``given`` as
+    tables. Raises UsageMistake."""
     inputs = [entry.name for entry in model.inputs]
     for name in inputs:
-        if f"der(der({name}))" in inputs:
+        if name not in given and f"der(der({name}))" in inputs:
             raise UsageMistake(
                 f"the input '{name}' drives a coordinate, which needs its derivatives too, and {target} is told none",
                 f"let two states follow it, and drive by the first: equation der(s) = r; equation der(r) = ({name} - s)/tau^2 - 2*r/tau; "

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from .failures import show_warnings
 from .options import (
     Compiling,
+    input_option,
     keep_all_option,
     kept,
     model_argument,
@@ -57,6 +59,7 @@ def _check_ending(target: str, output: str | None) -> None:
 @model_argument
 @model_option
 @set_option
+@input_option
 @click.option(
     "--target",
     type=Targets(["python", "c", "fmu", "web", "casadi", "jax"]),
@@ -112,6 +115,7 @@ def command(
     file: str,
     model: str | None,
     settings: dict[str, str],
+    inputs: dict[str, Any],
     target: str,
     output: str | None,
     fmi: str,
@@ -136,6 +140,10 @@ def command(
     from ..api import load
 
     _check_ending(target, output)
+    if inputs and target != "web":
+        raise click.UsageError(
+            f"--input gives a page (--target web) its tables; code of the target {target} is told its inputs when it runs"
+        )
     drawn = {"scene"} if target == "web" else set()
     loaded = load(file, model=model, set=settings, keep=kept(keep_all) | drawn)
     show_warnings(loaded)
@@ -158,7 +166,7 @@ def command(
         from ..web.write import write_page
 
         try:
-            path = write_page(loaded, output, recorded=recorded, experiment=experiment)
+            path = write_page(loaded, output, recorded=recorded, experiment=experiment, inputs=inputs)
         except UsageMistake as mistake:
             raise click.UsageError(str(mistake)) from None
         click.echo(f"wrote {path}", err=True)

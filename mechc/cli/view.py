@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import click
 
 from .failures import show_warnings
-from .options import Compiling, model_argument, model_option, no_model, set_option
+from .options import Compiling, input_option, model_argument, model_option, no_model, set_option
 
 
 @click.command(cls=Compiling, name="view", short_help="Show a model move, on a page in the browser.")
 @model_argument
 @model_option
 @set_option
+@input_option
 @click.option("--experiment", metavar="NAME", help="Whose settings are shown (default: the first).")
 @click.option(
     "-o",
@@ -29,6 +31,7 @@ def command(
     file: str,
     model: str | None,
     settings: dict[str, str],
+    inputs: dict[str, Any],
     experiment: str | None,
     output: str | None,
     recorded: bool,
@@ -41,6 +44,7 @@ def command(
     \b
     mechc view pendulum.mech
     mechc view pendulum.mech --set l="80 cm"
+    mechc view cart.mech --input push=measured.csv
     """
     from ..api import load
     from ..exporting import stem_of
@@ -57,6 +61,7 @@ def command(
             output or folder / f"{stem_of(loaded)}.html",
             recorded=recorded,
             experiment=experiment,
+            inputs=inputs,
         )
     except UsageMistake as mistake:
         raise click.UsageError(str(mistake)) from None

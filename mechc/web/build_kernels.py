@@ -57,7 +57,13 @@ def sources(kernel: WebKernel) -> Mapping[str, str]:
 def _operations() -> str:
     """Return the functions of operations that the C library does not have, offered to models."""
     tables = c_tables.FUNCTIONS
-    lines = ["#include <math.h>", '#include "web_plan.h"', *OWN.values(), *tables.values()]
+    lines = [
+        "#include <math.h>",
+        '#include "web_plan.h"',
+        "#define NOINLINE __attribute__((noinline))",
+        *OWN.values(),
+        *tables.values(),
+    ]
     kinds = {CALLED[code]: ["double"] * OPERATIONS[code].arity for code in OWN}
     kinds |= {name: ["const double *", "int", "double"] for name in tables}
     kinds["lookup"] = ["const double (*)[3]", "int", "int", "double"]

@@ -15,6 +15,9 @@ async function makeEngine(module, info) {
   // views are made anew: memory may grow
   const reals = (name, n) => new Float64Array(e.memory.buffer, where[name], n);
   const flags = (name, n) => new Uint8Array(e.memory.buffer, where[name], n);
+  const write = (at, ...columns) => { for (const c of columns) { new Float64Array(e.memory.buffer, at, c.length).set(c); at += 8 * c.length; } };
+  for (const {index, kind, t, v, slopes} of info.tables) write(e.web_table(index, kind, t.length), t, v, slopes);
+  write(e.web_stops(info.stops.length), info.stops);
 
   let span = info;
 
@@ -23,9 +26,13 @@ async function makeEngine(module, info) {
     const found = reals('numbers', info.numbers.length);
     span = {...info};
     info.numbers.forEach((name, k) => { if (name) span[name] = found[k]; });
-    span.begin = Math.min(0, span.start);
+    span.begin = info.withTable ? span.start : Math.min(0, span.start);
     span.maxStep = info.maxStep || (span.stop - span.begin) / 10 || 1;
     if (!(span.stop >= span.start) || !Number.isFinite(span.stop)) return `it would end at ${shortest(span.stop)}, before it begins`;
+    for (const {name, t, drives} of info.tables) {
+      const first = t[0], last = t.at(-1), slack = 1e-12 * Math.max(Math.abs(first), Math.abs(last));
+      if (drives && (span.begin < first - slack || span.stop > last + slack)) return `the table of ${name} reaches from ${shortest(first)} to ${shortest(last)}, the run from ${shortest(span.begin)} to ${shortest(span.stop)}: beyond its ends what it drives would stand still at once`;
+    }
     if (!(span.tolerance > 0 && span.tolerance < 1)) return `the tolerance would be ${shortest(span.tolerance)}`;
     if (share < 1) e.web_times(span.begin, span.begin, span.begin + share * (span.stop - span.begin));
     else e.web_times(span.begin, span.start, span.stop);

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from msgspec import Struct, to_builtins
 
 from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.display import Display, factor, shown_unit
@@ -46,6 +46,8 @@ class Span(Struct, frozen=True):
     step: float = 0.0
     max_step: float = 0.0
     asked: frozenset[str] = frozenset()
+    with_table: bool = False
+    """Whether the motion begins at the start, where a table does."""
 
 
 class Settings(Struct, frozen=True):
@@ -54,6 +56,18 @@ class Settings(Struct, frozen=True):
     p: list[tuple[int, float]] = []
     y: list[tuple[int, float]] = []
     u: list[tuple[int, float]] = []
+
+
+class InputTable(Struct, frozen=True):
+    """A table of the input with an index in u, in the numbers of the kernel; ``drives``: none of its ends may be passed."""
+
+    name: str
+    index: int
+    kind: int
+    t: list[float]
+    v: list[float]
+    slopes: list[float]
+    drives: bool
 
 
 class Found(Struct, frozen=True):
@@ -79,6 +93,9 @@ class Facts(Struct, frozen=True, kw_only=True):
     settings: Settings
     known: list[bool]
     """Which entries of the initial state are given."""
+    tables: tuple[InputTable, ...] = ()
+    stops: tuple[float, ...] = ()
+    """Times at which tables have kinks, increasing."""
 
     @property
     def kernel(self) -> WebKernel:
@@ -109,6 +126,9 @@ class Facts(Struct, frozen=True, kw_only=True):
             "states": [self.entry(q) for q in problem.states],
             "outputs": [self.entry(q) for q in problem.outputs],
             "settings": {name: list(map(list, getattr(self.settings, name))) for name in ("p", "y", "u")},
+            "tables": [to_builtins(table) for table in self.tables],
+            "stops": [*self.stops],
+            "withTable": span.with_table,
             "numbers": self.numbers(),
             "limits": self.limits(),
             "failures": failure_texts(problem),
@@ -174,6 +194,7 @@ class Facts(Struct, frozen=True, kw_only=True):
         equations = self.model.compilation.equations
         free = {r.index for r in equations.parameter_rules if not equations.graph.support(r.value)}
         free |= set(range(len(problem.parameters))) - {r.index for r in equations.parameter_rules}
+        held = {table.index for table in self.tables}
         starts = {
             k
             for k, q in enumerate(problem.states)
@@ -194,7 +215,9 @@ class Facts(Struct, frozen=True, kw_only=True):
                 if k in starts
             ],
             "inputs": [
-                self.slider(q, k, found.u[k], 0.0, self.set_in(q)) for k, q in enumerate(problem.inputs)
+                self.slider(q, k, found.u[k], 0.0, self.set_in(q))
+                for k, q in enumerate(problem.inputs)
+                if k not in held
             ],
         }
 

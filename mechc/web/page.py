@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.targets.wasm.link import Linked, linked
+from mechc.exporting import refuse_driving_inputs, with_own_sizes
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
@@ -45,11 +46,12 @@ def page(
     """Return the text of a page. ``recorded``: with the motion in it in the place of the model. ``options``: those of the
     run (``api.Options``).
 
-    Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve.
+    Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve and for an input that drives without a table.
     """
     from .run_facts import facts_of  # it brings NumPy
 
     refuse_curve(model)
+    refuse_driving_inputs(model, "a page", (options or {}).get("inputs") or ())
     facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
     return page_of(facts, recorded=recorded)
 
@@ -68,7 +70,6 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     info = facts.told(recorded=recorded)
     if recorded:
         return joined(facts, info, {"rows": _packed(facts.rows())})
-    from mechc.exporting import with_own_sizes
 
     program = with_own_sizes(program_of(facts), facts.solution)
     return joined(facts, info, {"wasm": _packed(module_of(facts, program).module)})

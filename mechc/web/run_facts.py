@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.presentation.stillness import extents_of
-from mechc.requests.parse_values import UsageMistake
 from mechc.requests.request import asked
 from mechc.runtime.case import find_experiment, find_setting, inputs_at
+from mechc.runtime.driving_inputs import derived
+from mechc.runtime.integrate.solver import kink_times
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
+from mechc.runtime.native.kernel import INTERPOLATIONS
 from mechc.runtime.problem import Array
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.session import answer, plan
 from mechc.solution import Solution
 
-from .facts import OF_EXPERIMENTS, ROWS, Facts, Found, Settings, Span
+from .facts import OF_EXPERIMENTS, ROWS, Facts, Found, InputTable, Settings, Span
 
 if TYPE_CHECKING:
     from mechc.model import CompiledModel
@@ -97,6 +99,8 @@ def facts_of(
         pictured=solution.display,
         span=_span(case),
         settings=_settings(case),
+        tables=_tables(case),
+        stops=tuple(kink_times(case)),
         known=case.known.tolist(),
         solution=solution,
         found=Found(
@@ -123,6 +127,7 @@ def _span(case: Case) -> Span:
         case.step or 0.0,
         (asked.max_step if asked else None) or 0.0,
         frozenset(name for name in OF_EXPERIMENTS if getattr(asked, name, None) is not None),
+        case.begin != min(0.0, float(case.grid[0])),
     )
 
 
@@ -134,12 +139,26 @@ def _settings(case: Case) -> Settings:
             found.p.append((place.index, float(case.p[place.index])))
         elif place.array == "y":
             found.y.append((place.index, float(case.wanted[place.index])))
-    for index, table in case.tables.items():
-        if len(table.values) != 1:
-            raise UsageMistake(
-                f"the input '{problem.inputs[index].name}' is a table, which a page does not hold",
-                "give it a constant value, or a formula in the model",
-            )
-        if problem.inputs[index].name in options:
-            found.u.append((index, float(table.values[0])))
+        elif place.array == "u":
+            found.u.append((place.index, float(case.tables[place.index].values[0])))
     return found
+
+
+def _tables(case: Case) -> tuple[InputTable, ...]:
+    """Return what is given over time, with the derivatives of what drives."""
+    driving = derived(case.problem)
+    given = {find_setting(case.problem, name).index for name in (case.asked.inputs if case.asked else ())}
+    given |= {k for index in given if index in driving for k in driving[index]}
+    return tuple(
+        InputTable(
+            case.problem.inputs[index].name,
+            index,
+            INTERPOLATIONS[table.interpolation],
+            table.times.tolist(),
+            table.values.tolist(),
+            table.slopes.tolist(),
+            index in driving and table.times.size > 1,
+        )
+        for index, table in case.tables.items()
+        if index in given
+    )

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from mechc.exporting import refuse_driving_inputs, stem_of
+from mechc.exporting import stem_of
 from mechc.requests.parse_values import UsageMistake
 
 from .page import MARK, page
@@ -16,9 +17,14 @@ if TYPE_CHECKING:
 
 
 def write_page(
-    model: CompiledModel, output: str | Path | None, *, recorded: bool = False, experiment: str | None = None
+    model: CompiledModel,
+    output: str | Path | None,
+    *,
+    recorded: bool = False,
+    experiment: str | None = None,
+    inputs: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write the page of a model and return its path; without ``output`` it is named after the file.
+    """Write the page of a model and return its path; without ``output`` it is named after the file. ``inputs``: as for ``simulate``.
 
     A page is written over, any other file is not: raises UsageMistake. Raises what ``page`` raises.
     """
@@ -29,8 +35,7 @@ def write_page(
         raise UsageMistake(
             f"there is a file '{path}' already, which is no page of mechc", "give another name, or remove it"
         )
-    refuse_driving_inputs(model, "a page")
-    text = page(model, recorded=recorded, experiment=experiment)
+    text = page(model, recorded=recorded, experiment=experiment, options={"inputs": inputs} if inputs else {})
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8", newline="\n")
     return path

@@ -197,6 +197,7 @@ OWN: dict[tuple[str, str], Words] = {
     ("stress", "--json"): ("--json", "stress.json"),
     ("equations", "--output"): ("--output", "equations.txt"),
     ("compile", "--target"): ("--target", "c", "--output", "out"),
+    ("compile", "--input"): ("--input", "INPUT=TABLE", "--target", "web", "--output", "page.html"),
     ("view", "--output"): ("--output", "other.html"),
     ("fmu run", "--set"): ("--set", "a=2"),
     ("fmu run", "--output"): ("--output", "rows.csv"),

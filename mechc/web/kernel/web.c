@@ -31,9 +31,9 @@ static mech_real *numbers, *chosen;
 static unsigned char *fixed;
 static mech_event *events;
 static long event_room, n_events;
-static mech_table *tables;
-static mech_real zero;
-static int n_tables;
+static mech_table *tables, *held; /* held: those that the page was written with, by input; n is 0 where there is none */
+static mech_real zero, *stops;
+static int n_tables, n_stops;
 static mech_report report;
 static int sizes[12];
 
@@ -67,12 +67,29 @@ int EXPORT(web_open)(int row_count)
     zs = take((size_t)(n_rows * model->nz), sizeof *zs);
     outs = take((size_t)(n_rows * model->n_outputs), sizeof *outs);
     scenes = take((size_t)(n_rows * n_scene), sizeof *scenes);
-    tables = take((size_t)model->nu, sizeof *tables);
+    tables = take((size_t)model->nu, sizeof *tables), held = take((size_t)model->nu, sizeof *held);
     if (model->hybrid) {
         events = take(event_room = EVENTS, sizeof *events);
         instants = take((size_t)(INSTANTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
     }
     return 0;
+}
+
+/* Where to write the table of an input: n times, then values, then slopes. */
+mech_real *EXPORT(web_table)(int input, int interpolation, int n)
+{
+    mech_real *at = take(3 * (size_t)n, sizeof *at);
+    if (at)
+        held[input] = (mech_table){input, interpolation, n, at, at + n, at + 2 * n};
+    return at;
+}
+
+/* Where to write the times at which tables have kinks. */
+mech_real *EXPORT(web_stops)(int n)
+{
+    stops = take((size_t)n, sizeof *stops);
+    n_stops = stops ? n : 0;
+    return stops;
 }
 
 void EXPORT(web_times)(double begin, double start, double stop)
@@ -82,17 +99,19 @@ void EXPORT(web_times)(double begin, double start, double stop)
         grid[i] = i < n_rows - 1 ? start + (double)i * ((stop - start) / (double)(n_rows - 1)) : stop;
 }
 
-static void input_tables(void)
+static void input_tables(int with_held)
 {
     n_tables = 0;
     for (int i = 0; i < model->nu; i++)
-        if (u_set[i])
+        if (with_held && held[i].n)
+            tables[n_tables++] = held[i];
+        else if (u_set[i])
             tables[n_tables++] = (mech_table){i, MECH_STEP, 1, &zero, given_u + i, &zero};
 }
 
-static void inputs_at(mech_real t)
+static void inputs_at(mech_real t, int with_held)
 {
-    input_tables();
+    input_tables(with_held);
     if (model->nu)
         mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
 }
@@ -106,7 +125,7 @@ static unsigned char *flag(const web_setting *setting)
 static int same(mech_real a, mech_real b) { return a == b || (a != a && b != b); }
 
 /* Settings of the experiment may depend on parameters that it sets: evaluated until nothing changes; -1 where it does.
- * What the page has set already stays. */
+ * What the page has set already stays; tables are of the run alone. */
 int EXPORT(web_settle)(void)
 {
     mech_function *const experiment = web_slot->experiment;
@@ -114,7 +133,7 @@ int EXPORT(web_settle)(void)
         fixed[k] = *flag(&web_slot->settings[k]), chosen[k] = zero / zero;
     model->parameters(p, set);
     for (int round = 0; experiment && round < n_settings + 2; round++) {
-        inputs_at(0);
+        inputs_at(0, 0);
         for (int i = 0; i < ny; i++) plain[i] = zero / zero;
         for (int i = 0; i < model->nz; i++) z[i] = zero / zero;
         if (model->discretes)
@@ -140,7 +159,7 @@ int EXPORT(web_settle)(void)
 /* What the run begins with; 0, or how the assembly failed. Values that were set are in p, given_u and y0. */
 int EXPORT(web_begin)(void)
 {
-    inputs_at(begin_time);
+    inputs_at(begin_time, 1);
     mech_start_report told;
     const int status = mech_start_state(model, begin_time, y_given, u, z, p, y0, plain, &told);
     return status || mech_start_found(model, begin_time, y0, u, z, p, set) < 0 ? status : MECH_START_UNDEFINED;
@@ -160,7 +179,8 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
 {
     mech_options o;
     memset(&o, 0, sizeof o);
-    o.tables = tables, o.n_tables = n_tables, o.method = method, o.n_grid = n_rows, o.t0 = begin_time;
+    o.tables = tables, o.n_tables = n_tables, o.stops = stops, o.n_stops = n_stops;
+    o.method = method, o.n_grid = n_rows, o.t0 = begin_time;
     o.dt_max = dt_max, o.dt = step, o.rtol = tolerance;
     o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
     if (model->hybrid)
@@ -200,8 +220,8 @@ int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
 {
     mech_options o;
     memset(&o, 0, sizeof o);
-    o.tables = tables, o.n_tables = n_tables, o.method = method, o.t0 = begin_time, o.dt_max = dt_max;
-    o.y0 = y0, o.z = z, o.p = p;
+    o.tables = tables, o.n_tables = n_tables, o.stops = stops, o.n_stops = n_stops;
+    o.method = method, o.t0 = begin_time, o.dt_max = dt_max, o.y0 = y0, o.z = z, o.p = p;
     if (mech_nominal_values(model, web_slot->sizes, &o, stop_time, plain, nominal))
         return -100;
     const int status = run(tolerance, method, step, dt_max, rows);
