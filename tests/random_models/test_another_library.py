@@ -73,6 +73,8 @@ VALUES = {
         "Cylindrical": "axis = {3, -2, 1.5}",
         "Screw": "axis = {3, -2, 1.5}, pitch = 30 cm",
         "Universal": "first = {3, -2, 1.5}, second = {1, 5, 1}",
+        "ConstantVelocity": "axis = {3, -2, 1.5}",
+        "PointOnLine": "axis = {3, -2, 1.5}",
         "PointOnQuadric": "A = {{2, 0.5, 0}, {0.5, 1, 0.2}, {0, 0.2, 3}} m^-2, b = {0.3, -0.2, 0.1} m^-1, c = 2",
         "RollingSphere": "r = 0.4 m",
         "RollingDisk": "r = 0.4 m, axis = {0.3, -0.1, 2}",
