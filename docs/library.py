@@ -14,11 +14,21 @@ from mechc.lang.read import read_source
 
 HERE = Path(__file__).resolve().parent
 LIBRARY = HERE.parent / "stdlib"
-PACKAGES = ("planar", "spatial", "rotational", "translational", "control", "couplings", "fields", "constants")
+PACKAGES = (
+    "planar",
+    "spatial",
+    "elements",
+    "rotational",
+    "translational",
+    "control",
+    "couplings",
+    "fields",
+    "constants",
+)
 
 HEAD = """# The standard library
 
-Eight packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Nine packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Below the table of a part stands what it states: its masses, energies and
 forces, what closes a loop with it, and by `assert` where it ends; then examples that have one. Made from the library by

@@ -51,6 +51,9 @@ SPATIAL = [
     ("Screw", "axis = {1, 2, 2}, pitch = 0.3 m, angle = 0.7 rad", 0.3 * a / (2 * np.pi) * n, turn(n, a)),
     ("Universal", "angle = {0.7, -1.2} rad", 0 * n, turn(x, a) @ turn(y, b)),
     ("Universal", "first = {0, 0, 2}, second = {1, 2, 2}, angle = {0.7, -1.2} rad", 0 * n, turn(z, a) @ turn(n, b)),
+    ("Gimbal", "angle = {0.7, -1.2, 0.4} rad", 0 * n, turn(x, a) @ turn(y, b) @ turn(z, d)),
+    ("ConstantVelocity", "bend = {0.3, -0.4}", 0 * n, turn([0.6, -0.8, 0], 2 * np.arctan(0.5))),
+    ("PointOnLine", f"axis = {{1, 2, 2}}, position = 0.4 m, orientation = {q}", d * n, Q.as_matrix()),
     ("Spherical", f"orientation = {q}", 0 * n, Q.as_matrix()),
     ("Planar", "x = 0.4 m, y = -0.9 m, angle = 0.7 rad", [d, e, 0], turn(z, a)),
     ("Free", f"position = {{0.4, -0.9, 0.2}} m, orientation = {q}", [d, e, 0.2], Q.as_matrix()),
@@ -107,3 +110,17 @@ def test_spatial(joint: str, settings: str, position: object, axes: np.ndarray) 
     assert [got[f"p[{i}]"] for i in (1, 2, 3)] == pytest.approx(expected, abs=1e-14)
     columns = np.array([[got[f"e{j}[{i}]"] for j in (1, 2, 3)] for i in (1, 2, 3)])
     assert columns == pytest.approx(seat @ axes, abs=1e-14)
+
+
+def test_a_homokinetic_joint_turns_both_shafts_alike() -> None:
+    """Two shafts at 30 deg in bearings of their own: a cross joint between them does not, by as much as 1/cos - cos."""
+    text = (
+        "import mech.spatial.*;\nBody one(m = 1 kg, J = identity(3)*1 kg.m^2);\nBody two(m = 1 kg, J = identity(3)*1 kg.m^2);\n"
+        "Revolute drive(world -> one.a);\ndrive drive.angle = 3 rad/s*time;\n{joint} middle(one.a -> two.a{settings});\n"
+        "cut Cylindrical bearing(world * rotx(30 deg) -> two.a);\noutput w = dot(angvel(two.a), direction(two.a, {{0, 0, 1}}));\nexperiment(stop = 3 s);\n"
+    )
+    alike = mechc.loads(text.format(joint="ConstantVelocity", settings="")).simulate()["w"]
+    assert alike == pytest.approx(3, abs=1e-9)
+    crossed = mechc.loads(text.format(joint="Universal", settings="")).simulate()["w"]
+    c = np.cos(np.radians(30))
+    assert [crossed.min(), crossed.max()] == pytest.approx([3 * c, 3 / c], rel=1e-3)
