@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from .functions import Functions
     from .requests.request import Asked
     from .runtime.ensembles.result import Ensemble
+    from .runtime.environments.environment import Environment
+    from .runtime.environments.environments import Environments
+    from .runtime.environments.stepper import Stepper
     from .runtime.results.streamed import Streamed
     from .runtime.studies.findings import Findings
     from .runtime.studies.kinds.sweep import Runs
-    from .runtime.studies.runs.stepwise import Stepper
     from .runtime.studies.study import Answer
     from .solution import Solution
     from .web.view import View
@@ -203,6 +205,75 @@ class Model(CompiledModel):
 
         model, asked = self._asked("simulate", set, {"experiment": experiment, "tolerance": tolerance})
         return begin(model, asked)
+
+    def env(
+        self,
+        dt: float | str,
+        *,
+        method: str | None = None,
+        substeps: int = 1,
+        tolerance: float | None = None,
+        max_steps: int = 10_000,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        reproducible: bool = False,
+    ) -> Environment:
+        """Return the model as an environment: ``env.u[:] = action``, ``env.step()``, ``env.q``, ``env.reset(q=...)``.
+
+        Each step lasts ``dt``, holds the inputs, and takes ``max_steps`` steps of the integrator at most: as many as ``tolerance``
+        needs, or ``substeps`` of a method with steps of one size, as ``method="rk4"``. Events are located in both cases. Arrays
+        hold SI. Raises UsageMistake, and SimulationError if the motion cannot begin.
+        """
+        env: Environment = self._environments(
+            None, dt, method, substeps, tolerance, max_steps, set, experiment, reproducible
+        )
+        return env
+
+    def batch(
+        self,
+        n: int,
+        dt: float | str,
+        *,
+        method: str | None = None,
+        substeps: int = 1,
+        tolerance: float | None = None,
+        max_steps: int = 10_000,
+        threads: int = 1,
+        lanes: str = "auto",
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        reproducible: bool = False,
+    ) -> Environments:
+        """Return ``n`` environments (``env``) with one face: arrays have a row for each, and one that fails ends alone.
+
+        ``lanes``: whether smooth models move by vectors in steps of ``rk4`` (``auto``: batches from 1000 on, or ``on``, ``off``); their
+        bits differ in the last digits from those of solvers, and neither depends on ``n`` or ``threads``.
+        """
+        if not isinstance(n, int) or n < 1:
+            raise UsageMistake(f"'n' counts environments, it is {n!r}")
+        return self._environments(
+            n, dt, method, substeps, tolerance, max_steps, set, experiment, reproducible, threads, lanes
+        )
+
+    def _environments(
+        self,
+        n: int | None,
+        dt: float | str,
+        method: str | None,
+        substeps: int,
+        tolerance: float | None,
+        max_steps: int,
+        set: Mapping[str, Given] | None,
+        experiment: str | None,
+        reproducible: bool,
+        threads: int = 1,
+        lanes: str = "off",
+    ) -> Any:
+        from .session import environments
+
+        given = {"every": dt, "method": method, "tolerance": tolerance, "reproducible": reproducible}
+        model, asked = self._asked("simulate", set, {"experiment": experiment, **given})
+        return environments(model, asked, n, substeps, lanes, max_steps=max_steps, threads=threads)
 
     def study(self, kind: str, *, set: Mapping[str, Given] | None = None, **settings: Any) -> Answer:
         """Answer one of the questions that ``mechc study`` lists, or one of ``studies``, those of the file, by its name.

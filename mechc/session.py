@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -12,11 +13,12 @@ from msgspec.structs import replace
 from .compiler.equations.compliance import COMPLIANCE
 from .display import Display, choose
 from .model import CompiledModel
-from .requests.parse_values import UsageMistake
+from .requests.parse_values import UsageMistake, one_of
 from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas
-from .runtime.case import find_experiment
+from .runtime.case import SimulationOptions, find_experiment
 from .runtime.integrate.little_work import BetterCodePays, little_work
+from .runtime.methods import KERNEL_METHODS
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
@@ -29,7 +31,8 @@ if TYPE_CHECKING:
     from .cluster_payload import SentQuestion
     from .runtime.ensembles.lanes import Wanted
     from .runtime.ensembles.recipe import Recipe
-    from .runtime.studies.runs.stepwise import Stepper
+    from .runtime.environments.environments import Environments, Wishes
+    from .runtime.environments.stepper import Stepper
 
 M = TypeVar("M", bound=CompiledModel)
 
@@ -123,11 +126,46 @@ def answered(model: M, asked: Asked) -> tuple[M, Answer]:
 
 def begin(model: CompiledModel, asked: Asked) -> Stepper:
     """Begin a run that the caller takes on, piece by piece."""
-    from .runtime.studies.runs.stepwise import Stepper
+    from .runtime.environments.stepper import Stepper
+
+    return Stepper(*_to_be_stepped(model, asked))
+
+
+def environments(
+    model: CompiledModel, asked: Asked, n: int | None, substeps: int, lanes: str, **bounds: int
+) -> Environments:
+    """Make environments of a model whose control steps last as long as the question says that its output is apart; ``n``: None is
+    one by itself, without the axis of many. Raises SimulationError."""
+    from .runtime.ensembles.lanes import CHOICES, Maker
+    from .runtime.environments.environment import Environment
+    from .runtime.environments.environments import Environments
+
+    one_of(lanes, CHOICES, "choice of lanes")
+    problem, question, wishes = _to_be_stepped(model, asked)
+    assert isinstance(question, SimulationOptions)
+    period = question.every
+    if period is None or not (math.isfinite(period) and period > 0):
+        raise UsageMistake("a control step lasts a time above zero", 'as in dt="2 ms"')
+    fixed = KERNEL_METHODS.get(question.method or "")
+    step = period / substeps if fixed is not None and fixed.fixed_step else None
+    question = replace(question, every=None, step=step)
+
+    def make_lanes(wanted: Wanted, by: str) -> Path:
+        return model.lanes(by, _needs(asked), wanted, by)
+
+    wishes = replace(
+        wishes, n=n or 1, period=period, substeps=substeps, lanes=Maker(make_lanes, lanes), **bounds
+    )
+    return (Environment if n is None else Environments)(problem, question, wishes)
+
+
+def _to_be_stepped(model: CompiledModel, asked: Asked) -> tuple[Problem, Any, Wishes]:
+    """Return what environments are made of."""
+    from .runtime.environments.environments import Wishes
 
     problem, question = _posed(model, asked)
     advice = "" if _foreseen(model) else PASSED_BY
-    return Stepper(problem, question, _moving_inputs(model), advice)
+    return problem, question, Wishes(moving=_moving_inputs(model), at_singular_positions=advice)
 
 
 def plan(model: CompiledModel, asked: Asked) -> Plan:

@@ -26,7 +26,7 @@ from .literal import PI_DIGITS
 CHUNK = 400
 """Operations in one body."""
 
-METHODS = {"dop853": "lane_dop853.h", "taylor": "lane_taylor.h"}
+METHODS = {"dop853": "lane_dop853.h", "taylor": "lane_taylor.h", "rk4": "lane_rk4.h"}
 """The header that holds each method in lanes."""
 LIBRARY, DEVICE = "lane_model.h", "lane_item.h"
 """What the text ends with: as a library of vectors, or as the kernel of a device, one member in each work item."""
