@@ -5,12 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mechc.compiled import Code
+from mechc.compiler.pipeline import compile_source
 from mechc.lang.source import SourceFile
 from mechc.model import CompiledModel
 from mechc.runtime.case import SimulationOptions
@@ -127,8 +126,7 @@ def main(quick: bool = False) -> None:
 
 
 def _model(text: str, n: int) -> CompiledModel:
-    code = Code.make(SourceFile("chain.mech", text), Path(), None, {"n": Fraction(n)}, frozenset())
-    return CompiledModel(code, {})
+    return CompiledModel(compile_source(SourceFile("chain.mech", text), structural={"n": Fraction(n)}), {})
 
 
 def _difference(model: CompiledModel, names: list[str]) -> float:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang import ast
-from mechc.lang.diagnostics import Diagnostic, Reporter
+from mechc.lang.diagnostics import Reporter
 from mechc.lang.grammar.keywords import KEYWORDS
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
 
-from .compilation import Compilation
+from .compilation import Compilation, Request
 from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
@@ -28,7 +25,6 @@ from .flat.flatten import flatten
 from .flat.model import FlatModel
 from .gc_pause import uncollected
 from .mechanics.build import build
-from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
@@ -38,96 +34,71 @@ from .verification import verified
 if TYPE_CHECKING:
     from mechc.runtime.problem import Adjoint, Directions
 
-    from .outline import Outline, Summary
-
-Structural = Mapping[str, Fraction | bool | str]
-
-
-class Formed(Struct, frozen=True, dict=True):
-    """A compilation that was formed just now."""
-
-    source: SourceFile
-    ast: ast.File
-    flat: FlatModel
-    system: MechanicalSystem
-    equations: Equations
-    program: Program
-    diagnostics: tuple[Diagnostic, ...]
-    parts: frozenset[str] = frozenset()
-    kept_as: str = ""
-
-    @cached_property
-    def outline(self) -> Outline:
-        from .outline import outline_of
-
-        return outline_of(self.flat)
-
-    @cached_property
-    def summary(self) -> Summary:
-        from .outline import summary_of
-
-        return summary_of(self.program)
+    from .outline import Exact
 
 
 def compile_source(
     source: SourceFile,
     *,
     model: str | None = None,
-    structural: Structural | None = None,
+    structural: Mapping[str, Exact] | None = None,
     search: Sequence[Path] = (),
     by_value: bool = True,
     parts: Collection[str] = (),
     formulas: Collection[tuple[str, str]] = (),
-) -> Formed:
-    """Compile one model of a source text. Raises CompileError with every diagnostic found so far.
+) -> Compilation:
+    """Compile one model of a source text: see ``Request``. Raises CompileError with every diagnostic found so far."""
+    values = tuple(sorted((structural or {}).items()))
+    request = Request(source, tuple(search), model, values, frozenset(parts), tuple(formulas))
+    return form(request, by_value=by_value)
 
-    ``parts`` are built whether the equations need them or not (equations/needs.py). ``formulas``: names and texts of
-    outputs that are asked for beside those of the model.
-    """
+
+def form(request: Request, *, by_value: bool = True) -> Compilation:
+    """Form every stage of what is asked for; unless ``by_value``, equal expressions of a text are nodes of their own. Raises
+    CompileError with every diagnostic found so far."""
     reporter = Reporter()
     with uncollected(), deep_recursion():
         try:
-            tree = parse(source, reporter)
-            further = tuple(_output(name, text, reporter) for name, text in formulas)
-            flat = verified(
-                flatten(
-                    tree,
-                    reporter,
-                    model=model,
-                    structural=structural or {},
-                    search=tuple(search),
-                    further=further,
-                )
+            tree = parse(request.source, reporter)
+            flat = flatten(
+                tree,
+                reporter,
+                model=request.model,
+                structural=dict(request.structural),
+                search=request.search,
+                further=tuple(_output(name, text, reporter) for name, text in request.formulas),
             )
-            return _formed(source, tree, flat, reporter, by_value=by_value, parts=parts)
+            return _formed(request, tree, flat, reporter, by_value=by_value)
         except RecursionError:
             raise reporter.fail(
                 "E0207",
-                f"definitions in '{source.name}' depend on each other in too long a chain",
+                f"definitions in '{request.source.name}' depend on each other in too long a chain",
                 None,
                 help="leave out steps between them",
             ) from None
 
 
-def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Formed:
+def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Compilation:
     """Compile a flat model that was made of that of another compilation. Raises CompileError."""
+    request = replace(made_of.request, parts=frozenset(parts))
     with uncollected(), deep_recursion():
-        return _formed(made_of.source, made_of.ast, verified(flat), Reporter(), by_value=True, parts=parts)
+        return _formed(request, made_of.ast, flat, Reporter(), derived=True)
 
 
 def _formed(
-    source: SourceFile,
+    request: Request,
     tree: ast.File,
     flat: FlatModel,
     reporter: Reporter,
     *,
-    by_value: bool,
-    parts: Collection[str],
-) -> Formed:
-    system = verified(build(flat, reporter, by_value=by_value))
-    equations = verified(assemble(system, reporter, parts))
-    program = _lowered(equations, parts)
-    return Formed(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
+    by_value: bool = True,
+    derived: bool = False,
+) -> Compilation:
+    system = verified(build(verified(flat), reporter, by_value=by_value))
+    equations = verified(assemble(system, reporter, request.parts))
+    stages = {"ast": tree, "flat": flat, "system": system, "equations": equations}
+    stages["program"] = _lowered(equations, request.parts)
+    return Compilation(request, stages, diagnostics=reporter.diagnostics, derived=derived)
 
 
 def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
@@ -138,16 +109,6 @@ def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
     (statement,) = parse(SourceFile(shown, f"output {shown} = {text};"), reporter).items
     assert isinstance(statement, ast.Output)
     return replace(statement, name=name)
-
-
-def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bool = False) -> Program:
-    """Return the program with what certain methods work on beside the right-hand side.
-
-    ``implicit``: the Jacobian; ``momenta``: momenta and their rates, for constrained structure-preserving methods.
-    """
-    wanted = {"jacobian"} if implicit else set()
-    wanted |= {"momenta"} if momenta else set()
-    return program_with(compilation, wanted)
 
 
 def program_with(compilation: Compilation, parts: Collection[str]) -> Program:

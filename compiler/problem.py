@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,9 @@ from mechc.runtime.problem import Problem
 from .outline import Summary, summary_of
 
 if TYPE_CHECKING:
+    from mechc.runtime.problem import Adjoint, Directions
+
+    from .compilation import Compilation
     from .program.model import Program
 
 MOST_WHOLE = 200_000
@@ -40,6 +44,47 @@ SERIES = ("series.h",)
 """What code with Taylor series of few slots includes, too."""
 
 
+def problem_with(
+    compilation: Compilation, parts: frozenset[str], *, reproducible: bool = False, quick: bool = False
+) -> Problem:
+    """Return the functions of a model with these parts, ready to be called; ``quick``: see ``make_problem``. Raises CompilerMissing
+    and BuildError."""
+    key = reproducible, quick, parts
+    if key in compilation.problems:
+        return compilation.problems[key]
+
+    def made(program: Program) -> Problem:
+        return make_problem(program, reproducible=reproducible, quick=quick)
+
+    if parts <= compilation.parts:
+        problem = problem_of(
+            compilation.summary,
+            lambda: compilation.program,
+            reproducible=reproducible,
+            quick=quick,
+            stored_as=compilation.stored_as,
+        )
+    else:
+        from .pipeline import program_with
+
+        problem = made(program_with(compilation, parts))
+
+    @functools.cache
+    def tangents(directions: Directions) -> Problem:
+        from .pipeline import tangent_program
+
+        return made(tangent_program(compilation, directions, parts))
+
+    @functools.cache
+    def adjoints(goal: Adjoint) -> Problem:
+        from .pipeline import adjoint_program
+
+        return made(adjoint_program(compilation, goal))
+
+    compilation.problems[key] = replace(problem, tangents=tangents, adjoints=adjoints)
+    return compilation.problems[key]
+
+
 def make_problem(
     program: Program,
     *,
@@ -57,11 +102,11 @@ def problem_of(
     *,
     reproducible: bool = False,
     quick: bool = False,
-    kept_as: str = "",
+    stored_as: str = "",
 ) -> Problem:
-    """Return the same of a program that is read when it is needed. ``kept_as`` tells it from all others: its code is found by
+    """Return the same of a program that is read when it is needed. ``stored_as`` tells it from all others: its code is found by
     that, without being written again, and without the program."""
-    made = _made(summary, program, reproducible, quick, kept_as)
+    made = _made(summary, program, reproducible, quick, stored_as)
     if not summary.offers:
         return made
     from .targets.balls import enclosure
@@ -74,7 +119,7 @@ def _made(
     program: Callable[[], Program],
     reproducible: bool,
     quick: bool,
-    kept_as: str,
+    stored_as: str,
 ) -> Problem:
     if summary.description.curve is not None:
         from .targets.python import load_arrays
@@ -89,9 +134,9 @@ def _made(
         by = compiler or find_compiler()
         return build_shared(_written(program(), strict, by is not None and by.in_process), flags, compiler=by)
 
-    if kept_as:
+    if stored_as:
         known = {
-            "program": kept_as,
+            "program": stored_as,
             **{name: header(name) for name in (HEADER, *TURNS, *CROWD, *SHARES, *SERIES)},
         }
         library = built_once(known, flags, build, compiler)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from .lang.read import read_model
 from .lang.source import SourceFile
-from .model import CompiledModel, compiled
+from .model import CompiledModel, model_of
 from .requests.parse_values import Given, UsageMistake
 from .suggest import closest
 
@@ -93,14 +93,14 @@ def load(
     compiled code, and takes it from there while nothing has changed. Raises CompileError with all diagnostics.
     """
     source = read_model(path)
-    return compiled(Model, source, Path(path).parent, model, dict(set or {}), keep, remembered=remembered)
+    return model_of(Model, source, Path(path).parent, model, dict(set or {}), keep, remembered=remembered)
 
 
 def loads(
     text: str, *, name: str = "model.mech", model: str | None = None, keep: Collection[str] = ()
 ) -> Model:
     """Compile a model given as text; ``name`` stands for the file in messages. ``keep``: see ``load``."""
-    return compiled(Model, SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {}, keep)
+    return model_of(Model, SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {}, keep)
 
 
 class Model(CompiledModel):
@@ -127,7 +127,7 @@ class Model(CompiledModel):
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
         solution.angles = self.angles
         solution.viewer = partial(self._viewed, set, experiment, options)
-        if "scene" not in self._code.compilation.parts:
+        if "scene" not in self.compilation.parts:
             solution.pictured_again = partial(self._pictured, set, experiment, options)
         return solution
 

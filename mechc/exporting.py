@@ -257,8 +257,8 @@ def begin_of(model: CompiledModel) -> Begin:
 
 def stem_of(model: CompiledModel) -> str:
     """Name what is written of a model: after its file, or, where it was chosen among several or has none, after itself."""
-    file = Path(model.code.source.name)
-    return file.stem if model.code.model is None and file.is_file() else file_stem(model.name)
+    file = Path(model.compilation.source.name)
+    return file.stem if model.compilation.request.model is None and file.is_file() else file_stem(model.name)
 
 
 def file_stem(model: str) -> str:

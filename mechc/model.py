@@ -1,11 +1,10 @@
-"""A compiled model: its names and units, its values, and its functions ready to be called."""
+"""A compiled model: its names and units, its values, and the questions that are put to it."""
 
 from __future__ import annotations
 
-import functools
 import math
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -13,37 +12,44 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from msgspec.structs import replace
 
-from .compiled import Code, Exact, check_parts, compiled_again, exact_value, structural_names
-from .compiler.compilation import Compilation
+from .compiler.compilation import Compilation, Request
+from .compiler.compilation_cache import compiled, compiled_once, formed_of, variant
+from .compiler.outline import Exact
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
 from .requests.in_si import settings_in_si
 from .requests.parse_values import (
     Given,
+    Scalar,
     UsageMistake,
     elements_of,
+    one_of,
+    plain,
+    read_value,
+    structural_value,
     tidy,
     unknown_name,
 )
+from .runtime.memo import once
 
 if TYPE_CHECKING:
-    from mechc.runtime.interface import Quantity
-
     from .compiler.flat.model import FlatModel
     from .compiler.outline import Plan, StatedStudy
     from .compiler.program.model import Program
     from .runtime.ensembles.lanes import Wanted
-    from .runtime.problem import Adjoint, Directions, Problem
+    from .runtime.interface import Quantity
+    from .runtime.problem import Problem
 
 Structural = Mapping[str, Exact]
 
 
 class CompiledModel:
-    """A compiled model with the values that were set: what questions are put to. Immutable; ``with_values`` gives a
-    changed one."""
+    """A compiled model with the values that were set: what questions are put to. Immutable; ``with_values`` gives a changed
+    one."""
 
-    def __init__(self, code: Code, settings: dict[str, Given]) -> None:
-        self._code = code
+    def __init__(self, compilation: Compilation, settings: dict[str, Given]) -> None:
+        self.compilation = compilation
+        """The model after every stage of the compiler, and what was made of it."""
         self._settings = settings
         self._given_in_si: dict[str, float] | None = None
 
@@ -52,33 +58,14 @@ class CompiledModel:
 
     def __reduce__(self) -> tuple[Callable[..., CompiledModel], tuple[object, ...]]:
         """Pickle as the source text and the values that were set; it is compiled again where it arrives."""
-        code = self._code
-        structural = tuple(sorted(code.structural.items()))
-        return _arrived, (
-            type(self),
-            code.source.name,
-            code.source.text,
-            code.folder.absolute(),
-            code.model,
-            structural,
-            code.keep,
-            self._settings,
-        )
-
-    @property
-    def code(self) -> Code:
-        """The source with what was compiled of it."""
-        return self._code
+        asked = self.compilation.request
+        here = replace(asked, search=tuple(folder.absolute() for folder in asked.search), remembered=False)
+        return _arrived, (type(self), replace(here, formulas=()), self._settings)
 
     @property
     def stated(self) -> dict[str, Given]:
         """The changed values as they were written."""
         return dict(self._settings)
-
-    @property
-    def compilation(self) -> Compilation:
-        """What every stage of the compiler made of the model."""
-        return self._code.compilation
 
     @property
     def name(self) -> str:
@@ -139,23 +126,31 @@ class CompiledModel:
             return self
         if not self._settings and {float}.issuperset(map(type, values.values())):  # mostly
             numbers: dict[str, float] = {**values}  # type: ignore[dict-item]
-            if numbers.keys() <= self._code.freely() and all(map(math.isfinite, numbers.values())):
-                model = type(self)(self._code, numbers)  # type: ignore[arg-type]
+            if numbers.keys() <= set_singly(self.compilation) and all(map(math.isfinite, numbers.values())):
+                model = type(self)(self.compilation, numbers)  # type: ignore[arg-type]
                 model._given_in_si = numbers
                 return model
         values = {tidy(name): value for name, value in values.items()}
         known = self.structural_parameters
         structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
         settings = {name: value for name, value in values.items() if name not in known}
-        code = self._code.variant(self._code.structural | structural) if structural else self._code
-        changed = type(self)(code, self._settings)
+        changed = type(self)(self._variant(structural), self._settings)
         new = changed._in_si(settings)  # a mistake is told here, not when the run begins
         units = changed.settable_units() if self._settings else {}
         kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
-        model = type(self)(code, kept | settings)
+        model = type(self)(changed.compilation, kept | settings)
         if not kept:
             model._given_in_si = new
         return model
+
+    def _variant(self, structural: Structural) -> Compilation:
+        """Return the compilation with other structural values."""
+        stated = dict(self.compilation.request.structural)
+        if stated.items() >= structural.items():
+            return self.compilation
+        if self.compilation.derived:
+            raise UsageMistake("a model that was made of another has its structural parameters from there")
+        return variant(self.compilation, structural=tuple(sorted({**stated, **structural}.items())))
 
     def for_experiment(self, name: str | None) -> Self:
         """Return this model with the structural parameters that an experiment sets.
@@ -165,7 +160,8 @@ class CompiledModel:
         chosen = self.experiment(name)
         if chosen is None or not chosen.structural:
             return self
-        return type(self)(self._code.variant({**chosen.structural, **self._code.structural}), self._settings)
+        own = dict(self.compilation.request.structural)
+        return type(self)(self._variant({**chosen.structural, **own}), self._settings)
 
     def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Self]]:
         """Return the combinations of structural values that an experiment sweeps, each with its model."""
@@ -173,7 +169,7 @@ class CompiledModel:
         points: list[tuple[dict[str, float | bool | str], Self]] = []
         for row in product(*swept.values()):
             values = dict(zip(swept, row, strict=True))
-            model = type(self)(self._code.variant({**self._code.structural, **values}), self._settings)
+            model = type(self)(self._variant(values), self._settings)
             points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
         return points
 
@@ -191,17 +187,6 @@ class CompiledModel:
 
     def experiment(self, name: str | None) -> Plan | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
-        plans = self._code.plans
-        if name not in plans:
-            plans[name] = self._found(name)
-        return plans[name]
-
-    def sweeps(self, experiment: str | None) -> bool:
-        """Tell whether an experiment gives several values to something."""
-        plan = self.experiment(experiment)
-        return plan is not None and plan.sweeps
-
-    def _found(self, name: str | None) -> Plan | None:
         experiments = self.compilation.outline.experiments
         if name is None:
             return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
@@ -214,9 +199,14 @@ class CompiledModel:
             )
         raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
 
+    def sweeps(self, experiment: str | None) -> bool:
+        """Tell whether an experiment gives several values to something."""
+        plan = self.experiment(experiment)
+        return plan is not None and plan.sweeps
+
     def settable_units(self) -> Mapping[str, str]:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
-        return self._code.settable_units()
+        return self.compilation.settable_units
 
     @property
     def settings(self) -> dict[str, float]:
@@ -228,8 +218,7 @@ class CompiledModel:
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
         if not settings:
             return {}
-        rotations, driven = self._code.rotations_and_drives()
-        units = self.settable_units()
+        driven, units = self.compilation.drives, self.settable_units()
         for name in (driven.keys() & settings.keys()) - units.keys() if driven else ():
             raise UsageMistake(
                 f"'{name}' is prescribed by 'drive' (line {driven[name]})",
@@ -244,7 +233,7 @@ class CompiledModel:
                     f"'{name}' has no mass: the balance of forces decides it, and it has no initial value of its own",
                     "set those of the others, or say in the model where it starts: the others follow",
                 )
-        return settings_in_si(settings, units, rotations)
+        return settings_in_si(settings, units, self.compilation.rotations)
 
     def problem(
         self,
@@ -261,31 +250,12 @@ class CompiledModel:
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on
         (``PARTS`` of the compiler). Raises CompilerMissing, BuildError.
         """
+        from .compiler.problem import problem_with
         from .runtime.methods import parts_for
 
         check_parts(parts)
         wanted = parts_for(method).union(parts)
-        problems, key = self._code.problems, (reproducible, quick, wanted)
-        if key not in problems:
-            from .compiler.problem import make_problem, problem_of
-
-            made = self.compilation
-            if wanted <= made.parts:
-                problem = problem_of(
-                    made.summary,
-                    lambda: made.program,
-                    reproducible=reproducible,
-                    quick=quick,
-                    kept_as=made.kept_as,
-                )
-            else:
-                problem = make_problem(self.program(wanted), reproducible=reproducible, quick=quick)
-            problems[key] = replace(
-                problem,
-                tangents=self._tangents(reproducible, quick, wanted),
-                adjoints=self._adjoints(reproducible, quick),
-            )
-        return problems[key]
+        return problem_with(self.compilation, wanted, reproducible=reproducible, quick=quick)
 
     def lanes(self, method: str, parts: Collection[str], wanted: Wanted, by: str) -> Path:
         """Return the library in which several members of an ensemble run side by side: of the program that ``problem`` with
@@ -294,7 +264,7 @@ class CompiledModel:
         from .runtime.methods import parts_for
 
         needed = parts_for(method).union(parts)
-        made, key = self._code.lanes, (needed, wanted, by)
+        made, key = self.compilation.lanes, (needed, wanted, by)
         if key not in made:
             from .compiler import lanes
 
@@ -308,34 +278,6 @@ class CompiledModel:
 
         return program_with(self.compilation, parts)
 
-    def _tangents(
-        self, reproducible: bool, quick: bool, parts: frozenset[str]
-    ) -> Callable[[Directions], Problem]:
-        """Return what makes the problem of the motion with its derivatives, when it is asked for."""
-
-        @functools.cache
-        def tangents(directions: Directions) -> Problem:
-            from .compiler.pipeline import tangent_program
-            from .compiler.problem import make_problem
-
-            program = tangent_program(self.compilation, directions, parts)
-            return make_problem(program, reproducible=reproducible, quick=quick)
-
-        return tangents
-
-    def _adjoints(self, reproducible: bool, quick: bool) -> Callable[[Adjoint], Problem]:
-        """Return what makes the problem that pulls a goal back, when it is asked for."""
-
-        @functools.cache
-        def adjoints(asked: Adjoint) -> Problem:
-            from .compiler.pipeline import adjoint_program
-            from .compiler.problem import make_problem
-
-            program = adjoint_program(self.compilation, asked)
-            return make_problem(program, reproducible=reproducible, quick=quick)
-
-        return adjoints
-
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""
         plan = self.experiment(experiment)
@@ -344,69 +286,110 @@ class CompiledModel:
     @property
     def angles(self) -> str:
         """The unit in which pictures show angles that state none: ``deg`` where the text writes degrees and no radians."""
-        if self._code.angles is None:
-            text = re.sub(r"//[^\n]*", "", self._code.source.text)
-            degrees = re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text)
-            self._code.angles = "deg" if degrees else ""
-        return self._code.angles
+        return _angles(self.compilation)
 
     def keeping(self, parts: Collection[str]) -> Self:
         """Return this model with parts built whether they are needed or not."""
         check_parts(parts)
-        return type(self)(self._code.with_parts(frozenset(parts)), self._settings)
+        kept = variant(self.compilation, parts=frozenset(parts))
+        return type(self)(kept, self._settings)
 
     def of(self, flat: FlatModel, settings: Mapping[str, float]) -> Self:
         """Return a flat model that was made of this one's as a model, with its own settings. Raises CompileError."""
-        return type(self)(self._code.of(flat), {}).with_values(settings)
+        return type(self)(formed_of(self.compilation, flat), {}).with_values(settings)
 
     def with_formulas(self, formulas: Mapping[str, str]) -> Self:
         """Return this model with further outputs: texts by their names."""
-        code, wanted = self._code, tuple(formulas.items())
-        if not wanted:
+        if not formulas:
             return self
-        if code.twin:
+        if self.compilation.derived:
             raise UsageMistake("a model that was made of another takes no further formulas")
-        if wanted not in code.asked:
-            code.asked[wanted] = Code.make(
-                code.source, code.folder, code.model, code.structural, code.keep, wanted
-            )
-        return type(self)(code.asked[wanted], self._settings)
+        wanted = variant(self.compilation, formulas=tuple(formulas.items()))
+        return type(self)(wanted, self._settings)
 
 
 M = TypeVar("M", bound=CompiledModel)
 
 
-def compiled(
+def _arrived(kind: type[M], request: Request, settings: dict[str, Given]) -> M:
+    return kind(compiled_once(request), settings)
+
+
+@once
+def set_singly(compilation: Compilation) -> frozenset[str]:
+    """Return the names of numbers that may be set each by itself: none of rotations, none that compiles the model again."""
+    units = compilation.settable_units
+    whole = {one for name in compilation.rotations for one in elements_of(name, units)}
+    return frozenset(units.keys() - whole - compilation.outline.structural.keys())
+
+
+@once
+def _angles(compilation: Compilation) -> str:
+    text = re.sub(r"//[^\n]*", "", compilation.source.text)
+    return "deg" if re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text) else ""
+
+
+def exact_value(name: str, value: Given) -> Exact:
+    """Return a structural value as the compiler wants it: numbers exactly, in SI."""
+    value = plain(value)
+    if not isinstance(value, (str, int, float)):
+        raise UsageMistake(f"the structural parameter '{name}' takes one value, not {value!r}")
+    scalar: Scalar = structural_value(value)
+    if isinstance(scalar, str) and scalar[:1].isdigit():
+        number = read_value(scalar)
+        return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
+    return scalar if isinstance(scalar, (bool, str)) else Fraction(scalar)
+
+
+def check_parts(parts: Collection[str]) -> None:
+    """Raise UsageMistake for a name that is no part of a model."""
+    if not parts:
+        return
+    from .compiler.equations.compliance import COMPLIANCE
+    from .compiler.equations.needs import PARTS
+
+    if isinstance(parts, str):
+        raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')
+    for part in parts:
+        one_of(part, (*PARTS, COMPLIANCE), "part")
+
+
+def model_of(
     kind: type[M],
     source: SourceFile,
     folder: Path,
     model: str | None,
-    given: dict[str, Given],
+    given: Mapping[str, Given],
     keep: Collection[str],
     *,
     remembered: bool = False,
 ) -> M:
-    """Compile a source text with the values that are given, structural ones first.
+    """Compile a source text with the values that are given, structural ones first; its imports are looked for in ``folder``.
 
     ``remembered``: keep what is formed for other processes, and take what they kept.
     """
     check_parts(keep)
-    given = {tidy(name): value for name, value in given.items()}
-    declared = structural_names(source) if given else ()
-    early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}
-    return kind(
-        Code.make(source, folder, model, early, frozenset(keep), remembered=remembered), {}
-    ).with_values(given)
+    values = {tidy(name): value for name, value in given.items()}
+    declared = structural_names(source) if values else ()
+    early = {name: exact_value(name, values.pop(name)) for name in declared if name in values}
+    structural = tuple(sorted(early.items()))
+    request = Request(source, (folder,), model, structural, frozenset(keep), remembered=remembered)
+    return kind(compiled(request), {}).with_values(values)
 
 
-def _arrived(
-    kind: type[M],
-    name: str,
-    text: str,
-    folder: Path,
-    model: str | None,
-    structural: tuple[tuple[str, Exact], ...],
-    keep: frozenset[str],
-    settings: dict[str, Given],
-) -> M:
-    return kind(compiled_again(name, text, folder, model, structural, keep), settings)
+def structural_names(source: SourceFile) -> Sequence[str]:
+    """Return the structural parameters of all models of a file: they must be known before it is compiled."""
+    from .lang import ast
+    from .lang.diagnostics import Reporter
+    from .lang.parser import parse
+
+    names: list[str] = []
+    pending: list[object] = list(parse(source, Reporter()).items)
+    while pending:
+        item = pending.pop()
+        match item:
+            case ast.Model():
+                pending.extend(item.body)
+            case ast.Parameter(structural=True):
+                names.append(item.name)
+    return names

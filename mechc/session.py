@@ -6,10 +6,11 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
+from .compiler.compilation import Compilation
 from .compiler.equations.compliance import COMPLIANCE
 from .display import Display, choose
 from .model import CompiledModel
@@ -18,6 +19,7 @@ from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.integrate.little_work import BetterCodePays, little_work
+from .runtime.memo import once
 from .runtime.methods import KERNEL_METHODS
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from .runtime.ensembles.recipe import Recipe
     from .runtime.environments.environments import Environments, Wishes
     from .runtime.environments.stepper import Stepper
-
-M = TypeVar("M", bound=CompiledModel)
 
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
@@ -67,13 +67,19 @@ def _told(found: Answer) -> str:
     return answers.text(found)
 
 
-def _drawn(found: Answer, path: str | Path | None, ax: Any, style: str) -> Any:
+def _drawn(found: Answer, *how: Any) -> Any:
     from .presentation import answers
 
-    return answers.plotted(found, path, ax, style)
+    return answers.plotted(found, *how)
 
 
-Told.teller, Told.drawer = _told, _drawn
+def _bundled(found: Solution) -> dict[str, Any]:
+    from .presentation.bundles import solution_bundle
+
+    return solution_bundle(found)
+
+
+Told.teller, Told.drawer, Told.bundler = _told, _drawn, _bundled
 
 
 def answer(model: CompiledModel, asked: Asked) -> Answer:
@@ -117,7 +123,7 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
     return Runs(tuple(points), tuple(solutions), complete)
 
 
-def answered(model: M, asked: Asked) -> tuple[M, Answer]:
+def answered(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Answer]:
     """Answer a question; return the model that was asked in the end, too: with compliant multipliers if it took those."""
     refuse_sweep(model.swept_structural(asked.experiment))  # others than ``Sweep`` would take the default
     ran, _, found = _solve(model, asked)
@@ -177,7 +183,7 @@ def _posed(
     model: CompiledModel, asked: Asked, method: str | None = None, *, quick: bool = False
 ) -> tuple[Problem, Study]:
     """Return the model with what the question needs, and the question in SI, with the values of the model that were changed."""
-    known, key = model.code.posed, (id(asked), method, quick)
+    known, key = _posed_of(model.compilation), (id(asked), method, quick)
     found = known.get(key)
     if found is not None and found[0] is asked:
         _, problem, question = found
@@ -188,6 +194,12 @@ def _posed(
                 known.pop(oldest, None)
             known[key] = asked, problem, question
     return problem, replace(question, values=model.settings)
+
+
+@once
+def _posed_of(compilation: Compilation) -> dict[tuple[int, str | None, bool], tuple[Asked, Problem, Study]]:
+    """The last questions that were put, by their identity, with what answers them, without values."""
+    return {}
 
 
 def _posed_anew(model: CompiledModel, asked: Asked, method: str | None, quick: bool) -> tuple[Problem, Study]:
@@ -227,7 +239,7 @@ def _needs(asked: Asked) -> frozenset[str]:
     )
 
 
-def with_formulas(model: M, asked: Asked) -> M:
+def with_formulas(model: CompiledModel, asked: Asked) -> CompiledModel:
     """Return the model with the formulas of a question as outputs."""
     if not holds_formulas(asked):
         return model
@@ -246,7 +258,7 @@ def _moving_inputs(model: CompiledModel) -> frozenset[str]:
     return frozenset(e.name for e, moves in zip(equations.inputs, moving, strict=True) if moves)
 
 
-def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
+def _solve(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Problem, Answer]:
     """Answer; where that meets a singular position or mass matrix which was not foreseen, answer again with compliant
     multipliers and weights of constraints.
 
@@ -269,7 +281,7 @@ def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
     return softer, other, again
 
 
-def compliant(model: M) -> M:
+def compliant(model: CompiledModel) -> CompiledModel:
     """Return the model with multipliers of a small compliance and weights of constraints, which passes singular positions
     and goes on with a singular mass matrix."""
     return model.keeping({*model.compilation.parts, COMPLIANCE})

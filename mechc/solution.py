@@ -12,6 +12,7 @@ import numpy as np
 
 from .display import Display, choose, shown_unit
 from .requests.parse_values import UsageMistake
+from .runtime.outcome import Told
 from .runtime.results.quantities import Display as Unit
 from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from .runtime.results.solution import Columns
 
 
-class Solution(Run):
+class Solution(Told, Run):
     """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
     ``display``: the units that it is shown in; ``angles``: the unit of angles in pictures; ``swept``: the values of this run in a
@@ -47,17 +48,10 @@ class Solution(Run):
     def __repr__(self) -> str:
         return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
 
-    def __str__(self) -> str:
-        """The report of the run, as ``mechc run`` prints it."""
-        from .presentation.report import report
-
-        return report(self)
-
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, Any]:
         """Return report and picture: the name is IPython's."""
-        from .presentation.bundles import solution_bundle
-
-        return solution_bundle(self)
+        assert Told.bundler is not None
+        return Told.bundler(self)
 
     def staged(self) -> tuple[Scene, Columns] | None:
         """Return what is drawn and the function that gives its numbers; the run is repeated once where it was made without."""
@@ -128,22 +122,5 @@ class Solution(Run):
         (one of Matplotlib's axes, or one for each diagram of ``names``) it draws there and returns these. Raises KeyError for a name
         that there is not.
         """
-        from .presentation import plots
-        from .presentation.axes import figure_of, is_picture
-        from .requests.question import names_in
-
-        solution = self.shown_in(display) if display else self
-        if path is not None and not is_picture(Path(path)):
-            if isinstance(path, Path):
-                raise UsageMistake(
-                    f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg"
-                )
-            names, path = [*names_in(path), *names], None
-        made = (
-            plots.figure(solution, names, style)
-            if ax is None
-            else plots.draw_into(ax, solution, names, style)
-        )
-        if path is not None:
-            (made if ax is None else figure_of(ax)).savefig(path)
-        return made
+        assert Told.drawer is not None
+        return Told.drawer(self.shown_in(display) if display else self, path, ax, style, names)

@@ -1,4 +1,4 @@
-"""What is made of a problem once, however often it runs."""
+"""What is made of a problem or a compilation once, however often it is asked for."""
 
 from __future__ import annotations
 
@@ -6,25 +6,23 @@ import functools
 from collections.abc import Callable
 from typing import TypeVar
 
-from .interface import ModelInterface
-
 MOST = 16
-"""Problems whose values are kept, the last ones: each is held as long as that."""
+"""Those whose values are kept, the last ones: each is held as long as that."""
 
 Made = TypeVar("Made")
-Of = TypeVar("Of", bound=ModelInterface)
+Of = TypeVar("Of")
 
 
 def once(make: Callable[[Of], Made]) -> Callable[[Of], Made]:
-    """Let a function of a problem alone give what it gave for this very problem before."""
+    """Let a function of one value alone give what it gave for this very value before."""
     kept: dict[int, tuple[Of, Made]] = {}
-    last: tuple[Of, Made] | tuple[None] = (None,)
+    last: tuple[Of, Made] | None = None
 
     @functools.wraps(make)
     def found(problem: Of) -> Made:
         nonlocal last
         known = last
-        if known[0] is problem:  # mostly
+        if known is not None and known[0] is problem:  # mostly
             return known[1]
         again = kept.get(id(problem))
         if again is None:  # a problem that is kept is alive: no other one has its number

@@ -44,10 +44,12 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
 
 
 class Told:
-    """An answer that prints and draws itself: who shows answers sets ``teller`` and ``drawer``; data know no words of their own."""
+    """An answer that prints and draws itself: who shows answers sets ``teller``, ``drawer`` and, for notebooks, ``bundler``; data know
+    no words of their own."""
 
     teller: ClassVar[Callable[[Any], str] | None] = None
-    drawer: ClassVar[Callable[[Any, str | Path | None, Any, str], Any] | None] = None
+    drawer: ClassVar[Callable[..., Any] | None] = None
+    bundler: ClassVar[Callable[[Any], dict[str, Any]] | None] = None
 
     def __str__(self) -> str:
         return Told.teller(self) if Told.teller is not None else repr(self)

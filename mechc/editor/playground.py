@@ -20,7 +20,7 @@ from ..display import Display, choose
 from ..exporting import refuse_driving_inputs
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.read import decode
-from ..model import CompiledModel, compiled
+from ..model import CompiledModel, model_of
 from ..presentation.extents import Errors, Extents
 from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
@@ -59,7 +59,7 @@ class Playground:
         self._model = self._facts = self._linked = None
         try:
             source = decode(FILE, text.encode(), Reporter())
-            self._model = compiled(CompiledModel, source, Path(), None, {}, ("scene",))
+            self._model = model_of(CompiledModel, source, Path(), None, {}, ("scene",))
             return self._ready(self._model, "plain")
         except CompileError as error:
             return _said(render_failed(error.diagnostics), error.diagnostics)

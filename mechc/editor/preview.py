@@ -21,7 +21,7 @@ def preview(path: Path, text: str, model: str | None = None) -> Preview:
     from ..exporting import refuse_driving_inputs
     from ..lang.diagnostics import CompileError
     from ..lang.source import SourceFile
-    from ..model import compiled
+    from ..model import model_of
     from ..presentation.report import report
     from ..requests.parse_values import UsageMistake
     from ..runtime.native.build import BuildError
@@ -30,7 +30,7 @@ def preview(path: Path, text: str, model: str | None = None) -> Preview:
     from ..web.run_facts import facts_of
 
     try:
-        asked = compiled(Model, SourceFile(str(path), text), path.parent, model, {}, ("scene",))
+        asked = model_of(Model, SourceFile(str(path), text), path.parent, model, {}, ("scene",))
         refuse_driving_inputs(asked, "a page")
         facts = facts_of(asked, {}, None, {})
         return Preview(page_of(facts), report(facts.solution))

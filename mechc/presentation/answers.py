@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..requests.parse_values import UsageMistake
+from ..requests.question import names_in
 from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
@@ -113,11 +115,25 @@ def _cell(cell: Cell) -> str:
     return number(cell)
 
 
-def plotted(answer: Answer, path: str | Path | None = None, ax: Any = None, style: str = "") -> Any:
-    """Draw an answer; return the Matplotlib figure, or the axes that were given. ``path`` writes the picture (png, pdf, svg)."""
+def plotted(
+    answer: Answer,
+    path: str | Path | None = None,
+    ax: Any = None,
+    style: str = "",
+    names: Sequence[str] = (),
+) -> Any:
+    """Draw an answer; return the Matplotlib figure, or the axes that were given. ``path`` writes the picture (png, pdf, svg); a text
+    without such an ending names quantities of a motion, as ``names`` does."""
     if path is not None and not is_picture(Path(path)):
-        raise UsageMistake(f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg")
-    made = drawn(diagrams(answer), ax, style)
+        if isinstance(path, Path) or not isinstance(answer, Solution):
+            raise UsageMistake(f"'{path}' has no ending of a picture", "pictures end in .png, .pdf or .svg")
+        names, path = [*names_in(path), *names], None
+    if isinstance(answer, Solution):
+        from . import plots
+
+        made = plots.figure(answer, names, style) if ax is None else plots.draw_into(ax, answer, names, style)
+    else:
+        made = drawn(diagrams(answer), ax, style)
     if path is not None:
         (made if ax is None else figure_of(ax)).savefig(path)
     return made

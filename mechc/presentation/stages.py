@@ -22,10 +22,10 @@ def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]
         from ..lang.parser import parse
 
         return tree(parse(read_model(file), Reporter()))
-    from ..model import CompiledModel, compiled
+    from ..model import CompiledModel, model_of
 
     text = read_model(file)
-    compilation = compiled(CompiledModel, text, Path(file).parent, model, dict(settings), ()).compilation
+    compilation = model_of(CompiledModel, text, Path(file).parent, model, settings, ()).compilation
     match stage:
         case "flat":
             from ..compiler.flat.show import show as show_flat

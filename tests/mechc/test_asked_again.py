@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.model import set_singly
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.native.build import find_compiler
 
@@ -109,6 +110,6 @@ def test_what_is_no_plain_number_goes_the_long_way(model: mechc.Model, given: di
 
 
 def test_rotations_and_structural_values_are_none_that_are_set_singly() -> None:
-    code = mechc.loads(MODEL).code
-    assert {"m", "r[1]", "r[2]", "x", "push"} <= code.freely()
-    assert not {name for name in code.freely() if name.startswith("turn")} and "n" not in code.freely()
+    singly = set_singly(mechc.loads(MODEL).compilation)
+    assert {"m", "r[1]", "r[2]", "x", "push"} <= singly
+    assert not {name for name in singly if name.startswith("turn")} and "n" not in singly

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compiler.compilation import StoredCompilation
+from mechc.compiler.compilation import Compilation
 from mechc.compiler.targets.c import emit_c
 from mechc.runtime.native.cache import cache_content, cache_folder
 
@@ -32,7 +32,7 @@ def write(folder: Path, k: int) -> Path:
 def load(file: Path) -> tuple[mechc.Model, bool]:
     """Return the model, and whether it was read."""
     model = mechc.load(file, remembered=True)
-    return model, isinstance(model.compilation, StoredCompilation)
+    return model, model.compilation.is_stored
 
 
 def test_the_same_text_is_read(tmp_path: Path) -> None:
@@ -66,7 +66,7 @@ def test_questions_are_asked_without_the_flat_model(tmp_path: Path, monkeypatch:
     file = write(tmp_path, 4)
     formed = load(file)[0]
     kept = load(file)[0]
-    monkeypatch.setattr(StoredCompilation, "flat", None)
+    monkeypatch.setattr(Compilation, "flat", None)
     assert (kept.name, kept.doc, kept.experiments, kept.studies) == ("Whole", "", ("",), formed.studies)
     assert kept.method(None) == "" and kept.structural_parameters == formed.structural_parameters
     assert kept.simulate(estimate_error=False)["o"][-1] == pytest.approx(2 * np.cos(2.0), abs=1e-6)
@@ -83,7 +83,7 @@ def test_what_it_depends_on_is_looked_at(tmp_path: Path) -> None:
     file.write_text(file.read_text() + "// more\n")
     assert [load(file)[1] for _ in range(2)] == [False, True]
     other = mechc.load(file, remembered=True, keep={"jacobian"})
-    assert not isinstance(other.compilation, StoredCompilation)
+    assert not other.compilation.is_stored
 
 
 def test_a_file_that_would_come_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

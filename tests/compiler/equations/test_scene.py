@@ -12,7 +12,7 @@ from differentiable_modules import plain_text
 import mechc
 from mechc.compiler.compilation import Compilation
 from mechc.compiler.flat.names import files
-from mechc.compiler.pipeline import compile_source, program_for
+from mechc.compiler.pipeline import compile_source, program_with
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.fmu.export import start_of, write_program
 from mechc.lang import ast
@@ -229,7 +229,7 @@ def texts(compilation: Compilation, path: Path) -> list[str]:
     """Return the C code with and without Jacobian, the Python module and the code of an FMU."""
     problem = mechc.load(path).problem(quick=True)
     python = plain_text(compilation.program)
-    implicit = emit_c(program_for(compilation, implicit=True))
+    implicit = emit_c(program_with(compilation, {"jacobian"}))
     fmu = write_program(compilation.equations, start_of(problem)).code
     return [emit_c(compilation.program), implicit, python, fmu]
 
