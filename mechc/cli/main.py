@@ -20,6 +20,7 @@ COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
     "study": "Put one of the known questions to a model.",
     "fit": "Find parameters and starts from measured motions.",
+    "report": "Write a document on a model: HTML or PDF.",
     "bench": "Measure error against run time, for methods and tolerances.",
     "stress": "Run a model under extremes; tell whether any answer is silently wrong.",
     "check": "Check models without running them.",
