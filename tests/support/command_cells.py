@@ -95,6 +95,7 @@ OPTIONS: dict[str, Words] = {
     "--tolerance": ("--tolerance", "1e-6"),
     "--method": ("--method", "radau5"),
     "--output": ("--output", "answer.json"),
+    "--pade": ("--pade", "2"),
     "--streamed": ("--streamed", "--output", "rows.csv"),
     "--sensitivity": ("--sensitivity", "PARAMETER"),
     "--condition": ("--condition",),
