@@ -62,5 +62,5 @@ def positive_period(graph: Graph, period: Node, span: Span) -> tuple[Node, str, 
 
 
 def over_period(graph: Graph, time: Node, period: Node) -> Node:
-    """Return the time over the period, 0 where no motion runs because that is not positive."""
-    return graph.select(graph.less(graph.zero, period), graph.div(time, period), graph.zero)
+    """Return the time over the period; of one that is not positive nothing is asked but that it is refused."""
+    return graph.div(time, graph.select(graph.less(graph.zero, period), period, graph.one))
