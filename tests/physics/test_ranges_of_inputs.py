@@ -46,7 +46,9 @@ def shaken() -> mechc.Model:
     return mechc.loads(SHAKEN)
 
 
-@pytest.mark.parametrize(("force", "words"), [(1.5, "above its maximum 1 N"), (-0.1, "below its minimum 0 N")])
+@pytest.mark.parametrize(
+    ("force", "words"), [(1.5, "above its maximum 1 N"), (-0.1, "below its minimum 0 N")]
+)
 def test_values_out_of_the_range_are_refused(pushed: mechc.Model, force: float, words: str) -> None:
     with pytest.raises(mechc.SimulationError, match=f"the input 'F' is .* N, {words}"):
         pushed.simulate(set={"F": force})
