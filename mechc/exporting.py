@@ -26,7 +26,7 @@ from .c_main import (
 )
 from .compiler.pipeline import program_with
 from .requests.parse_values import UsageMistake
-from .runtime.methods import KERNEL_METHODS, parts_for
+from .runtime.methods import KERNEL_METHODS, RUNS_ALL, parts_for
 
 if TYPE_CHECKING:
     from .compiler.program.model import Program
@@ -84,7 +84,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             if program.no_series:
                 raise UsageMistake(
                     f"'{defaults.method}' cannot run this model: {program.no_series}",
-                    "'dop853' and 'radau5' have no such limits",
+                    RUNS_ALL,
                 )
             files = c_files(with_own_sizes(program, run), defaults, parts)
             return _write({folder / file: text for file, text in files.items()})

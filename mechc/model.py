@@ -43,6 +43,23 @@ if TYPE_CHECKING:
 Structural = Mapping[str, Exact]
 
 
+Made = TypeVar("Made")
+
+
+def _as_allowed(method: str, parts: Collection[str], make: Callable[[frozenset[str]], Made]) -> Made:
+    """Return what is made of the parts that a method works on beside ``parts``. ``auto`` does without a Jacobian of which a formula
+    has no derivative. Raises CompileError."""
+    from .lang.diagnostics import CompileError
+    from .runtime.methods import parts_for
+
+    try:
+        return make(parts_for(method).union(parts))
+    except CompileError as error:
+        if method != "auto" or all(d.code != "E0729" for d in error.diagnostics):
+            raise
+    return make(frozenset(parts))
+
+
 class CompiledModel:
     """A compiled model with the values that were set: what questions are put to. Immutable; ``with_values`` gives a changed
     one."""
@@ -251,25 +268,34 @@ class CompiledModel:
         (``PARTS`` of the compiler). Raises CompilerMissing, BuildError.
         """
         from .compiler.problem import problem_with
-        from .runtime.methods import parts_for
 
         check_parts(parts)
-        wanted = parts_for(method).union(parts)
-        return problem_with(self.compilation, wanted, reproducible=reproducible, quick=quick)
+
+        def made(wanted: frozenset[str]) -> Problem:
+            return problem_with(self.compilation, wanted, reproducible=reproducible, quick=quick)
+
+        return _as_allowed(method, parts, made)
 
     def lanes(self, method: str, parts: Collection[str], wanted: Wanted, by: str) -> Path:
         """Return the library in which several members of an ensemble run side by side: of the program that ``problem`` with
         this method and these parts is made of, stepped ``by`` another name of it. Raises NoLanes and BuildError.
         """
-        from .runtime.methods import parts_for
-
-        needed = parts_for(method).union(parts)
+        needed = self.parts_of(method, parts)
         made, key = self.compilation.lanes, (needed, wanted, by)
         if key not in made:
             from .compiler import lanes
 
             made[key] = lanes.build_lanes(self.program(needed), wanted, by)
         return made[key]
+
+    def parts_of(self, method: str, parts: Collection[str]) -> frozenset[str]:
+        """Return ``parts`` and those that a method works on, as far as the model has them. Raises CompileError."""
+
+        def formed(wanted: frozenset[str]) -> frozenset[str]:
+            self.program(wanted)
+            return wanted
+
+        return _as_allowed(method, parts, formed)
 
     def program(self, parts: frozenset[str]) -> Program:
         if parts <= self.compilation.parts:

@@ -342,11 +342,10 @@ def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: 
 
     def make_items(wanted: Wanted, by: str) -> str:
         from .compiler.lanes import item_text
-        from .runtime.methods import parts_for
 
         said = str(asked.given.get("method") or model.method(asked.experiment))
-        parts = parts_for(said).union(_needs(asked))
-        return item_text(with_formulas(model, asked).program(parts), wanted, by)
+        whole = with_formulas(model, asked)
+        return item_text(whole.program(whole.parts_of(said, _needs(asked))), wanted, by)
 
     def send(whole: Study) -> SentQuestion:
         from .cluster_payload import SentQuestion

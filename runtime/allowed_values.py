@@ -34,6 +34,24 @@ def check_parameters(problem: Problem, p: Array) -> None:
         _check_range(quantity, value, "the parameter")
 
 
+SLACK = 1e-9
+"""Of a range: what units and the fit of a function round of inputs."""
+
+
+def check_inputs(problem: Problem, u: Array) -> None:
+    """Refuse inputs out of their ranges, at the start or wherever they are given; runs look at each step. Raises ``SimulationError``."""
+    for quantity, value in zip(problem.inputs, u.tolist(), strict=True):
+        check_input(quantity, value)
+
+
+def check_input(quantity: Quantity, value: float) -> None:
+    """Refuse such a value of an input. Raises ``SimulationError``."""
+    low, high = quantity.minimum, quantity.maximum
+    slack = SLACK * max(abs(low or 0.0), abs(high or 0.0), quantity.nominal or 0.0)
+    if (low is not None and value < low - slack) or (high is not None and value > high + slack):
+        _check_range(quantity, value, "the input")
+
+
 @once
 def _bounded_start(problem: Problem) -> bool:
     """Whether a state has a smallest or a largest value."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from mechc.suggest import suggest
 
-from .allowed_values import check_parameters, check_state
+from .allowed_values import check_inputs, check_parameters, check_state
 from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Signal, Table, constant
@@ -221,6 +221,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
             y0[setting.index] = value
             known[setting.index] = setting in wanted or setting.index not in guesses
     u = input_values(functions, tables, begin, p, len(problem.inputs))
+    check_inputs(problem, u)
 
     def put_others(y: Array) -> None:
         if functions.initial_of_others is None:

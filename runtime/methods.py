@@ -69,6 +69,15 @@ def check_step(name: str, *, fixed: bool, given: bool) -> None:
         )
 
 
+RUNS_ALL = "leave the method out: 'auto' takes one that the model allows"
+"""What is said where a method that chooses its steps cannot run a model."""
+
+FIXED_RUNS_ALL = (
+    "'rk4' takes steps of one size too, and runs every model; 'gauss4' does where formulas have derivatives"
+)
+"""The same for methods of fixed step."""
+
+
 def parts_for(method: str) -> frozenset[str]:
     """Return the parts that a method works on; none for methods that are not the kernel's."""
     row = KERNEL_METHODS.get(method)

@@ -43,6 +43,7 @@ from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
+from .ranges import ranges
 from .sliding import warn_of_sliding
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse
@@ -131,8 +132,10 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
                 *((lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions),
                 *((c.holds, c.message, c.origin) for c in lowering.unknowns.conditions),
                 *lowering.tables.conditions.values(),
+                *lowering.periods.values(),
             )
-        ),
+        )
+        + tuple(ranges(lowering, model, symbols)),
         queries=questions.asked,
         virtual=virtual,
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),

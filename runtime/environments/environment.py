@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.suggest import suggest
 
+from ..allowed_values import check_input
 from ..case import SimulationOptions, inputs_at
 from ..driving_inputs import derived
 from ..native import kernel as native
@@ -30,6 +31,7 @@ class Environment(Environments):
         self._inputs_now, self._read_status = self._u[0], self._status.item
         self._readers: dict[str, Callable[[], float]] = {}
         self._places = {name: k for k, name in enumerate(self.names.u)}
+        self._bounded = {q.name: q for q in problem.inputs if q.minimum is not None or q.maximum is not None}
         self._as_they_are = {problem.inputs[k].name for k in problem.held_inputs}
 
     @property
@@ -138,6 +140,8 @@ class Environment(Environments):
             raise self._not_settable(name)
         if not math.isfinite(value):
             raise SimulationError(f"the input '{name}' is a finite number, not {value}")
+        if name in self._bounded:
+            check_input(self._bounded[name], value)
         self._inputs_now[k] = value
 
     def _not_settable(self, name: str) -> SimulationError:

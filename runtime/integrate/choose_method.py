@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from ..case import Case
 from ..memo import once
-from ..methods import check_step, unknown_method
+from ..methods import FIXED_RUNS_ALL, RUNS_ALL, check_step, unknown_method
 from ..native import contract
 from ..native import kernel as native
 from ..native.status import NEEDS, Status
@@ -62,7 +62,7 @@ def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_serie
     if lacks == Status.NEEDS_SERIES and no_series:
         raise SimulationError(
             f"'{wanted}' cannot run this model: {no_series}",
-            help="'dop853' and 'radau5' have no such limits",
+            help=RUNS_ALL,
         )
     if lacks != Status.RUNNING:
         obstacles = _obstacles(model, lacks)
@@ -70,7 +70,7 @@ def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_serie
             raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
         raise SimulationError(
             f"'{wanted}' cannot run this model: it has {' and '.join(obstacles)}",
-            help="'gauss4' takes steps of one size too, and has no such limits",
+            help=FIXED_RUNS_ALL,
         )
     fixed_step = not kernel.mech_method_is_adaptive(index)
     return Method(wanted, fixed_step, int(kernel.mech_method_order(index)))

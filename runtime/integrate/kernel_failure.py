@@ -145,6 +145,12 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
                 f"impacts follow each other without end where a gap bends, until {at}: a body in a corner touches both sides, "
                 "and a gap has one side at a time; write a contact for each of them",
             )
+        case Status.CHATTER if report.failed_part == 3:
+            return _Told(
+                "chattering",
+                f"the motion goes from side to side without end where a constraint bends, until {at}: "
+                "at a corner it has no direction; round the corner, or write a contact for each side",
+            )
         case Status.CHATTER if report.failed_part == 2:
             return _Told(
                 "chattering",

@@ -389,3 +389,38 @@ def test_a_table_that_slides_straight_shares_and_one_that_turns_has_the_loads_of
     assert len(told) == 1
     assert told[0].endswith("the motion depends on this choice")
     assert "those that stand first" in told[0]
+
+
+FELT = """
+model Felt
+  coordinate Length z = 0 m;
+  coordinate Angle a = 0 rad;
+  kinetic 1/2*(2 kg)*der(z)^2 + 1/2*(1 kg.m^2)*der(a)^2;
+  potential 2 kg*9.81 m/s^2*z;
+  contact left: z - 1 m*sin(a);
+  contact middle: z;
+  contact right: z + 1 m*sin(a);
+  state Real felt = 0;
+  equation der(felt) = multiplier(middle)/(1 N.s) - rate*felt;
+  parameter rate = 1 s^-1;
+  experiment(stop = 0.02 s);
+end Felt;
+"""
+"""A state that follows a load which numbers find: neither an implicit method nor Taylor series has derivatives of that."""
+
+
+def test_auto_does_without_a_jacobian_that_the_model_cannot_have() -> None:
+    model = mechc.loads(FELT)
+    for rate in (1.0, 3e5):  # not stiff, and stiff
+        for chosen in ({}, {"method": "auto"}):
+            found = model.simulate(set={"rate": rate}, estimate_error=False, **chosen)
+            assert found.statistics.method == "dop853"
+            middle = 2 * 9.81 / 3
+            expected = middle / rate * (1 - np.exp(-rate * 0.02))
+            assert found["felt"][-1] == pytest.approx(expected, rel=1e-7)
+
+
+def test_what_is_recommended_in_place_of_series_runs() -> None:
+    with pytest.raises(mechc.SimulationError) as raised:
+        mechc.loads(FELT).simulate(method="taylor")
+    assert "radau5" not in (raised.value.help or "") and "'auto'" in (raised.value.help or "")

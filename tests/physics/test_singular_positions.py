@@ -87,6 +87,16 @@ experiment(stop = 4 s);
 """
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [5, 8])
+def test_steps_that_were_shortened_grow_again_and_go_over(n: int) -> None:
+    """Whatever tolerance and compiler make of them: what ends in a flat position was led there by steps that became ever shorter."""
+    model = mechc.loads(ROW.format(n=n))
+    for tolerance in np.geomspace(6e-11, 1e-8, 40):
+        solution = model.simulate(tolerance=float(tolerance), estimate_error=False)
+        assert max(drift.after for drift in solution.accuracy.constraints) < 1e-12, tolerance
+
+
 @pytest.mark.parametrize("n", [2, 5])
 @pytest.mark.parametrize("tolerance", slow_but([2.7e-10], [1e-8, 2.7e-10, 1e-10]))
 def test_row_of_four_bars_is_on_its_constraints_after_each_step(n: int, tolerance: float) -> None:

@@ -22,6 +22,7 @@ from ...flat.model import (
     Kind,
     Literal,
     Name,
+    Origin,
     Previous,
     Quadrature,
     Query,
@@ -42,7 +43,7 @@ from .delays import Delays
 from .fields import derivative_of_field
 from .functions import FUNCTIONS
 from .integrals import Integrals
-from .noise import check_noise, noise
+from .noise import check_noise, noise, over_period, positive_period
 from .questions import Questions, title
 from .symbols import Symbols
 from .tables import Tables
@@ -90,6 +91,8 @@ class Lowering:
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
         self.delays = Delays(graph, symbols, rate, questions.unknown_rates)
         self.tables = Tables(graph, self.numbers, model.data, self._locate, reporter)
+        self.periods: dict[Node, tuple[Node, str, Origin]] = {}
+        """What must hold of periods of noise that parameters tell."""
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
@@ -181,7 +184,10 @@ class Lowering:
             case "noise":
                 seed, period = (self.scalar(x) for x in arguments)
                 check_noise(self.graph, self._symbols, seed, period, expression.span, self.reporter)
-                return noise(self.graph, seed, self.graph.div(self._symbols.time, period))
+                if self.graph.is_constant(period):
+                    return noise(self.graph, seed, self.graph.div(self._symbols.time, period))
+                self.periods.setdefault(period, positive_period(self.graph, period, expression.span))
+                return noise(self.graph, seed, over_period(self.graph, self._symbols.time, period))
         values = tuple([self.value(x) for x in arguments])
         if function == "eigenvalues":
             self._check_eigenvalues(expression, values[0])

@@ -11,6 +11,7 @@ from fractions import Fraction
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import Span
 
+from ...flat.model import Origin
 from ...graph import Graph, Node
 from .symbols import Symbols
 
@@ -53,3 +54,13 @@ def check_noise(
             span,
             caption="a period is positive",
         )
+
+
+def positive_period(graph: Graph, period: Node, span: Span) -> tuple[Node, str, Origin]:
+    """Return what must hold of a period that a parameter tells, its words and its place."""
+    return graph.less(graph.zero, period), "the period of a noise is positive", Origin(span)
+
+
+def over_period(graph: Graph, time: Node, period: Node) -> Node:
+    """Return the time over the period; of one that is not positive nothing is asked but that it is refused."""
+    return graph.div(time, graph.select(graph.less(graph.zero, period), period, graph.one))

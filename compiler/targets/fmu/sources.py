@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+from mechc.runtime.interface import Quantity
+
 from ...program.model import Program
 from ..kernel_files import needed_kernel
 from .prefix import with_prefix
@@ -109,6 +111,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         "static const char *const assertions[] = {",
         *(f"    {_string(a.message)}," for a in program.assertions),
         "    NULL};",
+        *_ranges(program),
         *_events(program),
         "",
         "const fmu_description mech_fmu_description = {",
@@ -132,6 +135,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         f"    .inputs_move = {int(table.inputs_move)},",
         f"    .n_sizes = {len(sizes)}, .sizes = {'sizes' if sizes else 'NULL'},",
         "    .assertions = assertions,",
+        *([f"    .n_ranges = {n}, .ranges = ranges,"] if (n := len(_bounded(program))) else []),
         *(
             ["    .branches = branches, .ends = ends, .rows = rows, .checks = checks,"]
             if program.switching
@@ -143,6 +147,26 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         "};",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _bounded(program: Program) -> list[tuple[int, Quantity]]:
+    """List the parameters that state a range, with their indices."""
+    return [
+        (k, q) for k, q in enumerate(program.parameters) if q.minimum is not None or q.maximum is not None
+    ]
+
+
+def _ranges(program: Program) -> Iterator[str]:
+    """Yield the ranges of parameters, where one states any."""
+    if not _bounded(program):
+        return
+    yield "static const fmu_range ranges[] = {"
+    for k, q in _bounded(program):
+        low = "-INFINITY" if q.minimum is None else repr(float(q.minimum))
+        high = "INFINITY" if q.maximum is None else repr(float(q.maximum))
+        unit = f" {q.unit}" if q.unit else ""
+        yield f"    {{{k}, {low}, {high}, {_string(q.name)}, {_string(unit)}}},"
+    yield "};"
 
 
 def _events(program: Program) -> Iterator[str]:

@@ -61,7 +61,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->outputs = take(&memory, &total, m->n_outputs);
     e->times = take(&memory, &total, h->n_times + h->n_clocks);
     e->recent = take(&memory, &total, MECH_RECENT);
-    e->jolted = take(&memory, &total, r ? ny : 0);
+    e->jolted = take(&memory, &total, r || m->n_position || m->n_velocity ? ny : 0);
     e->counters = take(&memory, &total, MECH_COUNTERS);
     e->rows = h->rows;
     if (c) {

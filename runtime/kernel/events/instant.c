@@ -82,6 +82,13 @@ static int settle(mech_solver *s, int hit, int *changed)
     return status;
 }
 
+/* Whether velocities are others than before the instant. */
+static int is_jolted(const mech_solver *s)
+{
+    const int nq = s->model->nq;
+    return memcmp(s->y + nq, s->events->y_before + nq, (size_t)s->model->nv * sizeof(mech_real)) != 0;
+}
+
 static int rounds(mech_solver *s, int hit, int ticks)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -98,7 +105,10 @@ static int rounds(mech_solver *s, int hit, int ticks)
         if (status) return status;
         if (!changed && !turned && !fired) return MECH_RUNNING;
         turns = turned && !fired ? turns + 1 : 0;
-        if (turns == MOST_TURNS) return mech_fail(s, MECH_CHATTER, turned - 1);
+        if (turns == MOST_TURNS) {
+            if (s->project && is_jolted(s)) s->run->report.failed_part = 3;
+            return mech_fail(s, MECH_CHATTER, turned - 1);
+        }
         if (round == MOST_ROUNDS) {
             s->run->report.failed_part = !fired;
             return mech_fail(s, MECH_EVENT_LOOP, fired ? fired - 1 : turned ? turned - 1 : 0);
@@ -114,6 +124,7 @@ static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
     if (row >= 0) return mech_fail(s, MECH_NO_MODE, row);
     if (counters[MECH_BRANCH] > 0 && s->run->report.t - counters[MECH_BRANCH_TIME] <= moment)
         return mech_fail(s, MECH_ZENO, (int)counters[MECH_BRANCH] - 1);
+    if (counters[MECH_JOLTS] > MOST_ROUNDS / 2) s->run->report.failed_part = s->events->n_rows ? 1 : 3;
     return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
 }
 
@@ -140,16 +151,25 @@ static int check_progress(mech_solver *s, int hit)
     return MECH_RUNNING;
 }
 
-/* Impacts again and again where a gap bends, after which the state is where it was: a corner between two sides of one gap,
- * which has one normal at a time and throws what rests there from side to side. */
+/* Whether coordinates have moved since the last jolt, by their rates now. */
+static int moved_since(const mech_solver *s, mech_real t)
+{
+    for (int i = 0; i < s->model->nq; i++)
+        if (mech_abs(s->dy[i]) * (s->run->report.t - t) > MECH_C(1e-3) * (mech_nominal(s, i) + mech_abs(s->y[i]))) return 1;
+    return 0;
+}
+
+/* Jolts again and again where a gap or a constraint bends, after which the state is where it was: a corner, which has one normal
+ * at a time and throws what rests there from side to side. */
 static int check_jolts(mech_solver *s, int hit)
 {
     mech_event_state *e = s->events;
     const mech_model *m = s->model;
-    if (hit < 0 || hit >= m->hybrid->n_switches || !e->n_rows) return MECH_RUNNING;
-    int jolt = 0, moved = 0;
-    for (int i = m->nq; i < m->nq + m->nv; i++) jolt |= s->y[i] != e->y_before[i];
-    if (!jolt) {
+    if (hit < 0 || hit >= m->hybrid->n_switches || (!e->n_rows && !s->project)) return MECH_RUNNING;
+    int moved = 0;
+    if (!e->n_rows && moved_since(s, e->counters[MECH_JOLT_TIME])) e->counters[MECH_JOLTS] = 0; /* it only passes */
+    e->counters[MECH_JOLT_TIME] = s->run->report.t;
+    if (!is_jolted(s)) {
         e->counters[MECH_JOLTS] = 0;
         return MECH_RUNNING;
     }
@@ -159,7 +179,7 @@ static int check_jolts(mech_solver *s, int hit)
     for (int i = 0; i < m->nq; i++)
         moved |= mech_abs(s->y[i] - e->jolted[i]) > MECH_C(1e-3) * (mech_nominal(s, i) + mech_abs(s->y[i]));
     if (moved) return MECH_RUNNING;
-    s->run->report.failed_part = 1;
+    s->run->report.failed_part = e->n_rows ? 1 : 3;
     return mech_fail(s, MECH_CHATTER, hit);
 }
 

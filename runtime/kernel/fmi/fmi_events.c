@@ -235,6 +235,8 @@ static int fail(fmu *f, int outcome)
     case MECH_ENERGY_RAISED:
         return fmu_fail(f, FMU_ERROR, "the impact of '%s' at time %g would raise the energy", row, t);
     case MECH_CHATTER:
+        if (r->failed_part == 3)
+            return fmu_fail(f, FMU_ERROR, "the motion goes from side to side where a constraint bends, until time %g", t);
         return fmu_fail(f, FMU_ERROR, "a condition in the equations of motion goes to and fro at time %g", t);
     case MECH_APART:
         return fmu_fail(f, FMU_ERROR, "'%s' is engaged at time %g, but does not hold there", row, t);

@@ -57,6 +57,13 @@ typedef struct fmu_event_functions {
 extern const fmu_event_functions fmu_events_of_models;
 
 /* What the exporter writes beside the model: defaults of the exported experiment, one entry for each number. */
+/* A parameter that states its range, in SI; `unit` as a message has it. */
+typedef struct fmu_range {
+    int p;
+    mech_real low, high;
+    const char *name, *unit;
+} fmu_range;
+
 typedef struct fmu_description {
     const char *token, *method;
     mech_real t0, stop, tolerance, dt;
@@ -81,6 +88,8 @@ typedef struct fmu_description {
     int n_sizes;
     const int *sizes;                   /* [n_sizes] elements by reference, 0: none; NULL: scalars */
     const char *const *assertions;      /* [n_assertions]                                        */
+    int n_ranges;
+    const fmu_range *ranges;
     const char *const *branches, *const *ends, *const *rows; /* names; messages of terminate or NULL */
     const char *const *const *checks;   /* messages of the assertions of each branch             */
     const fmu_event_functions *events;  /* NULL: the model has none                              */

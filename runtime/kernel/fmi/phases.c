@@ -40,6 +40,14 @@ int fmu_enter_initialisation(fmu *f)
 static int check_assertions(fmu *f)
 {
     mech_real *holds = f->scratch;
+    for (int k = 0; k < f->d->n_ranges; k++) {
+        const fmu_range *r = f->d->ranges + k;
+        const mech_real value = f->p[r->p];
+        if (value < r->low || value > r->high)
+            return fmu_fail(f, FMU_ERROR, "the parameter '%s' is %g%s, %s %g%s", r->name, value, r->unit,
+                            value < r->low ? "below its minimum" : "above its maximum", value < r->low ? r->low : r->high,
+                            r->unit);
+    }
     if (!f->m->n_assertions) return FMU_OK;
     f->m->assertions(f->st->t, f->y, f->u, f->z, f->p, holds);
     for (int k = 0; k < f->m->n_assertions; k++)

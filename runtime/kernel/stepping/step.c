@@ -259,6 +259,7 @@ int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
     mech_run *run = s->run;
     mech_report *r = &run->report;
     const int adaptive = s->method->adaptive;
+    mech_real proposed = 0; /* before steps were made shorter that end near a singular position */
     if (s->method->longest) r->dt = mech_min(r->dt, s->method->longest(s));
     for (;;) {
         const mech_real shortest = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
@@ -267,19 +268,21 @@ int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
         const int good = error <= 1;
         if (good && adaptive && !step.lands && h > shortest && mech_too_close(s, step.t_new, s->y_new, s->y)) {
             r->rejected++;
+            proposed = mech_max(proposed, r->dt);
             r->dt = h * SHORTER;
             continue;
         }
         if (!good) {
             r->rejected++;
             if (!adaptive || h <= shortest) return give_up(s, !mech_finite(error));
+            proposed = 0;
             r->dt = after_rejection(s, h, error);
             run->after_rejection = 1;
             continue;
         }
         if (adaptive && jumps(s)) return mech_fail(s, MECH_JUMPING, -1);
         if (adaptive)
-            r->dt = after_success(s, h, error);
+            r->dt = mech_max(proposed, after_success(s, h, error));
         else if (step.t_new >= step.fixed_end - MECH_C(1e-6) * r->dt)
             run->n_fixed++;
         *end = step.t_new;

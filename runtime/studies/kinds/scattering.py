@@ -21,6 +21,7 @@ from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_run import run_kernel
 from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import DenseOutput
+from ...methods import RUNS_ALL
 from ...numerics.roots import minimum, root
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
@@ -135,7 +136,7 @@ class _Beam:
         if plan.method.fixed_step:
             raise SimulationError(
                 f"scattering takes steps that grow with the distance, and '{plan.method.name}' is no method that does",
-                help="take one that chooses its steps: --method dop853, taylor or radau5",
+                help=RUNS_ALL,
             )
         random = np.random.default_rng(2)
         here = mass_matrix(plan, plan.case.begin, plan.case.y0)
