@@ -230,7 +230,7 @@ def refuse_driving_inputs(model: CompiledModel, target: str, given: Collection[s
         if name not in given and f"der(der({name}))" in inputs:
             raise UsageMistake(
                 f"the input '{name}' drives a coordinate, which needs its derivatives too, and {target} is told none",
-                f"let two states follow it, and drive by the first: equation der(s) = r; equation der(r) = ({name} - s)/tau^2 - 2*r/tau; "
+                f"drive by what a filter of two states makes of it: input {name}(filter = 1 ms); "
                 "mechc run takes derivatives from a table, and casadi and jax have them as inputs of their own",
             )
 

@@ -182,6 +182,20 @@ def read_sheet(path: Path, reading: Reading = PLAIN, is_unit: IsUnit = lambda te
     return _named(Sheet(path, first.heads, first.columns, first.lines, remarks), reading)
 
 
+_OTHERS = {
+    b"PK\x03\x04": "a workbook or an archive",
+    b"\xd0\xcf\x11\xe0": "a workbook",
+    b"\x89HDF": "an HDF5 file",
+    b"MATLAB 5": "a file of MATLAB",
+    b"TDSm": "a TDMS file",
+    b"<": "HTML or XML",
+    b'{"': "JSON",
+    b"[{": "JSON",
+    b"[[": "JSON",
+}
+"""How files of other kinds begin."""
+
+
 def _text(path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the text of a file, and its encoding if that is not UTF-8."""
     try:
@@ -189,6 +203,11 @@ def _text(path: Path) -> tuple[str, tuple[str, ...]]:
     except OSError as error:
         help = "" if path.suffix == ".csv" else "several names are one text, with commas: --vary A,B"
         raise SimulationError(f"cannot read {path}: {error.strerror}", help=help) from error
+    for begins, what in _OTHERS.items():
+        if data.lstrip().startswith(begins):
+            raise SimulationError(
+                f"{path} is {what}, and no table in a text file", help="save it as CSV, with a line of heads"
+            )
     wide = data[:2] in (b"\xff\xfe", b"\xfe\xff")
     try:
         text = data.decode("utf-16" if wide else "utf-8-sig")
@@ -201,7 +220,7 @@ def _text(path: Path) -> tuple[str, tuple[str, ...]]:
         text, said = data.decode("cp1252", errors="replace"), ("Latin-1",)
     if "\0" in text:
         raise SimulationError(f"cannot read {path}: it is no text", help="save it as UTF-8")
-    return text.replace("\r\n", "\n").replace("\r", "\n"), said
+    return text.replace("\r\n", "\n").replace("\r", "\n").replace("\N{MINUS SIGN}", "-"), said
 
 
 # ---------------------------------------------------------------- one way to read
@@ -257,8 +276,16 @@ def _read(
     for (line, cells), values in zip(data, numbers, strict=True):
         if len(cells) < width or any(cells[width:]):
             if all(len(others) > width and others[width] for _, others in data):
-                raise _Fault(f"line {heads.line} of {path} has no name for column {width + 1}", len(data))
-            raise _Fault(f"line {line} of {path} has {len(cells)} cells, not {width}", len(data) - 1)
+                commas = way.separator == "," and all(len(others) == 2 * width for _, others in data)
+                raise _Fault(
+                    f"line {heads.line} of {path} has no name for column {width + 1}",
+                    len(data),
+                    "numbers with decimal commas are separated by other signs: save it with semicolons"
+                    if commas
+                    else "",
+                )
+            count = f"{len(cells)} cell{'s' if len(cells) != 1 else ''}"
+            raise _Fault(f"line {line} of {path} has {count}, not {width}", len(data) - 1)
         del values[width:]
     if way.decimal == "," and not reading.decimal and not any("," in c for _, cells in data for c in cells):
         raise _Fault("no number has a decimal comma", 0)  # points alone are decimal points
@@ -425,6 +452,10 @@ def _heads(
                 len(data),
                 f"--skip {upper[at][0] - 1} reads what stands below",
             )
+    if number := next(
+        (name for name in names for p in _PARSERS.values() if name and p(name) is not None), ""
+    ):
+        raise _Fault(f"line {upper[at][0]} of {path} has the number '{number}' in the place of a name", 0)
     said: tuple[str, ...] = (f"heads in line {upper[at][0]}, what stands above left out",) if at else ()
     if at < len(upper) - 1:
         said += (f"units in line {line}",)
@@ -520,10 +551,17 @@ def _value(text: str) -> float | None:
     except ValueError:
         if text in MISSING:
             return float("nan")
+        if _APART.fullmatch(text):
+            return _value(_BETWEEN.sub("", text))
         return float(text.replace(",", "")) if _COMMAS.fullmatch(text) else None
     return None if "_" in text or not text.isascii() or abs(value) == float("inf") else value
 
 
+_BETWEEN = re.compile(
+    "[ '\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{RIGHT SINGLE QUOTATION MARK}]"
+)
+"""What may stand between thousands and means nothing else."""
+_APART = re.compile(rf"[+-]?\d{{1,3}}(?:{_BETWEEN.pattern}\d{{3}})+(?:[.,]\d*)?", re.ASCII)
 _COMMAS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?", re.ASCII)
 _CONTINENTAL = re.compile(r"[+-]?(?:\d+|\d{1,3}(?:\.\d{3})+)?(?:,\d*)?(?:[eE][+-]?\d+)?", re.ASCII)
 
@@ -532,6 +570,8 @@ def _continental(text: str) -> float | None:
     """Return the number of a cell with a decimal comma; points may stand between thousands."""
     if text in MISSING:
         return float("nan")
+    if _APART.fullmatch(text):
+        text = _BETWEEN.sub("", text)
     return _value(text.replace(".", "").replace(",", ".")) if _CONTINENTAL.fullmatch(text) else None
 
 

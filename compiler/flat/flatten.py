@@ -21,6 +21,7 @@ from .checks.oversights import lint
 from .checks.unknowns import check_unknowns
 from .checks.unused import warn_of_unused
 from .expressions.elaborate import elaborate
+from .filters import filtered
 from .instances.instantiate import make_instance
 from .instances.overrides import Given, check_known, exact
 from .model import FlatModel, Role
@@ -204,6 +205,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         implicit=tuple(record.implicit),
         files=tuple(flattening.files.values()),
     )
+    flat = filtered(flat, flattening.time_type.dimension, reporter)
     check_impacts(flat, record.servos, reporter)
     check_unknowns(flat, reporter)
     reporter.stop_on_errors()

@@ -21,6 +21,7 @@ def remarks_of(search: Search, found: Found, judged: Judged, names: list[str]) -
         *judged.unseen.texts,
         *_at_bounds(search, found, names),
         *_left_out(motions),
+        *_missing(motions),
         *_of_data(motions.data),
         *_late(motions),
     ]
@@ -61,6 +62,18 @@ def _left_out(motions: Motions) -> list[str]:
     there = dict.fromkeys(name for motion in motions.data for name in motion.columns)
     rest = [name for name in there if name not in motions.outputs]
     return [f"not compared: {', '.join(rest)}"] if rest else []
+
+
+def _missing(motions: Motions) -> list[str]:
+    """Say which columns hold values in some rows only."""
+    said = []
+    for motion in motions.data:
+        for name in motions.outputs:
+            missing = int(np.isnan(motion.columns[name]).sum()) if name in motion.columns else 0
+            if missing:
+                rows = f"{missing} of {motion.times.size} rows of {motion.source}"
+                said.append(f"{rows} hold{'s' if missing == 1 else ''} no value of '{name}'")
+    return said
 
 
 def _of_data(data: tuple[Measured, ...]) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 import mechc
 from mechc.cli.main import mechc as mechc_command
@@ -220,6 +221,76 @@ def test_a_file_of_a_logger_with_one_option(tmp_path: Path) -> None:
         "columns of log.csv that the model has not: Nr",
     ):
         assert words in said
+
+
+ANGLES = [(k / 20, 10 + 20 * np.sin(k / 7)) for k in range(31)]
+"""To 1.5 s, in degrees."""
+LINES = [f"{t:.5f},{a:.5f}" for t, a in ANGLES]
+BODY = "\n".join(LINES) + "\n"
+HEAD = "time [s],measured [deg]\n"
+COMMAS = (HEAD + BODY).replace(",", ";").replace(".", ",")
+READ = {
+    "plain": HEAD + BODY,
+    "marked": ("\ufeff" + HEAD + BODY).encode(),
+    "commented": "# Exported from Vicon\n# rate 20 Hz\n" + HEAD + BODY,
+    "Windows": (HEAD + BODY).replace("\n", "\r\n"),
+    "degree sign": HEAD.replace("deg", "°") + BODY,
+    "degree sign of Latin-1": (HEAD.replace("deg", "°") + BODY).encode("latin-1"),
+    "repeated row": HEAD + "\n".join([*LINES[:9], *LINES[8:]]) + "\n",
+    "milliseconds": "time [ms],measured [deg]\n" + "".join(f"{1000 * t:.2f},{a:.5f}\n" for t, a in ANGLES),
+    "other name": "time [s],KneeAngle [deg]\n" + BODY,
+    "parentheses": "Time (s),measured (deg)\n" + BODY,
+    "quoted": '"time [s]","measured [deg]"\n' + BODY,
+    "decimal commas": COMMAS,
+    "semicolons": (HEAD + BODY).replace(",", ";"),
+    "blanks around": (HEAD + BODY).replace(",", " , "),
+    "tabs": (HEAD + BODY).replace(",", "\t"),
+    "trailing": (HEAD + BODY).replace("\n", ",\n"),
+    "two lines": "time,measured\ns,deg\n" + BODY,
+    "UTF-16": (HEAD + BODY).encode("utf-16"),
+    "time without unit": "t,measured [deg]\n" + BODY,
+    "blank line": HEAD + BODY.replace("0.50000,", "\n0.50000,"),
+}
+
+
+@pytest.mark.parametrize("text", READ.values(), ids=READ.keys())
+def test_tables_of_loggers_drive_alike(model: mechc.Model, tmp_path: Path, text: str | bytes) -> None:
+    path = tmp_path / "table.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    run = model.simulate(inputs={"measured": path}, estimate_error=False)
+    expected = CubicSpline(*zip(*ANGLES, strict=True), bc_type="natural")(run.time)
+    np.testing.assert_allclose(np.degrees(run["q"]), expected, rtol=0, atol=1e-5)
+
+
+REFUSED = {
+    "no heads": (BODY, "line 1 of .* holds numbers alone"),
+    "a gap": (HEAD + BODY.replace(LINES[6], LINES[6].partition(",")[0] + ","), "line 8 of .* has no value of 'measured'"),
+    "not a number": (HEAD + BODY.replace(LINES[6], "0.3,NaN"), "line 8 of .* has no value of 'measured'"),
+    "two values at once": (HEAD + BODY + "1.50000,5.0\n", "the time 1.5 stands twice, the second time in line 33"),
+    "unsorted": (HEAD + "\n".join([*LINES[:7], LINES[8], LINES[7], *LINES[9:]]), "in line 10 of .* the time 0.35 follows 0.4"),
+    "late": (HEAD + "".join(f"{t + 12.5},{a}\n" for t, a in ANGLES), "reaches from 12.5 s to 14 s, the run from 0 s to 1 s"),
+    "another unit": (HEAD.replace("deg", "mm") + BODY, "the column 'measured' is in mm, the model has it in rad"),
+    "nothing": (HEAD, "has no rows below its first line"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), REFUSED.values(), ids=REFUSED.keys())
+def test_tables_of_loggers_that_are_refused(
+    model: mechc.Model, tmp_path: Path, text: str, words: str
+) -> None:
+    path = tmp_path / "table.csv"
+    path.write_text(text)
+    with pytest.raises(SimulationError, match=words):
+        model.simulate(inputs={"measured": path})
+
+
+def test_rows_without_a_value_are_counted(tmp_path: Path) -> None:
+    """A fit compares the others."""
+    gaps = {**dict(SWING), 0.0: np.nan, SWING[7][0]: np.nan}
+    path = table(tmp_path, "time [s],theta [deg]", [(float(t), float(a)) for t, a in gaps.items()])
+    found = mechc.loads(PENDULUM).fit(path, "l")
+    assert found["l"] == pytest.approx(9.81 / 9, rel=1e-6)
+    assert "2 of 41 rows of table.csv hold no value of 'theta'" in found.remarks
 
 
 def test_files_that_need_a_word(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import subprocess
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,8 @@ from wasm_module import WasmRun, needs_wasmtime
 import mechc
 from mechc.compiler.graph.scalar_functions import normal
 from mechc.compiler.targets.wasm.link import linked
+from mechc.fmu.export import FmuOptions, export_fmu
+from mechc.fmu.run import run_fmu
 from mechc.lang.diagnostics import CompileError
 from mechc.requests.parse_values import UsageMistake
 from mechc.web.kernels import kernel_for, loaded
@@ -140,6 +142,26 @@ def test_the_c_program_has_the_same_bits(model: mechc.Model, native: Any, tmp_pa
     times, found = ([float(row[k]) for row in rows] for k in (0, column))
     assert len(times) == 501
     assert found == native(times)["n"].tolist()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4])
+def test_units_have_the_same_bits(units: tuple[Path, ...], model: mechc.Model, seed: int) -> None:
+    """Of both versions, in both kinds, also with a seed that the importer sets."""
+    native = model.simulate(set={"seed": seed}, every=0.01)
+    for unit, kind in product(units, ("me", "cs")):
+        found = run_fmu(unit, kind=kind, every=0.01, values={"seed": str(seed)})
+        assert found.time.tolist() == native.time.tolist()
+        assert found["n"].tolist() == native["n"].tolist()
+        assert np.abs(found["x"] - native["x"]).max() < 1e-5, (
+            "a step of fmpy's CVode is good to 1e-5 of the values"
+        )
+
+
+@pytest.fixture(scope="module")
+def units(model: mechc.Model, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ...]:
+    folder = tmp_path_factory.mktemp("units")
+    return export_fmu(model, folder / "shaken.fmu", FmuOptions("both", check=False))
 
 
 @needs_wasmtime

@@ -300,7 +300,7 @@ def test_what_does_not_fit_is_told(
         ("time [s],time [s],theta [rad]\n0,1,2\n", "two columns 'time'"),
         ("time [s],theta [rad]\n0,1\n1,x\n", "line 3 .* holds 'x'"),
         ("time [s],theta [rad],push [N.m]\n0,1,0\n1,1,\n2,1,0\n", "line 3 of .* has no value of 'push'"),
-        ("time [s],theta [rad]\n0,1\n1\n", "line 3 of .* has 1 cells, not 2"),
+        ("time [s],theta [rad]\n0,1\n1\n", "line 3 of .* has 1 cell, not 2"),
         ("time [s],theta [rad]\n", "no rows"),
         ("time [s],theta [rad]\n0,1\n1,2\n", "cannot tell 2 unknowns"),
     ],

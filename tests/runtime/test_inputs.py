@@ -172,7 +172,7 @@ def test_headers_with_indices(header: str, expected: dict[str, float], tmp_path:
             "time [s],u [m/s]\n1,1\n1,2\n1,3\n",
             "the time 1 stands more than twice, the third time in line 4 of",
         ),
-        ("time [s],u [m/s]\n0,1\n1\n", "line 3 of .* has 1 cells, not 2"),
+        ("time [s],u [m/s]\n0,1\n1\n", "line 3 of .* has 1 cell, not 2"),
         ("time [s],u [m/s]\n0,one\n", "line 2 of .* holds 'one', which is no finite number"),
         ("time [s],u [m/s]\n0,1\n\n1,nan\n", "line 4 of .* has no value of 'u'"),
         ("time [s],u [m/s]\n0,1\n,2\n", "line 3 of .* has no value of 'time'"),

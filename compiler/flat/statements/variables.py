@@ -10,6 +10,7 @@ from mechc.suggest import closest
 
 from .. import types
 from ..expressions.coordinates import definition_of
+from ..filters import FILTER
 from ..instances.declared_types import fits
 from ..instances.members import is_found, type_of
 from ..model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
@@ -112,7 +113,7 @@ def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attrib
     for node in declaration.attributes:
         name = node.target.name if isinstance(node.target, ast.Reference) else node.target.span.text
         try:
-            value = _attribute(scope, node, name, type)
+            value = _attribute(scope, declaration, node, name, type)
         except Poisoned:
             continue
         if isinstance(value, str):
@@ -128,8 +129,14 @@ def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attrib
 _NONE = Attributes()
 
 
-def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> float | str:
-    known = (*_NUMERIC_ATTRIBUTES, *_TEXT_ATTRIBUTES)
+def _attribute(
+    scope: Scope, declaration: ast.Declaration, node: ast.Modification, name: str, type: Type
+) -> float | str:
+    known = (
+        *_NUMERIC_ATTRIBUTES,
+        *_TEXT_ATTRIBUTES,
+        *([FILTER] if isinstance(declaration, ast.Input) else []),
+    )
     if name not in known or node.kind != "=":
         near = closest(name, known)
         raise scope.fail(
@@ -141,6 +148,8 @@ def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> f
         )
     value = scope.elaborate(node.value)
     known_value = constant(value)
+    if name == FILTER:
+        return _filter(scope, node, value, type)
     if name in _NUMERIC_ATTRIBUTES:
         wanted = types.with_shape(type, ())
         if not fits(value, wanted) or value.type.shape or not isinstance(known_value, Fraction):
@@ -166,6 +175,28 @@ def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> f
             help=f"did you mean '{near}'?" if near else f"it may be {' or '.join(_CHOICES[name])}",
         )
     return known_value
+
+
+def _filter(scope: Scope, node: ast.Modification, value: Expression, type: Type) -> str:
+    """Return the time constant of a filter, as a fraction of SI."""
+    tau, wanted = constant(value), scope.flattening.time_type
+    if type.kind is not Kind.REAL:
+        raise scope.fail(
+            "E0333",
+            f"a filter follows numbers that change steadily, and this is {types.describe(type)}",
+            node.span,
+        )
+    if value.type.shape or not fits(value, wanted) or not isinstance(tau, Fraction) or isinstance(tau, bool):
+        raise scope.fail(
+            "E0333",
+            f"'filter' is {types.describe(wanted)} that is known when compiling",
+            node.value.span,
+            caption=f"this is {types.describe(value.type)}",
+            help="as in input Length road(filter = 0.5 ms)",
+        )
+    if tau <= 0:
+        raise scope.fail("E0333", "the time of a filter is positive", node.value.span)
+    return str(tau)
 
 
 def _check_display(scope: Scope, node: ast.Modification, text: str, type: Type) -> None:

@@ -106,14 +106,27 @@ def description_of(variable: Variable, name: str) -> dict[str, str]:
 
 
 def range_of(variable: Variable, nominal: float | None) -> dict[str, str]:
-    """Return the attributes of unit, limits and nominal value."""
+    """Return the attributes of unit, limits and nominal value, as far as its type has them."""
     entry = variable.entry
     attributes: dict[str, str] = {}
+    if entry.type == "boolean":
+        return attributes
     if entry.unit:
         attributes["unit"] = entry.unit
         if shown_unit(entry):
             attributes["displayUnit"] = shown_unit(entry)
     for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", nominal)):
-        if value is not None:
-            attributes[name] = number(value)
+        if value is not None and (name != "nominal" or entry.type == "real"):
+            attributes[name] = value_text(variable, value)
     return attributes
+
+
+def value_text(variable: Variable, value: float) -> str:
+    """Write a value as the type of its variable wants it."""
+    match variable.entry.type:
+        case "integer":
+            return str(round(value))
+        case "boolean":
+            return "true" if value else "false"
+        case _:
+            return number(value)

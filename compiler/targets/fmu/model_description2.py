@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth
+from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity
-from .units import number
 from .variables import Table, Variable
 
 
@@ -46,7 +45,7 @@ def _variable(parent: Element, variable: Variable, exchange: bool) -> None:
     element = SubElement(parent, "ScalarVariable", description_of(variable, variable.name))
     real = range_of(variable, variable.nominal)
     if variable.start is not None:
-        real["start"] = number(variable.start)
+        real["start"] = value_text(variable, variable.start)
     if variable.derivative:
         real["derivative"] = str(variable.derivative)
     if variable.reinit and exchange:

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from .arrays import Group
-from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth
+from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity
-from .units import number
 from .variables import Table, Variable
 
 
@@ -68,7 +67,7 @@ def _variable(parent: Element, group: Group, table: Table) -> None:
         attributes["intermediateUpdate"] = "true"
     attributes |= range_of(variable, _nominal(members))
     if variable.start is not None:
-        attributes["start"] = " ".join(number(v.start) for v in members if v.start is not None)
+        attributes["start"] = " ".join(value_text(v, v.start) for v in members if v.start is not None)
     if variable.derivative:
         attributes["derivative"] = str(table.at(variable.derivative).reference)
     if variable.reinit:

@@ -105,7 +105,10 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         _numbers("unsigned char", "y_settable", [int(i not in program.found_states) for i in range(ny)]),
         _numbers("unsigned char", "y_held", case.known),
         _numbers("int", "dependent", program.dependent),
-        _numbers("unsigned char", "z_type", [_TYPES.index(e.type) for e in discretes]),
+        *(
+            _numbers("unsigned char", f"{name}_type", [_TYPES.index(e.type) for e in entries])
+            for name, entries in (("z", discretes), ("u", program.arrays["u"]), ("p", program.arrays["p"]))
+        ),
         _numbers("int", "indicators", table.zero_crossings),
         *([_numbers("int", "sizes", sizes)] if sizes else []),
         "static const char *const assertions[] = {",
@@ -123,7 +126,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         f"    .dt = {case.step or 0.0!r},",
         f"    .nz = {len(program.arrays['z']) - n_seeds},",
         f"    .n_seeds = {n_seeds},",
-        f"    .n_discrete = {len(discretes)}, .z_type = z_type,",
+        f"    .n_discrete = {len(discretes)}, .z_type = z_type, .u_type = u_type, .p_type = p_type,",
         f"    .n_indicators = {len(table.zero_crossings)}, .indicators = indicators,",
         "    .nominal = nominal, .y = start_y, .y_stated = stated_y, .u = start_u, .p = start_p,",
         "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",

@@ -117,6 +117,8 @@ class Listing(Struct):
     ) -> int:
         """Add a variable under a ``name`` that is already given, or that of its entry; return its position."""
         self.place[slot] = index = len(self.rows) + 1
+        if entry.type != "real" and variability == "continuous":
+            variability = "discrete"
         variable = Variable(
             index,
             self.first[slot.array] + slot.index,

@@ -90,24 +90,36 @@ fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
 {
     CHECK(ANY & ~FMU_TERMINATED, "fmi2SetReal");
-    return (fmi2Status)fmu_set(c, vr, n, value);
+    return (fmi2Status)fmu_set(c, FMU_REAL, vr, n, value);
 }
 
 /* Integers and truth values are numbers inside. */
-#define GET(name, own, type)                                                                        \
-    fmi2Status name(fmi2Component c, const fmi2ValueReference vr[], size_t n, own value[])         \
+#define TYPE(own, type)                                                                             \
+    fmi2Status fmi2Get##own(fmi2Component c, const fmi2ValueReference vr[], size_t n,              \
+                            fmi2##own value[])                                                      \
     {                                                                                               \
-        CHECK(ANY, #name);                                                                          \
+        CHECK(ANY, "fmi2Get" #own);                                                                 \
         int status = FMU_OK;                                                                        \
         for (size_t k = 0; k < n && !status; k++) {                                                 \
             mech_real number = 0;                                                                   \
             status = fmu_get(c, type, vr + k, 1, &number);                                          \
-            value[k] = (own)number;                                                                 \
+            value[k] = (fmi2##own)number;                                                           \
+        }                                                                                           \
+        return (fmi2Status)status;                                                                  \
+    }                                                                                               \
+    fmi2Status fmi2Set##own(fmi2Component c, const fmi2ValueReference vr[], size_t n,              \
+                            const fmi2##own value[])                                                \
+    {                                                                                               \
+        CHECK(ANY & ~FMU_TERMINATED, "fmi2Set" #own);                                               \
+        int status = FMU_OK;                                                                        \
+        for (size_t k = 0; k < n && !status; k++) {                                                 \
+            const mech_real number = value[k];                                                      \
+            status = fmu_set(c, type, vr + k, 1, &number);                                          \
         }                                                                                           \
         return (fmi2Status)status;                                                                  \
     }
-GET(fmi2GetInteger, fmi2Integer, FMU_INTEGER)
-GET(fmi2GetBoolean, fmi2Boolean, FMU_BOOLEAN)
+TYPE(Integer, FMU_INTEGER)
+TYPE(Boolean, FMU_BOOLEAN)
 
 /* A call for none is fine, any other is a mistake. */
 #define NONE(name, arguments)                                                                       \
@@ -120,8 +132,6 @@ GET(fmi2GetBoolean, fmi2Boolean, FMU_BOOLEAN)
         return (fmi2Status)fmu_fail(c, FMU_ERROR, #name ": the model has no such variable");        \
     }
 NONE(fmi2GetString, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]))
-NONE(fmi2SetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]))
-NONE(fmi2SetBoolean, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]))
 NONE(fmi2SetString, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2String value[]))
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)

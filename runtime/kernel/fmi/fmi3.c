@@ -150,11 +150,14 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
     fmi3Status fmi3Set##own(fmi3Instance c, const fmi3ValueReference vr[], size_t n,                         \
                             const fmi3##own values[], size_t n_values)                                       \
     {                                                                                                        \
-        (void)vr;                                                                                            \
-        (void)values;                                                                                        \
-        (void)n_values;                                                                                      \
-        CHECK(ANY, "fmi3Set" #own);                                                                          \
-        return n ? (fmi3Status)fmu_fail(c, FMU_ERROR, "no variable of this type can be set") : fmi3OK;       \
+        CHECK(ANY & ~FMU_TERMINATED, "fmi3Set" #own);                                                        \
+        int status = FMU_OK;                                                                                 \
+        if (n_values != n) status = fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each"); \
+        for (size_t k = 0; k < n && !status; k++) {                                                          \
+            const mech_real number = values[k];                                                              \
+            status = fmu_set(c, type, vr + k, 1, &number);                                                   \
+        }                                                                                                    \
+        return (fmi3Status)status;                                                                           \
     }
 TYPE(Int32, FMU_INTEGER)
 TYPE(Boolean, FMU_BOOLEAN)

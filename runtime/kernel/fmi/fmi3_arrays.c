@@ -35,11 +35,11 @@ int fmu_get_arrays(fmu *f, const uint32_t *vr, size_t n, mech_real *value, size_
 int fmu_set_arrays(fmu *f, const uint32_t *vr, size_t n, const mech_real *value, size_t n_values)
 {
     int status = check(f, vr, n, n_values);
-    if (!f->d->sizes) return status ? status : fmu_set(f, vr, n, value);
+    if (!f->d->sizes) return status ? status : fmu_set(f, FMU_REAL, vr, n, value);
     for (size_t i = 0; i < n && !status; i++)
         for (size_t k = 0; k < length(f, vr[i]) && !status; k++) {
             const uint32_t element = vr[i] + (uint32_t)k;
-            status = fmu_set(f, &element, 1, value++);
+            status = fmu_set(f, FMU_REAL, &element, 1, value++);
         }
     return status;
 }

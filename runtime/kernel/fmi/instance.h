@@ -70,6 +70,7 @@ typedef struct fmu_description {
     int nz, n_seeds;                    /* true discrete variables; seeds behind them in z       */
     int n_discrete;                     /* of them the user's, the first                         */
     const unsigned char *z_type;        /* [n_discrete] enum fmu_type                            */
+    const unsigned char *u_type, *p_type; /* the same of inputs and parameters                   */
     int n_indicators;
     const int *indicators;              /* [n_indicators] of those of mech_hybrid                */
     const mech_real *nominal;           /* [ny]                                                  */
@@ -163,7 +164,7 @@ int fmu_exit_initialisation(fmu *f);
 /* What a value reference refers to, and its index there. */
 enum fmu_place fmu_find(const fmu *f, uint32_t vr, int *index);
 int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real *value);
-int fmu_set(fmu *f, const uint32_t *vr, size_t n, const mech_real *value);
+int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech_real *value);
 int fmu_set_time(fmu *f, mech_real t);
 int fmu_set_states(fmu *f, const mech_real *y, size_t n);
 int fmu_get_states(fmu *f, mech_real *y, size_t n);

@@ -100,13 +100,19 @@ int fmu_refresh_outputs(fmu *f)
     return FMU_OK;
 }
 
+static int has_type(fmu *f, enum fmu_type type, uint32_t vr, enum fmu_place place, int i)
+{
+    const unsigned char *types = place == FMU_Z ? f->d->z_type : place == FMU_U ? f->d->u_type : place == FMU_P ? f->d->p_type : NULL;
+    if (type == (types ? (enum fmu_type)types[i] : FMU_REAL)) return FMU_OK;
+    return fmu_fail(f, FMU_ERROR, "the variable #%lu# is of another type", (unsigned long)vr);
+}
+
 int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real *value)
 {
     int status = FMU_OK, i = 0;
     for (size_t k = 0; k < n && !status; k++) {
         const enum fmu_place place = fmu_find(f, vr[k], &i);
-        if (place != FMU_NOTHING && type != (place == FMU_Z ? (enum fmu_type)f->d->z_type[i] : FMU_REAL))
-            return fmu_fail(f, FMU_ERROR, "the variable #%lu# is of another type", (unsigned long)vr[k]);
+        if (place != FMU_NOTHING && has_type(f, type, vr[k], place, i)) return FMU_ERROR;
         switch (place) {
         case FMU_TIME: value[k] = f->st->t; break;
         case FMU_Y:
@@ -144,7 +150,7 @@ int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real 
     return status;
 }
 
-int fmu_set(fmu *f, const uint32_t *vr, size_t n, const mech_real *value)
+int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech_real *value)
 {
     fmu_state *st = f->st;
     const int before = st->mode & (FMU_INSTANTIATED | FMU_INITIALISATION);
@@ -152,6 +158,7 @@ int fmu_set(fmu *f, const uint32_t *vr, size_t n, const mech_real *value)
     for (size_t k = 0; k < n; k++) {
         const enum fmu_place place = fmu_find(f, vr[k], &i);
         if (place == FMU_NOTHING) return fmu_fail(f, FMU_ERROR, "there is no variable #%lu#", (unsigned long)vr[k]);
+        if (has_type(f, type, vr[k], place, i)) return FMU_ERROR;
         if (!mech_finite(value[k]))
             return fmu_fail(f, FMU_DISCARD, "the value for #%lu# is not finite", (unsigned long)vr[k]);
         if (place == FMU_U) continue;
