@@ -553,10 +553,10 @@ REFUSED = {
         "E0713",
         "'z' has no mass, so it cannot be pushed",
     ),
-    "friction on it": (
-        X + "coordinate z ~ 0; potential (x - z)^2; friction 1 on z;",
+    "a contact on it": (
+        X + "coordinate z ~ 0; potential (x - z)^2; contact c: z;",
         "E0520",
-        "friction and contacts act on what has mass",
+        "contacts and friction in contacts act on what has mass",
     ),
     "held in part, and loose": (
         X + "coordinate z ~ 0; coordinate w ~ 0; potential x^2; constraint z + w = x;",

@@ -165,7 +165,7 @@ def point_of(
     rows, direct = observed(site, y, outputs, found)
     sources = delayed(site, y, found.rates_by_inputs.shape[1])
     if sources is not None:
-        names, times, past, past_direct = sources
+        _, times, past, past_direct = sources
         inner = [len(problem.inputs) + k for k in range(len(times))]
         seen = np.vstack([rows, past]), np.vstack([direct, past_direct])
         system = linear_system(site, found, inputs + inner, seen)
