@@ -355,8 +355,12 @@ class _Check:
             raise Malformed("equations, hybrid", f"{len(h.shares)} shares of {len(h.rows)} rows")
         initial = [h.initial] if h.initial != -1 else []
         delayed = [] if h.delays is None else [place for place, _, _ in h.delays.delayed]
+        numbers = {slot.index: n for n, slot in e.layout.items() if slot.array == "z"}
+        acting = [self.functions[b.function].outputs[len(e.states) :] for b in h.branches]
+        acted = [i for i in range(nz) if any(outputs[i] != numbers[i] for outputs in acting)]
         used = [
             *delayed,
+            *(i for i in acted if e.discretes[i].kind == "mode"),
             *switched,
             *clocks,
             *held,

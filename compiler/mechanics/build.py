@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from mechc.lang.diagnostics import Label, Reporter
 
@@ -20,6 +20,7 @@ from ..flat.model import (
 from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
 from ..graph.operations import RATE
+from ..graph.rewrite import substitute
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .curves import curve_of, finished
@@ -76,7 +77,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     virtual = _place_frames(lowering, topology, formed)
     _lower_frames(lowering, model)
     curve = None if model.variation is None else curve_of(lowering, model, model.variation, symbols, matter)
-    xdot = _state_equations(lowering, model, symbols, reporter)
+    xdot = _known_rates(graph, rate, _state_equations(lowering, model, symbols, reporter), symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
     closures = closure_rows(lowering, model, topology, formed, virtual, symbols, reporter)
@@ -301,6 +302,42 @@ def _state_equations(
                 help=f"add 'equation der({s.name}) = ...;'",
             )
     return result
+
+
+def _known_rates(
+    graph: Graph,
+    rate: TotalDerivative,
+    xdot: Mapping[Node, Node],
+    symbols: Symbols,
+    reporter: Reporter,
+) -> dict[Node, Node]:
+    """Return f without rates of states, which stand in it by their own f; report one that leads back to itself."""
+    states = {rate(state): state for state in xdot}
+    asked = {x: [states[n] for n in graph.support(f) if n in states] for x, f in xdot.items()}
+    if not any(asked.values()):
+        return dict(xdot)
+    known: dict[Node, Node] = {}
+
+    def settle(state: Node, before: tuple[Node, ...]) -> None:
+        if state in known:
+            return
+        if state in before:
+            scalar = next(s for s in symbols.states if s.node == state)
+            raise reporter.fail(
+                "E0207",
+                f"'der({scalar.name})' is defined by itself",
+                scalar.variable.origin.span,
+                caption="its equation depends on this rate again",
+                help="solve the equations for the rates, or let 'output w ~ 0;' and 'equation ..;' find one of them",
+            )
+        for other in asked[state]:
+            settle(other, (*before, state))
+        rates = {rate(other): known[other] for other in asked[state]}
+        known[state] = substitute(graph, [xdot[state]], rates)[0] if rates else xdot[state]
+
+    for state in xdot:
+        settle(state, ())
+    return {state: known[state] for state in xdot}
 
 
 def _exacts(lowering: Lowering, model: FlatModel, reporter: Reporter) -> tuple[ExactRow, ...]:

@@ -20,6 +20,7 @@ from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit, unit_text
 from .modes import Mode, Regularized
+from .own_slip import sides_of
 from .system import ConstraintRows
 
 REGULARIZED = "regularized"
@@ -209,6 +210,14 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
     if friction.backward is not None:
         stated += [friction.backward, friction.static_backward or friction.backward]
         backward, static_backward = map(lowering.scalar, stated[2:])
+    elif (
+        not friction.one_way
+        and not friction.options
+        and (sides := sides_of(lowering, kinetic, slips[0], symbols.velocities))
+    ):
+        same = static if friction.static is not None else None
+        (kinetic, backward), stated = sides, [stated[0], stated[1], stated[0], stated[1]]
+        static, static_backward = (kinetic, backward) if same is None else (same, same)
     limits = [n for n in (kinetic, static, backward, static_backward) if n is not None]
     for value, expression in zip(limits, stated, strict=True):
         if not is_affine(graph, (value,), symbols.accelerations.intersection(graph.support(value))):

@@ -239,6 +239,8 @@ class _Lexer:
         assert match is not None
         order, name = len(match[0]), last.text if last.kind == "NAME" else ".."
         help = f"write 'der({name})'" if order == 1 else f"write 'der({name}, {order})'"
+        if order == 1 and last.kind == "NAME":
+            help += f"; a transposed matrix is 'transpose({name})'"
         self.error("E0121", "a derivative is not written by primes", start, match.end(), help=help)
         return match.end()
 

@@ -292,6 +292,8 @@ def foreign_brackets(s: Situation) -> Finding | None:
         help = (
             "indices stand together, as in 'x[1, 2]'; each bracket of components has its name: 'part[1].x[2]'"
         )
+    elif token.kind == "COLON" and s.bracket and s.bracket.kind == "LPAR" and "LBRACE" in s.expected:
+        help = "elements stand in brackets, as in 'A[:, 1]'; parentheses are those of functions"
     elif token.kind == "LSQB" and "LBRACE" in s.expected:
         help = "a vector is written '{1, 2, 3}'"
     elif token.kind == "LSQB" and before and before.kind == "NUMBER" and after.kind == "NAME":

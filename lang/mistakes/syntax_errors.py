@@ -162,7 +162,7 @@ def _misspelt(s: Situation) -> Finding | None:
         meant = closest(s.token.text, s.expected_words)
         if s.token.text in ("do", "begin"):
             meant = "loop" if "LOOP" in s.expected else "then" if "THEN" in s.expected else meant
-        if meant is not None and not s.at_beginning:
+        if meant is not None and not s.at_beginning and s.token.text not in s.tables.keywords:
             message = f"unknown word '{s.token.text}'"
             problem = error("E0123", message, s.span(s.token), help=f"did you mean '{meant}'?")
             return problem, Edit(delete=1, insert=(("NAME", meant),))

@@ -224,3 +224,20 @@ def test_a_motion_along_the_energy_at_which_its_law_changes_comes_to_an_end() ->
     )
     run = mechc.loads(text).simulate(tolerance=1e-9, estimate_error=False)
     assert "the motion slides along it" in run.message
+
+
+def test_the_rate_of_a_state_in_the_equation_of_another() -> None:
+    """E' = z' z with z = exp(-t): E = (exp(-2 t) - 1)/2, in whichever order they stand."""
+    for text in (
+        "equation der(E) = der(z)*z; equation der(z) = -z;",
+        "equation der(z) = -z; equation der(E) = der(z)*z;",
+    ):
+        model = mechc.loads("dimensionless; state z = 1; state E = 0;" + text + "experiment(stop = 1);")
+        solution = model.simulate(tolerance=1e-11, estimate_error=False)
+        assert solution["E"] == pytest.approx((np.exp(-2 * solution.time) - 1) / 2, abs=1e-10)
+
+
+def test_rates_that_depend_on_each_other_are_refused() -> None:
+    text = "dimensionless; state a = 1; state b = 0; equation der(a) = der(b) + 1; equation der(b) = der(a);"
+    with pytest.raises(mechc.CompileError, match=r"'der\(a\)' is defined by itself"):
+        mechc.loads(text)

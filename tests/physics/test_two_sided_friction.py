@@ -369,3 +369,37 @@ def test_the_formatter_keeps_both_sides(tmp_path: object) -> None:
     file.write_text(text)
     assert run(["fmt", str(file)]) == 0
     assert file.read_text() == text
+
+
+# ---------------------------------------------------------------- limits that ask which way it slips
+
+AS_WRITTEN = """
+friction teeth: (if tau*der(a) < 0 W then 1 - eta else 1/eta - 1)*abs(tau)
+  static (if (10 N.m*sin(2*pi*time/1 s) - tau)*tau < 0 N^2.m^2 then 1 - eta else 1/eta - 1)*abs(tau) on a;
+"""
+
+
+def test_a_limit_by_the_direction_of_its_own_slip_has_two_sides() -> None:
+    """The gear of above as one would write it with one limit: at rest the sign of the slip is that of the slip that would begin."""
+    begin = GEAR.index("friction teeth")
+    text = GEAR[:begin] + AS_WRITTEN + GEAR[GEAR.index("output through") :]
+    one, two = (mechc.loads(t).simulate(estimate_error=False) for t in (text, GEAR))
+    assert [e.time for e in one.events] == pytest.approx([e.time for e in two.events], abs=1e-9)
+    assert one["a"][-1] == pytest.approx(two["a"][-1], abs=1e-10)
+    assert one["loss"][-1] == pytest.approx(two["loss"][-1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "limit", ["if der(x) - der(y) > 0 then 1 else 0.4", "0.7 + 0.3*sign(der(x) - der(y))", "if der(y) >= der(x) then 0.4 else 1"]
+)  # fmt: skip
+def test_signs_of_a_slip_between_two_masses(limit: str) -> None:
+    head = "dimensionless; coordinate x = 0; coordinate y = 0; kinetic 1/2*(der(x)^2 + der(y)^2); force 1.9*sin(time) on x;"
+    end = "output F = multiplier(f); experiment(stop = 10);"
+    one = mechc.loads(f"{head} friction f: {limit} on x - y; {end}").simulate(estimate_error=False)
+    two = mechc.loads(f"{head} friction f: forward 1 backward 0.4 on x - y; {end}").simulate(
+        estimate_error=False
+    )
+    assert len(two.events) > 2
+    times = np.linspace(0, 10, 41)
+    assert np.abs(one(times)["x"] - two(times)["x"]).max() < 1e-9
+    assert np.abs(one(times)["F"] - two(times)["F"]).max() < 1e-9

@@ -179,6 +179,8 @@ def _mode_symbols(system: MechanicalSystem) -> list[Node]:
         if mode is not None and mode.smooth is None:
             found += [n for n in (mode.flag, mode.sign, mode.enabled) if n is not None]
             found += mode.impulses
+        elif mode is not None and mode.smooth is not None and mode.smooth.slides is not None:
+            found.append(mode.smooth.slides)
     clocks = system.lowering.clocks.values()
     found += [n for clock in clocks for n in (clock.pulse, clock.count)]
     if system.lowering.initial is not None:

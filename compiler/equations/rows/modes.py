@@ -44,6 +44,9 @@ def with_modes(
         assert mode is not None
         off = graph.sub(graph.one, mode.flag)
         law = row.multiplier
+        if mode.smooth is not None and mode.smooth.force is not None:
+            result.append(replace(row, equation=graph.sub(law, mode.smooth.force)))
+            continue
         if mode.kind in ("friction", "freewheel"):
             unknowns = (*system.a, *multipliers)
             kinetic = _limit_of_sliding(system, mode, normals, unknowns, answers, sides)

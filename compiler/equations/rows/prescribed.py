@@ -8,7 +8,7 @@ time, for the default values of the parameters, and where it changes the formula
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 
 from mechc.lang.diagnostics import Reporter
@@ -43,6 +43,7 @@ SMALL = 1e-6
 def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
     """Report drives whose position or rate jumps."""
     defaults: dict[Node, float] = {}
+    inside = _solved(system, driven)
     for row in system.drives:
         if row.balanced:
             continue
@@ -52,10 +53,10 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
         count = len(places)
         formulas = substitute(system.graph, [*places, *row.rates], driven)
         for k, formula in enumerate(formulas):
-            if not _levels(system, formula):
+            if not _levels(system, formula, inside):
                 continue
             defaults = defaults or default_values(system)
-            at = next(_jumps(system, formula, defaults), None)
+            at = next(_jumps(system, formula, defaults, inside), None)
             if at is None:
                 continue
             name = row.names[0] if len(row.names) == 1 else row.names[0].partition("[")[0]
@@ -71,13 +72,16 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
             break
 
 
-def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter) -> None:
+def check_held(
+    system: MechanicalSystem, rows: Sequence[Row], driven: Mapping[Node, Node], reporter: Reporter
+) -> None:
     """Report constraints that ask for another position from one instant to the next."""
     told: set[str] = set()
+    inside = _solved(system, driven)
     for row in rows:
-        if row.position is None or row.constraint.name in told or not _levels(system, row.position):
+        if row.position is None or row.constraint.name in told or not _levels(system, row.position, inside):
             continue
-        at = next(_jumps(system, row.position, default_values(system)), None)
+        at = next(_jumps(system, row.position, default_values(system), inside), None)
         if at is None:
             continue
         told.add(row.constraint.name)
@@ -91,19 +95,27 @@ def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter
         )
 
 
-def _levels(system: MechanicalSystem, formula: Node) -> list[Node]:
+def _solved(system: MechanicalSystem, driven: Mapping[Node, Node]) -> set[Node]:
+    """Return the solutions of equations that steps find, as they are and with ``driven`` put in: they do not jump where a step of the
+    search compares numbers."""
+    found = list(system.lowering.unknowns.found)
+    return {*found, *substitute(system.graph, found, driven)}
+
+
+def _levels(system: MechanicalSystem, formula: Node, inside: Collection[Node]) -> list[Node]:
     """Return what tells by whole numbers on which piece of a formula a time is."""
     graph, time = system.graph, system.symbols.time
-    inside = system.lowering.unknowns.found
     found = [
         n for n in graph.reach([formula], inside) if graph.op(n) in ops.JUMPING and time in graph.support(n)
     ]
     return [graph.floor(graph.div(*graph.args(n))) if graph.op(n) == ops.MODULO else n for n in found]
 
 
-def _jumps(system: MechanicalSystem, formula: Node, defaults: Mapping[Node, float]) -> Iterator[float]:
+def _jumps(
+    system: MechanicalSystem, formula: Node, defaults: Mapping[Node, float], inside: Collection[Node]
+) -> Iterator[float]:
     graph, time = system.graph, system.symbols.time
-    levels = _levels(system, formula)
+    levels = _levels(system, formula, inside)
     still = {n: x for n, x in defaults.items() if n != time}
     values, pieces = (Tape(graph, asked, defaults).settled(still) for asked in ([formula], levels))
 

@@ -12,7 +12,7 @@ along the structure; what is not by Newton's method in the graph, from a guess t
 
 What constraints hold is left to their weights (weights.py). Where accelerations stay undetermined all the same, motions of several
 coordinates together may move no mass: a combination of their rows with constant factors holds neither accelerations nor
-multipliers then, and is such a balance. Rotations are not covered.
+multipliers then, and is such a balance. Rotations are not covered. Dry friction on these coordinates: rubbing.py.
 """
 
 from __future__ import annotations
@@ -42,6 +42,7 @@ from ...mechanics.meaning.unknowns import System
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
 from .defaults import default_values
 from .residual import residual
+from .rubbing import Rubbing, damped, frictions_alone, refuse_laws, refuse_several, sprung, with_rubbing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -88,13 +89,14 @@ class Massless(Struct, frozen=True):
 def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSystem:
     """Return the system with a drive for each coordinate without mass that forces alone move; report those that nothing
     moves."""
-    found = _without_mass(system)
+    multipliers = _multipliers(system)
+    rubs = frictions_alone(system, multipliers)
+    found = _without_mass(system, {rub.rows.name for rub in rubs})
     if not found:
         return system
     graph = system.graph
     still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
-    multipliers = _multipliers(system)
     raw = residual(system, multipliers)
     rows = dict(
         zip(found, substitute(graph, [raw[m.v] for m in found], {**still, **state_rates}), strict=True)
@@ -103,10 +105,27 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     found = [m for m in found if not work.accelerated(rows[m])]
     for m in found:
         rows[m] = work.without_inertia(m, rows[m])
-    for block in _blocks(system, found, rows):
-        work.solve(block, [rows[m] for m in block])
+    known = Rubbing({}, [], [], [])
+    for block in _blocks(system, found, rows, {rub.lam for rub in rubs}):
+        own = [rows[m] for m in block]
+        forces = set(graph.support(*own))
+        rubbing = [rub for rub in rubs if rub.lam in forces]
+        rates = [system.v[m.v].node for m in block]
+        for rub in rubbing:
+            refuse_laws(system, rub, rates, reporter)
+        if rubbing and len(block) == 1 and not any(jacobian(graph, own, rates)):
+            if len(rubbing) > 1:
+                refuse_several(rubbing, reporter)
+            sprung(system, rubbing[0], block[0].v, own[0], state_rates, known, reporter)
+            continue
+        first = len(work.drives)
+        work.solve(block, own)
+        if rubbing:
+            reporter.stop_on_errors()
+            work.drives[first:] = damped(system, rubbing, work.drives[first:], known, reporter)
     reporter.stop_on_errors()
-    return _with_drives(system, work)
+    work.drives += known.drives
+    return with_rubbing(_with_drives(system, work), known)
 
 
 def with_combined_balances(
@@ -163,8 +182,8 @@ def _multipliers(system: MechanicalSystem) -> list[tuple[Node, ...]]:
 # ---------------------------------------------------------------- which ones
 
 
-def _without_mass(system: MechanicalSystem) -> list[Massless]:
-    """Return the coordinates that move no mass and that no constraint holds."""
+def _without_mass(system: MechanicalSystem, rubbing: Collection[str]) -> list[Massless]:
+    """Return the coordinates that move no mass and that no constraint holds, but for the frictions ``rubbing``."""
     graph = system.graph
     driven = {i for row in system.drives for i in row.v}
     pairs = [m for m in _plain(system) if m.v not in driven]
@@ -184,7 +203,8 @@ def _without_mass(system: MechanicalSystem) -> list[Massless]:
     carried = {n for mass in masses for n in mass.point.offset}
     carried |= set(_placing([*(m.point.frame for m in masses), *(b.frame for b in inertias)]))
     placed = set(graph.support(*carried))
-    held = set(graph.support(*(n for rows in system.constraints for n in rows.residuals)))
+    others = [rows for rows in system.constraints if rows.name not in rubbing]
+    held = set(graph.support(*(n for rows in others for n in rows.residuals)))
 
     def weightless(m: Massless) -> bool:
         q, v, a = system.q[m.q].node, system.v[m.v].node, system.a[m.v]
@@ -241,9 +261,12 @@ def _placing(frames: Iterable[Frame]) -> Iterable[Node]:
 
 
 def _blocks(
-    system: MechanicalSystem, found: Sequence[Massless], rows: Mapping[Massless, Node]
+    system: MechanicalSystem,
+    found: Sequence[Massless],
+    rows: Mapping[Massless, Node],
+    forces: Collection[Node],
 ) -> list[list[Massless]]:
-    """Return the coordinates in groups whose balances hold each other's places or rates."""
+    """Return the coordinates in groups whose balances hold each other's places or rates, or ``forces`` together."""
     graph = system.graph
     own = {system.q[m.q].node: m for m in found} | {system.v[m.v].node: m for m in found}
     leader = {m: m for m in found}
@@ -256,6 +279,8 @@ def _blocks(
 
     for m in found:
         for n in graph.support(rows[m]):
+            if n in forces:
+                own.setdefault(n, m)
             if n in own:
                 leader[first(own[n])] = first(m)
     groups: dict[Massless, list[Massless]] = {}

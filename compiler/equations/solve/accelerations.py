@@ -101,7 +101,7 @@ def _cure(system: MechanicalSystem, rate: Node) -> str:
     switched = [rows for rows in system.constraints if rows.mode is not None]
     rates = [n for rows in switched for n in constraint_rates(system, rows)]
     if rate in system.graph.support(*rates):
-        return "friction and contacts act on what has mass: give some to what it moves; a damping needs none"
+        return "contacts and friction in contacts act on what has mass: give some to what it moves; a damping needs none"
     return (
         "give a mass or an inertia to what it moves, or remove the coordinate; points and thin rods on the axis of a hinge have "
         "none about it"

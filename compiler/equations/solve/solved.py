@@ -118,7 +118,7 @@ def solve_system(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
     )
     check_count(every_row, reporter)
-    check_held(system, every_row, reporter)
+    check_held(system, every_row, driven, reporter)
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)

@@ -63,6 +63,13 @@ def call(scope: Scope, node: ast.Call) -> Expression:
             labels=(Label(interval.span, "this makes it a model of a curve"),),
             help="a choice by place is written 'if x < a then .. else ..'",
         )
+    if name == "table" and isinstance(node.arguments[0], ast.Vector):
+        raise scope.fail(
+            "E0309",
+            "a table of two variables takes them one by one",
+            node.arguments[0].span,
+            help="table(x, y, {x1, x2, ..}, {y1, y2, ..}, {{z11, z12, ..}, ..})",
+        )
     arguments = [scope.elaborate(a) for a in node.arguments]
     return _ALL_RULES[name](Call(scope, node, name, arguments))
 

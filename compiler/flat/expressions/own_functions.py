@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
 from functools import partial
@@ -68,7 +69,7 @@ _ELSEWHERE = {
 """What functions of other languages are called here."""
 _INSTEAD = {
     **dict.fromkeys(
-        ("delayed", "transportdelay", "fixeddelay", "delay_line"),
+        ("delayed", "transport", "transportdelay", "transport_delay", "fixeddelay", "delay_line"),
         "what it was a while ago is 'delay(x, T)'; a state of first order lags: 'equation der(y) = (x - y)/T;'",
     ),
     **dict.fromkeys(
@@ -281,11 +282,18 @@ def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -
             "E0209",
             f"'{name}' is {noun}",
             node.function.span,
-            help=f"write '{name}*(...)' for a product" if declared else "",
+            help=f"write '{name}*(...)' for a product" + _of_the_past(node, name) if declared else "",
         )
     return scope.fail(
         "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, _functions(scope, node))
     )
+
+
+def _of_the_past(node: ast.Call, name: str) -> str:
+    """Say how a value at another time is written, where the argument is a time."""
+    if len(node.arguments) != 1 or not re.search(r"\b(t|time)\b", node.arguments[0].span.text):
+        return ""
+    return f"; its value a while ago is 'delay({name}, T)'"
 
 
 def _functions(scope: Scope, node: ast.Call) -> Iterator[str]:

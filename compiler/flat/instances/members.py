@@ -471,7 +471,7 @@ def _definition(member: DefinitionMember) -> Expression:
             "E0411",
             f"output '{declaration.name}' has no value",
             declaration.name_span,
-            help=f"write 'output {declaration.name} = ...;'",
+            help=f"write 'output {declaration.name} = ...;', or 'output {declaration.name} ~ ...;' with a guess, where equations find it",
         )
     if is_typed(declaration):
         member.type = stated_type(declaration, scope, _given(member))

@@ -237,6 +237,8 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
         left.span,
         caption=f"'{name}' is not declared as 'state'"
         if isinstance(left, ast.Derivative)
+        else "this asks for a motion, which forces make"
+        if target is not None and target.role is Role.COORDINATE
         else "this is not 'der(x)' of a state",
         help=help,
     )

@@ -11,6 +11,8 @@ from modelica_computed import boxes, computed_reference, orbits
 from modelica_examples import AGREED, WAITING, disagreement, reference, rows
 from modelica_table import COMPUTED, EXAMPLES, Example
 
+import mechc
+
 LONG = ("PlanarMechanics.TwoTrackWithDifferentialGear",)
 """Whose reference takes SciPy seconds."""
 BY_NAME = {example.name: example for example in EXAMPLES}
@@ -59,3 +61,21 @@ def test_rows_of_the_page() -> None:
     assert all(example.path.exists() for example in EXAMPLES)
     texts = {path.name for path in EXAMPLES[0].path.parent.glob("*.*.mech")}
     assert texts == {example.path.name for example in EXAMPLES}
+
+
+LOSSES = [f"Rotational.LossyGearDemo{k}" for k in (1, 2, 3)]
+LOSSES += [f"Rotational.OneWayClutch{end}" for end in ("", "Disengaged")]
+LOSSES += ["Rotational.CoupledClutches", "Rotational.SimpleGearShift", "Rotational.Friction", "Translational.Brake"]  # fmt: skip
+LOSSES += ["Rotational.CompareBrakingTorque", "Rotational.EddyCurrentBrake", "Translational.Friction", "PlanarMechanics.PlanetaryGear"]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOSSES)
+def test_accounts_of_energy_are_exact(name: str) -> None:
+    """What gears, clutches and brakes lose is what is missing, to 1e-9 of the energy that is turned over. Measured: 5e-11."""
+    solution = mechc.load(BY_NAME[name].path).simulate(tolerance=1e-11, estimate_error=False)
+    total, size = solution["energy.total"], np.abs(solution["energy.total"]).max()
+    for what, sign in (("dissipated", 1), ("supplied", -1)):
+        if f"energy.{what}" in solution.quantities:
+            total = total + sign * solution[f"energy.{what}"]
+            size = max(size, np.abs(solution[f"energy.{what}"]).max())
+    assert np.ptp(total) < 1e-9 * size

@@ -1,0 +1,260 @@
+"""Dry friction on coordinates without mass: what the balance of forces leaves of Coulomb's law.
+
+The balance r0(q, v) = c lam decides between sticking and sliding where a damping, or else a spring, answers the force lam of a friction
+along s with c = ds/d(der z).
+
+Damped: solved for the rates the slip is s = s0 + d lam with d > 0, so that lam = -clamp(s0/d, -b, a) for the limits a forwards and b
+backwards: a formula. What has no mass begins to slide at the rate zero and stops so.
+
+Not damped, a single coordinate (Jenkins' element): lam = r0/c is known. While it sticks the slip is zero; while it slides lam = -a, and
+the total derivative of that gives the rate. It begins to slide where lam leaves the limits, and sticks again where its slip turns round;
+a number ``slides`` in z is 1, -1 or 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Graph, Node
+from ...graph.differentiate import jacobian
+from ...graph.rewrite import substitute
+from ...mechanics.modes import BranchRow, Mode, Regularized, SetAction
+from ...mechanics.system import AssertionRow, ConstraintRows, DriveRow, MechanicalSystem
+from .residual import constraint_rates
+
+EXCEEDED = 1000
+"""A force beyond its limit by more than one over this has jumped."""
+
+
+class Rub(Struct, frozen=True):
+    """A friction that may act on what has no mass: its rows, the rate of its slip, the symbol of its force."""
+
+    rows: ConstraintRows
+    slip: Node
+    lam: Node
+
+    @property
+    def mode(self) -> Mode:
+        assert self.rows.mode is not None
+        return self.rows.mode
+
+    @property
+    def limits(self) -> tuple[Node, Node]:
+        """Limits of the force against a slip forwards and backwards."""
+        mode = self.mode
+        assert mode.kinetic is not None
+        return mode.kinetic, mode.backward if mode.backward is not None else mode.kinetic
+
+
+class Rubbing(Struct):
+    """What is known of frictions on coordinates without mass: their modes, and what is added to the system."""
+
+    modes: dict[str, Mode]
+    drives: list[DriveRow]
+    branches: list[BranchRow]
+    assertions: list[AssertionRow]
+
+
+def frictions_alone(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> list[Rub]:
+    """Return the frictions along one slip that are no contact's, by Coulomb's law."""
+    found = []
+    for rows, symbols in zip(system.constraints, multipliers, strict=True):
+        mode = rows.mode
+        if mode is not None and mode.kind == "friction" and not mode.contact and mode.smooth is None:
+            (slip,), (lam,) = constraint_rates(system, rows), symbols
+            found.append(Rub(rows, slip, lam))
+    return found
+
+
+def refuse_laws(system: MechanicalSystem, rub: Rub, rates: Sequence[Node], reporter: Reporter) -> None:
+    """Report a law that the balance of forces of what has no mass does not decide."""
+    mode, graph = rub.mode, system.graph
+    higher = (mode.static, mode.kinetic), (mode.static_backward, mode.backward)
+    if any(static is not None and static != kinetic for static, kinetic in higher):
+        raise _refused(
+            reporter,
+            rub,
+            "it acts on what has no mass, and sticks by a higher limit than it slides with",
+            "without mass it would jump where it begins to slide; leave 'static' out, or give a mass to what it moves",
+        )
+    known = {*(s.node for s in system.q), *(s.node for s in system.v), system.symbols.time}
+    known |= {s.node for group in (system.symbols.parameters, system.symbols.states) for s in group}
+    known |= {s.node for group in (system.symbols.inputs, system.symbols.discretes) for s in group}
+    if not (known - set(rates)).issuperset(graph.support(*rub.limits)):
+        raise _refused(
+            reporter,
+            rub,
+            "it acts on what has no mass, and its limit depends on that motion or on a force",
+            "there may be several rates or none that fit: give a mass to what it moves",
+        )
+
+
+def refuse_several(rubs: Sequence[Rub], reporter: Reporter) -> None:
+    """Report several frictions on one coordinate that nothing else resists."""
+    raise _refused(
+        reporter,
+        rubs[1],
+        f"the friction '{rubs[0].rows.name}' acts on the same coordinate, and no damping resists it",
+        "add the limits of both, or let a damping act too",
+    )
+
+
+def _refused(reporter: Reporter, rub: Rub, caption: str, help: str) -> Exception:
+    return reporter.fail(
+        "E0541",
+        f"the friction '{rub.rows.name}' does not decide the motion of what has no mass",
+        rub.rows.origin.shown,
+        caption=caption,
+        help=help,
+    )
+
+
+def damped(
+    system: MechanicalSystem,
+    rubs: Sequence[Rub],
+    drives: Sequence[DriveRow],
+    known: Rubbing,
+    reporter: Reporter,
+) -> list[DriveRow]:
+    """Return the drives of coordinates, which hold forces of frictions, with formulas of these."""
+    graph = system.graph
+    if any(rub.lam in graph.support(*(n for d in drives for n in d.values)) for rub in rubs):
+        raise _refused(
+            reporter,
+            rubs[0],
+            "it acts on several coordinates without mass that no damping resists",
+            "let a damping act on them, or give them masses; a single coordinate needs none",
+        )
+    rates = {system.v[i].node: rate for d in drives for i, rate in zip(d.v, d.rates, strict=True)}
+    slips = substitute(graph, [rub.slip for rub in rubs], rates)
+    symbols = [rub.lam for rub in rubs]
+    forces: dict[Node, Node] = {}
+    for k, (rub, slip, row) in enumerate(zip(rubs, slips, jacobian(graph, slips, symbols), strict=True)):
+        if set(row) != {k} or not set(symbols).isdisjoint(graph.support(row[k])):
+            raise _refused(
+                reporter,
+                rub,
+                "the slips of several frictions depend on each other where nothing has mass"
+                if len(row) > 1
+                else "no rate depends on it in proportion",
+                "separate them by a mass, or let linear dampings resist them",
+            )
+        (free,) = substitute(graph, [slip], {rub.lam: graph.zero})
+        wanted = graph.div(free, row[k])
+        forward, backward = rub.limits
+        over = _relation(system, graph.less(forward, wanted))
+        under = _relation(system, graph.less(wanted, graph.neg(backward)))
+        held = graph.select(under, graph.neg(backward), wanted)
+        force = forces[rub.lam] = graph.neg(graph.select(over, forward, held))
+        sticks = graph.select(over, graph.zero, graph.select(under, graph.zero, graph.one))
+        law = Regularized(graph.zero, None, "", sticks, force)
+        known.modes[rub.rows.name] = replace(rub.mode, smooth=law)
+    return [
+        replace(d, rates=tuple(substitute(graph, d.rates, forces)))  # places hold none of them
+        for d in drives
+    ]
+
+
+def sprung(
+    system: MechanicalSystem,
+    rub: Rub,
+    place: int,
+    row: Node,
+    state_rates: Mapping[Node, Node],
+    known: Rubbing,
+    reporter: Reporter,
+) -> None:
+    """Add the drive of a single coordinate that no damping resists, with the events between sticking and sliding."""
+    graph: Graph = system.graph
+    scalar = system.v[place]
+    rate, name = scalar.node, rub.rows.name
+    (by_rate,), (by_force,) = jacobian(graph, [rub.slip], [rate]), jacobian(graph, [row], [rub.lam])
+    along = by_rate.get(0)
+    if along is None or not graph.is_constant(along):
+        raise _refused(
+            reporter,
+            rub,
+            "its slip is no fixed multiple of the rate of this coordinate",
+            "let it act on the coordinate itself",
+        )
+    assert set(by_force) == {0}, "virtual work puts the force of a friction into the rows of what it moves"
+    (free,) = substitute(graph, [row], {rub.lam: graph.zero})
+    force = graph.neg(graph.div(free, by_force[0]))
+    forward, backward = rub.limits
+    slides = graph.symbol(f"slides({name})")
+
+    def sliding(limit: Node, sign: int) -> Node:
+        """Return the rate at which the force stays at a limit."""
+        stays = graph.add(force, limit) if sign > 0 else graph.sub(force, limit)
+        (moved,) = substitute(graph, [system.rate(stays)], state_rates)
+        (entries,) = jacobian(graph, [moved], [rate])
+        if 0 not in entries:
+            raise _refused(
+                reporter,
+                rub,
+                "neither a spring nor a damping answers it, so that nothing decides where it stops",
+                "connect what it moves by a spring or a damping, or give it a mass",
+            )
+        (rest,) = substitute(graph, [moved], {rate: graph.zero})
+        return graph.neg(graph.div(rest, entries[0]))
+
+    ahead, behind = sliding(forward, 1), sliding(backward, -1)
+    (held,) = substitute(graph, [rub.slip], {rate: graph.zero})
+    stuck = graph.neg(graph.div(held, along))
+    is_ahead, is_behind = graph.less(graph.zero, slides), graph.less(slides, graph.zero)
+    moving = graph.select(is_ahead, ahead, graph.select(is_behind, behind, stuck))
+    origin = scalar.variable.origin
+    known.drives.append(DriveRow((scalar.of,), (), (place,), (), (moving,), origin, True))
+    sticks = graph.select(is_ahead, graph.zero, graph.select(is_behind, graph.zero, graph.one))
+    law = Regularized(graph.zero, None, "", sticks, force, slides)
+    known.modes[name] = replace(rub.mode, smooth=law)
+    forwards = substitute(graph, [rub.slip], {rate: ahead})[0]
+    backwards = substitute(graph, [rub.slip], {rate: behind})[0]
+    none = graph.logical_not(graph.logical_or(is_ahead, is_behind))
+    both, no = graph.logical_and, graph.logical_not
+    over, under = _less(system, forward, graph.neg(force)), _less(system, backward, force)
+    # one relation for the slip that ends and for the one that begins: where it is zero it is one of both
+    turned, returned = _less(system, forwards, graph.zero), _less(system, graph.zero, backwards)
+    events: list[tuple[Node, Node, str]] = [
+        (both(none, both(over, no(turned))), graph.one, "slides"),
+        (both(none, both(under, no(returned))), graph.minus_one, "slides"),
+        (both(is_ahead, turned), graph.zero, "sticks"),
+        (both(is_behind, returned), graph.zero, "sticks"),
+    ]
+    first = 1 + max((b.event for b in (*system.branches, *known.branches)), default=-1)
+    for k, (condition, value, word) in enumerate(events):
+        action = SetAction((slides,), (value,), False, rub.rows.origin)
+        known.branches.append(BranchRow(first + k, condition, (action,), f"{name} {word}", rub.rows.origin))
+    beyond = graph.maximum(graph.sub(graph.neg(force), forward), graph.sub(force, backward))
+    room = graph.div(graph.add(graph.abs(forward), graph.abs(backward)), graph.constant(EXCEEDED))
+    message = f"the force on '{scalar.of}' is beyond its friction '{name}': without mass and damping it would jump there"
+    known.assertions.append(AssertionRow(_relation(system, graph.less_equal(beyond, room)), message, origin))
+
+
+def _less(system: MechanicalSystem, a: Node, b: Node) -> Node:
+    return _relation(system, system.graph.less(a, b))
+
+
+def _relation(system: MechanicalSystem, relation: Node) -> Node:
+    """Let the search for events know a relation."""
+    system.lowering.relations[relation] = None
+    return relation
+
+
+def with_rubbing(system: MechanicalSystem, known: Rubbing) -> MechanicalSystem:
+    """Return the system with what is known of frictions on coordinates without mass."""
+    if not known.modes:
+        return system
+    return replace(
+        system,
+        constraints=tuple(
+            replace(rows, mode=known.modes.get(rows.name, rows.mode)) for rows in system.constraints
+        ),
+        branches=(*system.branches, *known.branches),
+        assertions=(*system.assertions, *known.assertions),
+    )
