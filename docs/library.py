@@ -22,6 +22,7 @@ PACKAGES = (
     "rotational",
     "translational",
     "control",
+    "vehicle",
     "couplings",
     "fields",
     "constants",
