@@ -157,6 +157,13 @@ VALUES = {
         f" tread = 30 N.s/m, most = 1.2, {OF_A_TYRE}",
         "Driver": "preview = 3 m, gain = 0.5, T = 0.2 s, most = 20 deg",
     },
+    "space": {
+        "GravityGradient": "J = {{4, 1, 2}, {1, 5, 0.5}, {2, 0.5, 6}} kg.m^2, mu = 3 m^3/s^2",
+        "SunPressure": "area = 3 m^2, Cr = 1.7, P = 2 Pa, sun = {1, -2, 2}",
+        "ReactionWheel": "axis = {1, -2, 2}, motor = 0.3 N.m, J = 0.2 kg.m^2, most = 0.2 N.m, c = 0.05 N.m.s",
+        "Thruster": "axis = {1, -2, 2}, throttle = 0.4, thrust = 3 N, Isp = 100 s",
+        "MagneticTorquer": "dipole = 1e-20 A.m^2, most = 7e-21 A.m^2",
+    },
     "rotational": {
         "Rotor": "J = 0.4 kg.m^2",
         "SpringDamper": "k = 30 N.m/rad, c = 2 N.m.s, rest = 20 deg",
@@ -232,6 +239,10 @@ ASKED = {
     "magic_cosine": "{magic_cosine(s, 8, 1.1, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "limit": "{limit(0.1, 1.5, v) for v in {0, 0.3, 2}}",
     "held": "{held(u, 0.1 m, (2 m/s)*s) for u in {-0.2, 0.102, 0.05} m for s in {-1, 1}}",
+    "earth": "{earth({5000, 3000, 4000} km), earth({1000, -300, 9000} km)}",
+    "round_earth": "round_earth({5000, 3000, 4000} km)",
+    "earth_field": "earth_field({5000, 3000, 4000} km)",
+    "lit": "{lit({x, 1000, 500} km, {0.6, 0.8, 0}) for x in {9000, -9000, -1000}}",
     "cycloidal": "{cycloidal(s) for s in {-0.2, 0.3, 1.2}}",
     "polynomial345": "{polynomial345(s) for s in {-0.2, 0.3, 1.2}}",
     "cam_lift": "{cam_lift(a, 12 mm, 60 deg, 20 deg, 70 deg) for a in {-300, 30, 70, 100, 200, 400} deg}",
@@ -528,13 +539,8 @@ def test_every_value_is_given(package: str, name: str) -> None:
 
 def in_every_space(package: str) -> tuple[int, ...]:
     """Return the spaces in which the parts of a package may stand."""
-    return {
-        "couplings": (2, 3),
-        "elements": (2, 3),
-        "fields": (2, 3),
-        "spatial": (3,),
-        "vehicle": (2, 3),
-    }.get(package, (2,))
+    both = {"couplings", "elements", "fields", "vehicle"}
+    return (2, 3) if package in both else (3,) if package in ("spatial", "space") else (2,)
 
 
 def may_stand(package: str, name: str, n: int) -> bool:
