@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from itertools import takewhile
 from pathlib import Path
 
@@ -21,6 +22,8 @@ PACKAGES = (
     "rotational",
     "translational",
     "control",
+    "vehicle",
+    "space",
     "couplings",
     "fields",
     "constants",
@@ -28,9 +31,10 @@ PACKAGES = (
 
 HEAD = """# The standard library
 
-Nine packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Eleven packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
-frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Below the table of a part stands what it states: its masses, energies and
+frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
+limits = {-90, 90} deg);`; those that are not given are not there (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and
 forces, what closes a loop with it, and by `assert` where it ends; then examples that have one. Made from the library by
 `python docs/library.py`.
 """
@@ -85,7 +89,7 @@ def _value(function: ast.Function) -> str:
 
 def _table(model: ast.Model) -> str:
     rows = []
-    for item in model.body:
+    for item in _all(model.body):
         match item:
             case ast.Extends():
                 rows.append(f"| extends | `{item.base}` | | |\n")
@@ -96,14 +100,34 @@ def _table(model: ast.Model) -> str:
     return "".join(["| | name | default | |\n|---|---|---|---|\n", *rows])
 
 
+def _all(body: Iterable[ast.Statement]) -> Iterator[ast.Statement]:
+    """Return statements, those under conditions too."""
+    for item in body:
+        if isinstance(item, ast.If):
+            for branch in item.branches:
+                yield from _all(branch.body)
+        else:
+            yield item
+
+
 def _formulas(model: ast.Model) -> str:
     """Show what a part states: its masses, energies and forces, where its joint places what it carries, and its limits."""
     shown = [
-        " ".join(item.span.text.split())
-        for item in model.body
+        " ".join(f"{condition}{item.span.text}".split())
+        for condition, item in _conditioned(model.body)
         if not isinstance(item, (ast.Extends, ast.Draw, ast.Experiment, *KINDS))
     ]
     return "".join(["\n```modelica\n", *(f"{line}\n" for line in shown), "```\n"]) if shown else ""
+
+
+def _conditioned(body: Iterable[ast.Statement]) -> Iterator[tuple[str, ast.Statement]]:
+    """Return statements with the words of their condition, as ``if given(damping): ``."""
+    for item in body:
+        if isinstance(item, ast.If):
+            for branch in item.branches:
+                yield from ((f"if {print_expression(branch.condition)}: ", inner) for inner in branch.body)
+        else:
+            yield "", item
 
 
 def _used_in(package: str, model: ast.Model) -> str:

@@ -177,6 +177,9 @@ _ALL = (
     Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),
     Builtin("file", 1, 2, _S, "numbers of a CSV, NPZ or Matrix Market file: file(name), file(name, column)"),
     Builtin("size", 2, 2, _S, "number of elements along index k of an array, of rows for k = 1: size(A, k)"),
+    Builtin(
+        "given", 1, 1, _S, "true where the text around a component gives a name of it a value: given(damping)"
+    ),
     Builtin("concat", 2, None, _S, "vectors one behind the other, or matrices below each other"),
     Builtin("eigenvalues", 1, 1, _S, "real eigenvalues of a matrix of parameters, smallest first"),
     Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),

@@ -220,6 +220,7 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "solve": (PLANE, "solve({{n, 1, 0}, {0, 1, 0}, {0, 0, 4}}, a)", [-0.5, 2, 0.75]),
     "trace": (PLANE, "trace(outer(a, b))", [32]),
     "size": (PLANE, "size(outer(a, {1, 2}), 2) + n", [4]),
+    "given": (PLANE, "if given(n) then 1 else 5", [5]),
     "concat": (PLANE, "concat(b, n, a[2:3])", [4, 5, 6, 2, 2, 3]),
     "eigenvalues": (PLANE, "eigenvalues({{2, 1}, {1, 2}})", [1, 3]),
     "file": (PLANE, f'file("{ROOT}/tests/models/values/forces.csv", "force")/1 kN', [1.5, 2.5]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from mechc.lang import ast
-from mechc.lang.builtins import BUILTINS, Builtin, Category
+from mechc.lang.builtins import BUILTINS, Builtin
 from mechc.lang.diagnostics import Label
 
 from .. import types
@@ -52,7 +52,7 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     _check_count(scope, node, builtin)
     if name == "integral" and scope.flattening.interval is None:
         return _running_integral(scope, node)
-    if builtin.category is Category.QUERY or name == "integral":
+    if name in QUERY_RULES:
         return QUERY_RULES[name](Call(scope, node, name, []))
     interval = scope.flattening.interval
     if interval is not None and name in _OF_MOTIONS:

@@ -11,7 +11,7 @@ from mechc.suggest import closest
 
 from .. import types
 from ..instances.declared_types import fit
-from ..model import Apply, Element, Expression, Kind, Query, Role, Type
+from ..model import Apply, Element, Expression, Kind, Literal, Query, Role, Type
 from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
 from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of
@@ -112,6 +112,23 @@ def _closed(call: Call) -> Expression:
             help=f"its output 'creep({label.name})' is the speed where it ought to stick",
         )
     return _query(call, types.BOOLEAN, label.name)
+
+
+def _given(call: Call) -> Expression:
+    """Return whether a name of this component has a value from the text around it, which is known while compiling."""
+    node, instance = call.nodes[0], call.scope.instance
+    name = node.parts[0].name if isinstance(node, ast.Reference) and len(node.parts) == 1 else ""
+    known = {} if instance is None else {**instance.cls.declarations, **instance.cls.conditional}
+    if instance is None or name not in known or node.span.text != name:
+        near = closest(name, known)
+        raise call.scope.fail(
+            "E0212",
+            "'given' asks about a name that this model declares",
+            node.span,
+            help=f"did you mean '{near}'?" if near else "",
+        )
+    told = any(not m.rate and len(m.path) == 1 for m in instance.modifiers.get(name, ()))
+    return Literal(type=types.BOOLEAN, span=call.node.span, value=told)
 
 
 def effort_type(scope: Scope, by: ast.Effort, shape: tuple[int, ...]) -> Type:
@@ -347,6 +364,7 @@ QUERY_RULES: dict[str, Callable[[Call], Expression]] = {
     "potential_energy": _energy,
     "multiplier": _multiplier,
     "closed": _closed,
+    "given": _given,
     "power": _power,
     "momentum": _momentum,
     "reaction": _reaction,

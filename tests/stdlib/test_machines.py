@@ -1,0 +1,143 @@
+"""Nine small machines of library parts, each against statics, a closed form or SciPy; and how much shorter they are."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from gallery import load
+from gallery import run as run_example
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+
+def test_a_blade_has_the_frequencies_of_a_cantilever() -> None:
+    """b^2 sqrt(EI/(mu L^4)) with cos(b) cosh(b) = -1; 20 bars leave less than a hundredth."""
+    roots = [brentq(lambda b: math.cos(b) * math.cosh(b) + 1, low, low + 1) for low in (1.5, 4.2, 7.4)]
+    expected = [b**2 * math.sqrt(1e4 / (6 * 5.5**4)) for b in roots]
+    poles = [complex(*p) for p in load("helicopter_blade").linearize().details["poles"]]
+    found = sorted(p.imag for p in poles if p.imag > 0)[:3]
+    assert found == pytest.approx(expected, rel=1e-2)
+    assert found[0] == pytest.approx(expected[0], rel=2e-3)
+
+
+def test_a_belt_starts_a_machine() -> None:
+    s = run_example("belt_drive")
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        a, b, v, w = y
+        e, de = 0.06 * a - 0.15 * b, 0.06 * v - 0.15 * w
+        pull = 60e3 / 0.55 * e + 15 * de
+        T = max(0.0, 400 + pull) - max(0.0, 400 - pull)
+        load = 60 + 0.02 * w if w > 0 else min(60.0, 0.15 * T)
+        return [v, w, (30 - 0.06 * T) / 0.01, (0.15 * T - load) / 0.35 if w > 0 or 0.15 * T > 60 else 0.0]
+
+    found = solve_ivp(rate, (0, 0.5), [0, 0, 0, 0], "DOP853", rtol=1e-9, atol=1e-11, max_step=1e-4)
+    assert s["der(machine.angle)"][-1] == pytest.approx(found.y[3][-1], rel=1e-4)
+    assert s["belt.tight"] + s["belt.slack"] == pytest.approx(800, rel=0.2) and s["belt.slack"].min() == 0
+
+
+def test_a_valve_lifts_off_its_cam() -> None:
+    """Where the force of the contact, F0 + k s + c s' + m s'', vanishes on the cycloidal rise."""
+    s = run_example("valve_train")
+    w, beta, h = 3000 * math.pi / 30, math.pi / 3, 0.012
+
+    def push(t: float) -> float:
+        u = w * t / beta
+        lift = h * (u - math.sin(2 * math.pi * u) / (2 * math.pi))
+        speed = h * w / beta * (1 - math.cos(2 * math.pi * u))
+        return (
+            180
+            + 30e3 * lift
+            + 8 * speed
+            + 0.14 * 2 * math.pi * h * (w / beta) ** 2 * math.sin(2 * math.pi * u)
+        )
+
+    first = next(e.time for e in s.events if e.kind == "lift-off")
+    assert first == pytest.approx(brentq(push, 0.5 * beta / w, 0.75 * beta / w), rel=1e-6)
+
+
+def test_a_crane_stops_the_swing_of_its_load() -> None:
+    """Accelerated for one swing, the load hangs back by 2 a/g in its middle and not at all behind it: small angles."""
+    s = run_example("tower_crane")
+    assert s["load.angle"].min() == pytest.approx(-2 * 0.05 / 9.81, rel=1e-4)
+    after = s.time > 2 * math.pi * math.sqrt(20 / 9.81)
+    assert np.abs(s["load.angle"][after]).max() < 1e-6
+    assert s["load.tension"].min() > 29000
+
+
+def test_a_damper_on_its_rig() -> None:
+    """The force of a measured sine, by its formula; splines of 2000 points are as good as 1e-6."""
+    t = np.linspace(0, 4, 2001)
+    stroke = 0.02 * np.sin(3 * math.pi * t)
+    s = load("damper_rig").simulate(inputs={"stroke": (t, stroke)})
+    v = 0.02 * 3 * math.pi * np.cos(3 * math.pi * s.time)
+    assert s["damper.pull"] == pytest.approx(100 + 1000 * v + 300 * np.tanh(v / 0.15), abs=0.01)
+
+
+def test_a_hoist_jerks_its_load_off_the_ground() -> None:
+    s = run_example("rope_hoist")
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        rest = 12.05 - 0.25 * t
+        u, du = 12 - y[0] - rest, -y[1] + 0.25
+        F = max(0.0, 18e6 / rest * u + 4e3 * du) if u > 0 else 0.0
+        a = F / 2000 - 9.81
+        return [y[1], a if y[0] > 0 or a > 0 else 0.0]
+
+    found = solve_ivp(rate, (0, 2), [0.0, 0.0], "DOP853", rtol=1e-9, atol=1e-11, max_step=1e-3)
+    assert s["guide.position"][-1] == pytest.approx(found.y[0][-1], abs=1e-5)  # SciPy steps over the lift-off
+    assert s["rope.tension"].max() == pytest.approx(
+        2000 * 9.81 + 0.25 * math.sqrt(18e6 / 12 * 2000), rel=0.03
+    )
+
+
+def test_a_loader_lifts_by_virtual_work() -> None:
+    """Slowly: the force of the cylinder times its rate is the rate of the potential energy."""
+    s = run_example("front_loader")
+    power = np.gradient(s["energy.potential"], s.time, edge_order=2)
+    assert s["forces[1]"][2:-2] * 1e-3 == pytest.approx(power[2:-2], rel=1e-4)
+    assert s["pressure"] == pytest.approx(s["forces[1]"] / (2 * math.pi / 4 * 0.11**2), rel=1e-12)
+
+
+def test_a_servo_comes_to_rest_where_the_friction_holds() -> None:
+    """Within half of the play of 90 deg; the torque of the shaft is within the static friction, that of the motor within the losses."""
+    s = run_example("geared_servo")
+    assert math.degrees(s["load.angle"][-1]) == pytest.approx(90, abs=0.4)
+    assert abs(s["der(load.angle)"][-1]) < 1e-6
+    assert abs(s["shaft.torque"][-1]) <= 2.0 + 1e-6
+    assert s["motor.i"][-1] == pytest.approx(s["speed.y"][-1] / 0.32, rel=1e-6)
+    needed = abs(s["shaft.torque"][-1]) / 43
+    assert 0.72 * needed <= abs(0.0302 * s["motor.i"][-1]) + 1e-9
+    assert abs(0.0302 * s["motor.i"][-1]) <= needed / 0.72 + 1e-9
+    assert 0.7 * 24 / 0.0302 < s["der(rotor.angle)"].max() < 24 / 0.0302 or s["speed.y"].max() <= 24
+
+
+def test_a_car_changes_its_lane() -> None:
+    s = run_example("lane_change")
+
+    def magic(alpha: float, load: float) -> float:
+        x = 9.5 * alpha
+        return (
+            load
+            * 1.05
+            * (1 - 0.08 * (load / 4000 - 1))
+            * math.sin(1.35 * math.atan(x + 0.6 * (x - math.atan(x))))
+        )
+
+    def rate(t: float, q: np.ndarray) -> list[float]:
+        x, y, p, vx, vy, r, d = q
+        ahead, seen = x + 25 * math.cos(p), y + 25 * math.sin(p)
+        lane = 3.5 * min(max(ahead / 60 - 1, 0.0), 1.0)
+        u, v = math.cos(p) * vx + math.sin(p) * vy, -math.sin(p) * vx + math.cos(p) * vy
+        Ff = 2 * magic(d - math.atan2(v + 1.15 * r, u), 4223.75)
+        Fr = 2 * magic(-math.atan2(v - 1.55 * r, u), 3133.75)
+        fx, fy = -Ff * math.sin(d) + 5000 * (25 - u), Ff * math.cos(d) + Fr
+        ax = (math.cos(p) * fx - math.sin(p) * fy) / 1500
+        ay = (math.sin(p) * fx + math.cos(p) * fy) / 1500
+        dr = (1.15 * Ff * math.cos(d) - 1.55 * Fr) / 2600
+        return [vx, vy, r, ax, ay, dr, (0.25 * (lane - seen) / 25 - d) / 0.15]
+
+    found = solve_ivp(rate, (0, 8), [0, 0, 0, 25, 0, 0, 0], "DOP853", rtol=1e-9, atol=1e-10, max_step=0.02)
+    assert [s["pose.y"][-1], s["pose.angle"][-1]] == pytest.approx([found.y[1][-1], found.y[2][-1]], abs=1e-6)

@@ -1,0 +1,231 @@
+"""Tyres against the curves of another program, a car against its linear theory, a road against its spectrum."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechc
+
+BUS = """
+FNOMIN 3800 N, UNLOADED_RADIUS 0.376 m, PCX1 1.5587, PDX1 1.09, PDX2 -0.079328, PDX3 9.9376e-06, PEX1 0.27403, PEX2 0.10232, PEX3 0.074903,
+PEX4 -0.00026944, PKX1 19.733, PKX2 0.093405, PKX3 0.12433, PHX1 -0.001779, PHX2 0.00021808, PVX1 -9.9052e-06, PVX2 -2.8568e-05,
+RBX1 14.927, RBX2 -10.534, RCX1 1.1288, REX1 0.62334, REX2 -0.0039079, RHX1 0.001683, PTX1 1.9021, PTX2 -0.0014739, PTX3 0.03631,
+PCY1 1.4675, PDY1 0.94002, PDY2 -0.17669, PDY3 -0.69602, PEY1 0.0040023, PEY2 0.00085719, PEY3 41.465, PEY4 665.25, PKY1 -12.536,
+PKY2 1.3856, PKY3 -0.93342, PHY1 0.0024749, PHY2 0.0037538, PHY3 0.037561, PVY1 0.031255, PVY2 -0.0017359, PVY3 -0.38166, PVY4 -0.033117,
+RBY1 5.5228, RBY2 2.7966, RBY3 0.08688, RCY1 1.0783, REY1 0.055543, REY2 -0.0022958, RHY1 -0.0027141, RHY2 -0.00098972, RVY1 0.0076305,
+RVY2 -0.09933, RVY3 0.16991, RVY4 -9.6324e-05, RVY5 1.9, PTY1 1.8473, PTY2 1.9465, QBZ1 9.2824, QBZ2 -2.6095, QBZ3 -0.86548,
+QBZ4 -0.16332, QBZ5 -0.35511, QBZ9 13.946, QCZ1 1.1119, QDZ1 0.14332, QDZ2 -0.0062385, QDZ3 -0.43424, QDZ4 -8.1598, QDZ6 -0.0073867,
+QDZ7 0.0016767, QDZ8 -0.17212, QDZ9 -0.033444, QEZ1 -2.9203, QEZ2 -0.91079, QEZ4 0.32935, QEZ5 -1.9083, QHZ1 0.0019422, QHZ2 0.0034645,
+QHZ3 0.14727, QHZ4 -0.035133, SSZ1 0.026243, SSZ2 -0.013391, SSZ3 0.3923, SSZ4 -0.16022
+"""
+"""A tyre 185/80 R14 as published with Project Chrono (BSD licence), VW_microbus/json/mf_185_80R14.tir."""
+
+CURVES = [
+    (0, 0.05, 0, 3800, -102.9578094, -1983.153886, 78.68371924),
+    (0, -0.12, 0, 6000, -106.2296517, 4164.791533, -186.7026749),
+    (0, 0.02, 0.05, 2000, -65.72561266, -692.9025267, 5.375360654),
+    (0.05, 0, 0, 3800, 2911.700049, 6.663534651, 21.57724832),
+    (-0.15, 0, 0, 5000, -5323.854312, -15.20114805, -55.53891418),
+    (0.04, 0.06, 0, 3800, 1844.667944, -2218.947181, 79.59323308),
+    (-0.1, -0.08, 0.03, 4500, -3556.919468, 2600.788895, -64.77569592),
+    (0.3, 0.2, -0.04, 3000, 2260.978853, -1336.770688, 6.187463991),
+]
+"""Slip, side slip, camber, load; Fx, Fy, Mz of Chrono's ChPac02Tire::CalcFxyMz with Pacejka's weighting, compiled apart, without its 0.1 N in denominators
+and its bounds of slopes, and with the sign of PDY3 and of the slip of the trail as Pacejka (2006) and MFeval have them."""
+
+
+def bus() -> str:
+    return ", ".join(" = ".join(row.split(" ", 1)) for row in BUS.replace("\n", " ").strip().split(", "))
+
+
+def run(text: str, stop: float = 1.0, space: str = "planar", **given: Any) -> mechc.Solution:
+    whole = (
+        f"import mech.{space}.*;\nimport mech.vehicle.*;\nmodel M\n{text}\n"
+        f"  experiment(stop = {stop} s, tolerance = 1e-10);\nend M;\n"
+    )
+    solution = mechc.loads(whole).simulate(**given)
+    assert solution.outcome.value == "completed", solution.message
+    return solution
+
+
+def test_a_tyre_has_the_curves_of_another_program() -> None:
+    """Pure and combined slip, with camber, at several loads: to all ten digits that were printed."""
+    parts = "".join(
+        f"TyreCurves t{i}(kappa = {k}, alpha = {a} rad, gamma = {g} rad, Fz = {N} N, {bus()});\n"
+        for i, (k, a, g, N, *_) in enumerate(CURVES)
+    )
+    s = run(parts, 0.0, estimate_error=False)
+    for i, (*_, Fx, Fy, Mz) in enumerate(CURVES):
+        found = [float(s[f"t{i}.{name}"][0]) for name in ("Fx", "Fy", "Mz")]
+        assert found == pytest.approx([Fx, Fy, Mz], rel=2e-9), CURVES[i]
+
+
+CAR = """
+  parameter m = 1500 kg; parameter a = {a} m; parameter b = {b} m; parameter V = {V!r} m/s; parameter steer = 0 rad;
+  Body car(m = m, J = 2600 kg.m^2);
+  Planar pose(world -> car.a, x = 0 m, y = 0 m, angle = 0 rad, der(x) = V);
+  let weight = m*9.81 m/s^2;
+  Axle front(to = car.a * trans({{a, 0 m}}) * rot({steer}), load = weight*{front}/2, mu = 1.05, fall = 0.08, B = 9.5, C = 1.35, E = -0.6);
+  Axle rear(to = car.a * trans({{-b, 0 m}}), load = weight*{rear}/2, mu = 1.05, fall = 0.08, B = 9.5, C = 1.35, E = -0.6,
+            drive = 5000 N.s/m*(V - components(car.a, vel(car.a))[1]));
+"""
+
+
+def car(
+    V: float,
+    a: float = 1.15,
+    b: float = 1.55,
+    shares: tuple[float, float] | None = None,
+    steer: str = "steer",
+) -> str:
+    front, rear = shares or (b / (a + b), a / (a + b))
+    return CAR.format(V=V, a=a, b=b, front=front, rear=rear, steer=steer)
+
+
+def stiffness(load: float) -> float:
+    """Return the cornering stiffness of an axle with two wheels of a load."""
+    return 2 * load * 1.05 * (1 - 0.08 * (load / 4000 - 1)) * 1.35 * 9.5
+
+
+def bicycle(V: float, a: float, b: float, front: float, rear: float) -> np.ndarray:
+    """Return the matrix of side speed and yaw rate."""
+    Cf, Cr = stiffness(1500 * 9.81 * front / 2), stiffness(1500 * 9.81 * rear / 2)
+    return np.array(
+        [
+            [-(Cf + Cr) / (1500 * V), -(a * Cf - b * Cr) / (1500 * V) - V],
+            [-(a * Cf - b * Cr) / (2600 * V), -(a**2 * Cf + b**2 * Cr) / (2600 * V)],
+        ]
+    )
+
+
+def poles(text: str) -> np.ndarray:
+    whole = (
+        f"import mech.planar.*;\nimport mech.vehicle.*;\nmodel M\n{text}\n  experiment(stop = 1 s);\nend M;\n"
+    )
+    return np.array([complex(*pole) for pole in mechc.loads(whole).linearize().details["poles"]])
+
+
+def test_a_car_has_the_poles_of_the_bicycle_model() -> None:
+    L = 2.7
+    expected = np.linalg.eigvals(bicycle(25, 1.15, 1.55, 1.55 / L, 1.15 / L))
+    found = poles(car(25.0))
+    for pole in expected:
+        assert np.abs(found - pole).min() < 1e-9
+
+
+def test_a_car_that_oversteers_has_its_critical_speed() -> None:
+    """V^2 = Cf Cr L^2/(m (a Cf - b Cr)): below it straight running is stable, above it not."""
+    L, front, rear = 2.7, 0.45, 0.55
+    Cf, Cr = stiffness(1500 * 9.81 * front / 2), stiffness(1500 * 9.81 * rear / 2)
+    a, b = 1.5, 1.2  # the load is as if the mass were elsewhere: stiff in front
+    V = math.sqrt(Cf * Cr * L**2 / (1500 * (a * Cf - b * Cr)))
+    largest = []
+    for speed in (0.999 * V, 1.001 * V):
+        real = poles(car(speed, a, b, (front, rear))).real
+        largest.append(real[np.abs(real) > 1e-9].max())  # x, y and the heading are free: three poles are zero
+    assert largest[0] < 0 < largest[1]
+
+
+def test_a_steady_turn_shows_the_understeer_gradient() -> None:
+    """steer = L/R + K a, K = m (b/Cf - a/Cr)/L, for small angles."""
+    s = run(car(30.0).replace("steer = 0 rad", "steer = 0.001 rad") + "output r = der(pose.angle);", 5.0)
+    Cf, Cr = stiffness(1500 * 9.81 * 1.55 / 2.7 / 2), stiffness(1500 * 9.81 * 1.15 / 2.7 / 2)
+    K = 1500 * (1.55 / Cf - 1.15 / Cr) / 2.7
+    assert s["r"][-1] == pytest.approx(
+        0.001 * 30 / (2.7 + K * 30**2), rel=1e-4
+    )  # slips of 0.03: cubes are 1e-3, curves bend by a tenth of that
+
+
+def test_a_driver_changes_the_lane() -> None:
+    lane = "if driver.ahead < 50 m then 0 m elseif driver.ahead < 110 m then (3.5 m)*(1 - cos(pi*(driver.ahead - 50 m)/60 m))/2 else 3.5 m"
+    s = run(car(20.0, steer="driver.steer") + f"Driver driver(to = car.a, lane = {lane});", 12.0)
+    assert s["pose.y"][-1] == pytest.approx(3.5, abs=0.01)
+    assert s["pose.y"].max() < 3.9 and np.abs(s["front.alpha"]).max() < 0.1
+
+
+def test_a_road_has_its_spectrum() -> None:
+    """Its variance is the integral of the density; heights differ by seeds, and are the same again."""
+    s = run(
+        "output z = random_road((20 m/s)*time, 64, 3); output other = random_road((20 m/s)*time, 64, 4);",
+        100.0,
+        estimate_error=False,
+    )
+    variance = 64e-6 * 0.01 * (1 / 0.011 - 1 / 2.83)
+    for name in ("z", "other"):
+        assert np.mean(s[name] ** 2) == pytest.approx(variance, rel=0.15)  # 22 waves of the longest
+    assert np.abs(np.corrcoef(s["z"], s["other"])[0, 1]) < 0.6
+
+
+WHEEL = """gravity {{0, 0, -9.81}} m/s^2; frame hub;
+  Body wheel(m = 387.4 kg, J = diag({{1, 2, 1}} kg.m^2));
+  {guide}
+  Revolute axle(hub -> wheel.a, axis = {{0, 1, 0}}{spin});
+  Tyre tyre(world -> wheel.a, VERTICAL_STIFFNESS = 1.75e5 N/m, VERTICAL_DAMPING = 8000 N.s/m, QSY1 = 0, {bus});
+"""
+
+
+def wheel(guide: str, spin: str = "") -> str:
+    return WHEEL.format(guide=guide, spin=spin, bus=bus())
+
+
+def test_a_wheel_that_is_pulled_askew() -> None:
+    """At 0.05 rad of side slip its force rises as 1 - exp(-x/sigma) while it is small, and becomes that of TyreCurves."""
+    guide = "coordinate Length s; drive s = (10 m/s)*time; coordinate Length z ~ 0.35429 m; initial z = 0.3542827 m; place hub = world * trans({s*cos(0.05 rad), s*sin(0.05 rad), z});"
+    rolling = 10 * math.cos(0.05) / 0.376
+    s = run(
+        wheel(guide, f", der(angle) = {rolling!r} rad/s")
+        + f"TyreCurves rig(kappa = tyre.kappa, alpha = tyre.alpha, Fz = tyre.Fz, {bus()}); output sy = tyre.sy; output alpha = tyre.alpha;",
+        1.0,
+        "spatial",
+    )
+    sigma = s["sy"][0]
+    x = 10 * math.cos(0.05) * s.time
+    expected = np.arctan(math.tan(0.05) * (1 - np.exp(-x / sigma)))
+    assert s["alpha"][:200] == pytest.approx(
+        expected[:200], rel=2e-3
+    )  # the load, and sigma with it, settles by 0.1 %
+    assert s["alpha"][-1] == pytest.approx(0.05, rel=1e-6)
+    assert s["tyre.Fy"] == pytest.approx(s["rig.Fy"], rel=1e-9)
+
+
+def test_a_wheel_at_rest_holds_on_a_slope() -> None:
+    """Its brake is on: the tread bends by as much as carries the weight, and it stays; it does not creep."""
+    guide = "Translation free(world -> hub, position = {0, 0, 0.3542827} m);"
+    s = run(
+        wheel(guide)
+        .replace("{0, 0, -9.81} m/s^2", "{-1, 0, -9.81} m/s^2")
+        .replace("Revolute axle(", "Weld axle(")
+        .replace(", axis = {0, 1, 0}", ""),
+        12.0,
+        "spatial",
+    )
+    assert s["tyre.Fx"][-1] == pytest.approx(387.4, rel=1e-4)
+    assert abs(s["free.position[1]"][-1]) < 0.01
+    assert np.abs(s["der(free.position[1])"][-50:]).max() < 1e-5
+
+
+def test_a_wheel_that_hops_and_lands() -> None:
+    """Dropped from 5 cm it lifts off and comes back; in the air no force acts, and the flight is a parabola."""
+    guide = "Translation free(world -> hub, position = {0, 0, 0.426} m, der(position) = {10, 0, 0} m/s);"
+    s = run(wheel(guide, ", der(angle) = 26 rad/s").replace("= 8000 N.s/m", "= 500 N.s/m"), 1.0, "spatial")
+    fly = s["tyre.Fz"] == 0
+    assert fly[0] and not fly.all() and (np.diff(fly.astype(int)) == 1).any()
+    assert (s["tyre.Fx"][fly] == 0).all() and (s["tyre.Fy"][fly] == 0).all()
+    assert s["free.position[3]"][-1] > 0.3
+
+
+def test_a_locked_wheel_slides_to_a_stop() -> None:
+    """From 10 m/s with its friction at full slip; then it rests on its bent tread."""
+    guide = "Translation free(world -> hub, position = {0, 0, 0.3542827} m, der(position) = {10, 0, 0} m/s);"
+    text = wheel(guide).replace("Revolute axle(", "Weld axle(").replace(", axis = {0, 1, 0}", "")
+    s = run(text, 4.0, "spatial")
+    force = -float(
+        run(f"TyreCurves t(kappa = -1, Fz = 3800.394 N, {bus()});", 0.0, estimate_error=False)["t.Fx"][0]
+    )
+    assert abs(s["der(free.position[1])"][-1]) < 1e-3
+    # between the way with the friction of full slip and that with the largest one, through which the slip builds up
+    assert 0.9 * 387.4 * 50 / force < s["free.position[1]"][-1] < 387.4 * 50 / force
