@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from .functions import Functions
     from .requests.request import Asked
     from .runtime.ensembles.result import Ensemble
-    from .runtime.environments.environment import Environment
-    from .runtime.environments.environments import Environments
-    from .runtime.environments.stepper import Stepper
     from .runtime.results.streamed import Streamed
+    from .runtime.studies.environments.environment import Environment
+    from .runtime.studies.environments.environments import Environments
+    from .runtime.studies.environments.stepper import Stepper
     from .runtime.studies.findings import Findings
     from .runtime.studies.kinds.sweep import Runs
     from .runtime.studies.study import Answer
@@ -254,6 +254,43 @@ class Model(CompiledModel):
         return self._environments(
             n, dt, method, substeps, tolerance, max_steps, set, experiment, reproducible, threads, lanes
         )
+
+    def gym(
+        self,
+        task: str,
+        n: int | None = None,
+        *,
+        threads: int = 1,
+        lanes: str = "auto",
+        set: Mapping[str, Given] | None = None,
+        **settings: Any,
+    ) -> Any:
+        """Return a task of the file, ``study NAME = task(...)``, as an environment of Gymnasium, or ``n`` as a ``VectorEnv``.
+
+        ``settings`` come before those of the file. Actions are the inputs in SI, between the bounds that they declare. Needs the package
+        ``gymnasium`` (``pip install 'mechc[gym]'``). Raises UsageMistake, SimulationError for what does not fit the model.
+        """
+        try:
+            from .gym import ManyEnvs, OneEnv
+        except ImportError:
+            raise UsageMistake(
+                "tasks are learnt through the package gymnasium, which is not installed",
+                "pip install 'mechc[gym]'",
+            ) from None
+        from .session import episodes
+
+        stated = self.studies.get(task)
+        if stated is None or stated.kind != "task":
+            tasks = [name for name, study in self.studies.items() if study.kind == "task"]
+            raise UsageMistake(
+                f"'{self.name}' states no task '{task}'",
+                f"there are {', '.join(tasks)}"
+                if tasks
+                else 'as in study swing = task(observe = "sin(a)", reward = "cos(a)", every = 20 ms, stop = 10 s);',
+            )
+        model, asked = self._asked("task", set, {**stated.settings, **settings})
+        begun = episodes(model, asked, n or 1, lanes if n else "off", threads)
+        return OneEnv(begun) if n is None else ManyEnvs(begun)
 
     def _environments(
         self,

@@ -20,7 +20,6 @@ from .requests.request import Asked, holds_formulas
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.integrate.little_work import BetterCodePays, little_work
 from .runtime.memo import once
-from .runtime.methods import KERNEL_METHODS
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
@@ -31,10 +30,11 @@ from .solution import Solution
 
 if TYPE_CHECKING:
     from .cluster_payload import SentQuestion
-    from .runtime.ensembles.lanes import Wanted
+    from .runtime.ensembles.lanes import Maker, Wanted
     from .runtime.ensembles.recipe import Recipe
-    from .runtime.environments.environments import Environments, Wishes
-    from .runtime.environments.stepper import Stepper
+    from .runtime.studies.environments.environments import Environments, Wishes
+    from .runtime.studies.environments.episodes import Episodes
+    from .runtime.studies.environments.stepper import Stepper
 
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
@@ -132,9 +132,10 @@ def answered(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Answer]
 
 def begin(model: CompiledModel, asked: Asked) -> Stepper:
     """Begin a run that the caller takes on, piece by piece."""
-    from .runtime.environments.stepper import Stepper
+    from .runtime.studies.environments.stepper import Stepper
 
-    return Stepper(*_to_be_stepped(model, asked))
+    problem, question = _posed(model, asked)
+    return Stepper(problem, question, _wishes(model))
 
 
 def environments(
@@ -142,36 +143,48 @@ def environments(
 ) -> Environments:
     """Make environments of a model whose control steps last as long as the question says that its output is apart; ``n``: None is
     one by itself, without the axis of many. Raises SimulationError."""
-    from .runtime.ensembles.lanes import CHOICES, Maker
-    from .runtime.environments.environment import Environment
-    from .runtime.environments.environments import Environments
+    from .runtime.ensembles.lanes import CHOICES
+    from .runtime.studies.environments.environment import Environment
+    from .runtime.studies.environments.environments import Environments, control_steps
 
     one_of(lanes, CHOICES, "choice of lanes")
-    problem, question, wishes = _to_be_stepped(model, asked)
+    problem, question = _posed(model, asked)
     assert isinstance(question, SimulationOptions)
     period = question.every
     if period is None or not (math.isfinite(period) and period > 0):
         raise UsageMistake("a control step lasts a time above zero", 'as in dt="2 ms"')
-    fixed = KERNEL_METHODS.get(question.method or "")
-    step = period / substeps if fixed is not None and fixed.fixed_step else None
-    question = replace(question, every=None, step=step)
-
-    def make_lanes(wanted: Wanted, by: str) -> Path:
-        return model.lanes(by, _needs(asked), wanted, by)
-
-    wishes = replace(
-        wishes, n=n or 1, period=period, substeps=substeps, lanes=Maker(make_lanes, lanes), **bounds
-    )
-    return (Environment if n is None else Environments)(problem, question, wishes)
+    options, wishes = control_steps(question, _wishes(model), period, substeps)
+    wishes = replace(wishes, n=n or 1, lanes=_lanes_of(model, asked, lanes), **bounds)
+    return (Environment if n is None else Environments)(problem, options, wishes)
 
 
-def _to_be_stepped(model: CompiledModel, asked: Asked) -> tuple[Problem, Any, Wishes]:
-    """Return what environments are made of."""
-    from .runtime.environments.environments import Wishes
+def episodes(model: CompiledModel, asked: Asked, n: int, lanes: str, threads: int) -> Episodes:
+    """Begin the episodes of a task. Raises UsageMistake, SimulationError."""
+    from .runtime.ensembles.lanes import CHOICES
+    from .runtime.studies.kinds.task import Task
 
+    one_of(lanes, CHOICES, "choice of lanes")
     problem, question = _posed(model, asked)
+    if not isinstance(question, Task):
+        raise UsageMistake(
+            "this is no task", 'study swing = task(observe = "sin(a)", reward = "cos(a)", ...);'
+        )
+    made = _lanes_of(with_formulas(model, asked), asked, lanes)
+    return question.environments(problem, replace(_wishes(model), n=n, threads=threads, lanes=made))
+
+
+def _lanes_of(model: CompiledModel, asked: Asked, lanes: str) -> Maker:
+    from .runtime.ensembles.lanes import Maker
+
+    return Maker(lambda wanted, by: model.lanes(by, _needs(asked), wanted, by), lanes)
+
+
+def _wishes(model: CompiledModel) -> Wishes:
+    """Return what the model says to environments of it."""
+    from .runtime.studies.environments.environments import Wishes
+
     advice = "" if _foreseen(model) else PASSED_BY
-    return problem, question, Wishes(moving=_moving_inputs(model), at_singular_positions=advice)
+    return Wishes(moving=_moving_inputs(model), at_singular_positions=advice)
 
 
 def plan(model: CompiledModel, asked: Asked) -> Plan:
@@ -216,7 +229,8 @@ def _posed_anew(model: CompiledModel, asked: Asked, method: str | None, quick: b
             "a curve has a range: 'independent x from a to b;'",
         )
     problem = problem_of(model, asked, method, quick=quick)
-    return problem, study(asked, problem)
+    question = study(asked, problem)
+    return problem, replace(question, wishes=_wishes(model)) if question.of_environments else question
 
 
 def problem_of(

@@ -14,18 +14,29 @@ from msgspec import Meta, Struct, field
 
 KINDS = (
     *("time", "number", "count", "flag", "text", "names", "place", "ranges", "directions"),
-    *("formula", "formulas", "surface", "interval", "energy", "free", "amounts", "data", "point"),
+    *(
+        "formula",
+        "formulas",
+        "condition",
+        "surface",
+        "interval",
+        "energy",
+        "free",
+        "amounts",
+        "data",
+        "point",
+    ),
     *("varying", "kept", "share", "matrix", "seconds", "cluster", "frequencies"),
 )
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
 names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs, a
-formula of the model (``Formula``), several with or without names, where a formula has a value (``Surface``), a time or a
+formula of the model (``Formula``), several with or without names, a condition (1 where it holds), where a formula has a value (``Surface``), a time or a
 formula of it, an energy,
 what a search may change (``Free``), amounts of quantities, measured motions, a point by its coordinates, the members of an
 ensemble (``ensembles/members.py``), what is kept of them (``Kept``), all, none or a share, a matrix of numbers, seconds of a
 clock, a Dask cluster, frequencies (``Frequencies``)."""
 
-FORMULAS = ("formula", "formulas", "surface", "interval", "kept")
+FORMULAS = ("formula", "formulas", "condition", "surface", "interval", "kept")
 """The kinds that may hold formulas, which are compiled with the model."""
 
 FROM_OUTSIDE = ("data", "varying", "cluster")

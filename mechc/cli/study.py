@@ -36,6 +36,7 @@ METAVARS |= {
     "ranges": 'NAME="LOW .. HIGH"',
     "formula": "FORMULA",
     "formulas": '"A, B" or "P=A, Q=B"',
+    "condition": "CONDITION",
     "surface": '"FORMULA = VALUE"',
     "interval": "TIME",
     "energy": "ENERGY",

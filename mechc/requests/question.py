@@ -236,6 +236,8 @@ def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = (
                 if tidy(formula) not in problem_names or "=" in one:
                     found[f"{output_of(setting)}_{k}"] = formula
             continue
+        if setting.kind == "condition":
+            text = f"if {given} then 1 else 0"
         if setting.kind == "surface":
             left, right = sides(setting, given)
             text = left if is_value(right) else f"({left}) - ({right})"
@@ -259,6 +261,10 @@ def _several(setting: Setting, given: object, problem: Problem) -> tuple[Formula
 def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
     text = _text(setting, given, problem)
     return Formula(_named(setting, text, problem), text.strip())
+
+
+def _condition(setting: Setting, given: object, problem: Problem) -> Formula:
+    return Formula(output_of(setting), _text(setting, given, problem).strip())
 
 
 def _named(setting: Setting, text: str, problem: Problem) -> str:
@@ -355,6 +361,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "directions": _directions,
     "formula": _formula,
     "formulas": _several,
+    "condition": _condition,
     "surface": _surface,
     "interval": _interval,
     "energy": _energy,

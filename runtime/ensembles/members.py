@@ -155,7 +155,7 @@ def _drawn(
     rows = np.empty_like(places)
     for k, one in enumerate(spreads):
         if k not in normal:
-            rows[:, k] = _quantile(one, places[:, k])
+            rows[:, k] = quantile(one, places[:, k])
     if covariance is not None:
         rows[:, normal] = _correlated([spreads[k] for k in normal], places[:, normal], covariance)
     names, units = zip(*((one.name, one.unit) for one in spreads), strict=True)
@@ -184,7 +184,7 @@ def _places(count: int, samples: int, seed: int, sampling: str) -> tuple[Array, 
     return np.clip(places, 2.0**-54, 1 - 2.0**-53), remarks
 
 
-def _quantile(one: Spread, places: Array) -> Array:
+def quantile(one: Spread, places: Array) -> Array:
     """Give the values at which the distribution function has the given values."""
     from scipy.special import ndtri
 

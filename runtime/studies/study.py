@@ -45,7 +45,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
     ``of_curves``: it is asked about a curve, and not about a motion. ``of_members``: it runs many members,
     which ``others`` may follow. ``of_own_states``: it tells of the states on which the motion depends (``Problem.own``).
-    ``of_past``: it answers for models with delays, whose state is all that was within the longest delay.
+    ``of_environments``: it steps the model (``wishes``). ``of_past``: it answers for models with delays, whose state is all that was within the longest delay.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
@@ -57,6 +57,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     of_members: ClassVar[bool] = False
     of_own_states: ClassVar[bool] = False
     of_past: ClassVar[bool] = False
+    of_environments: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""

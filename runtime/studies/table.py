@@ -54,6 +54,11 @@ STUDIES = {
             "kinds.ensemble:EnsembleOf",
         ),
         Kind(
+            "task",
+            "What is to be learnt, and what comes of leaving the inputs as they are?",
+            "kinds.task:Task",
+        ),
+        Kind(
             "linearize",
             "What linear system is it near a state, between inputs and outputs?",
             "kinds.linearize:Linearize",

@@ -24,6 +24,7 @@ LONG = {
     "cluster",
     "device",
     "batches_of_gradients",
+    "learning",
     "long_results",
     "basins",
     "controller_that_knows_the_model",
@@ -49,6 +50,8 @@ def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     for library in ("casadi", "jax"):
         if f"--target {library}" in page.read_text(encoding="utf-8"):
             pytest.importorskip(library, reason=f"needs {library}: pip install 'mechc[{library}]'")
+    if ".gym(" in page.read_text(encoding="utf-8"):
+        pytest.importorskip("gymnasium", reason="needs Gymnasium: pip install 'mechc[gym]'")
     if "--workers" in page.read_text(encoding="utf-8"):
         pytest.importorskip("distributed", reason="needs Dask: pip install 'mechc[cluster]'")
     if "--device" in page.read_text(encoding="utf-8"):

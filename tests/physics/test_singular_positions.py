@@ -179,7 +179,9 @@ def test_step_by_step_says_what_may_help(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(SimulationError, match="out of reach") as met, mechc.loads(LOCKED).start() as sim:
         sim.step(2.0)
     assert met.value.help == ""
-    monkeypatch.setattr("mechc.runtime.environments.environments.with_cause", lambda _, failure: failure)
+    monkeypatch.setattr(
+        "mechc.runtime.studies.environments.environments.with_cause", lambda _, failure: failure
+    )
     with pytest.raises(SimulationError, match="singular") as met, mechc.loads(LOCKED).start() as sim:
         sim.step(2.0)
     assert 'keep={"compliance"}' in met.value.help

@@ -12,17 +12,18 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from ..case import Case, SimulationOptions, inputs_at
-from ..driving_inputs import derived
-from ..ensembles.lanes import Lanes, Maker, NoLanes, find_lanes, refuse_lanes
-from ..integrate.kernel_failure import kernel_failure
-from ..integrate.solver import kink_times, method_of, table_structs
-from ..native import kernel as native
-from ..native.status import Status
-from ..outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
-from ..problem import Array, Problem
-from ..results.diagnosis import with_cause
-from ..studies.runs.simulate import plan_run
+from ...case import Case, SimulationOptions, inputs_at
+from ...driving_inputs import derived
+from ...ensembles.lanes import Lanes, Maker, NoLanes, find_lanes, refuse_lanes
+from ...integrate.kernel_failure import kernel_failure
+from ...integrate.solver import kink_times, method_of, table_structs
+from ...methods import KERNEL_METHODS
+from ...native import kernel as native
+from ...native.status import Status
+from ...outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
+from ...problem import Array, Problem
+from ...results.diagnosis import with_cause
+from ..runs.simulate import plan_run
 from .native import EnvironmentsStruct, functions_of, load_environments
 
 LONGEST = 1000
@@ -49,6 +50,16 @@ class Wishes(Struct, frozen=True, kw_only=True):
     """Inputs that the model gives as functions of time, so that they cannot be set."""
     at_singular_positions: str = ""
     """What helps where constraints become dependent on the way."""
+
+
+def control_steps(
+    options: SimulationOptions, wishes: Wishes, period: float, substeps: int
+) -> tuple[SimulationOptions, Wishes]:
+    """Return what environments are made of whose control steps last a period [s]; a method with steps of one size takes so many
+    in each."""
+    row = KERNEL_METHODS.get(options.method or "")
+    step = period / substeps if row is not None and row.fixed_step else None
+    return replace(options, every=None, step=step), replace(wishes, period=period, substeps=substeps)
 
 
 class Names(Struct, frozen=True):
@@ -106,10 +117,11 @@ class Environments:
             tuple(q.name for q in problem.discretes),
         )
         parts = (self._y[:, :nq], self._y[:, nq : nq + nv], self._y[:, nq + nv :])
-        self._views = tuple(map(_read_only, (*parts, self._z, self._t, self._status)))
+        self._views = tuple(map(_read_only, (*parts, self._z, self._t, self._status, self._y)))
         tables = {k: t for k, t in case.tables.items() if k not in set(held)}
         self._case = replace(case, tables=tables, grid=np.empty(0), max_step=LONGEST * case.max_step)
         self._nominal = plan.nominal
+        self.stop = case.stop - case.begin
         self._open(method.name)
 
     def _open(self, method: str) -> None:
@@ -206,6 +218,21 @@ class Environments:
     def __del__(self) -> None:
         if hasattr(self, "_at"):
             self.close()
+
+    @property
+    def states(self) -> Array:
+        """All of the state [n, .]: ``q``, ``v`` and ``x`` side by side."""
+        return self._views[6]
+
+    @property
+    def start(self) -> Array:
+        """The state in which the model begins."""
+        return self._start
+
+    @property
+    def held(self) -> list[int]:
+        """The inputs of the model that the columns of ``u`` are."""
+        return self._held
 
     @property
     def n(self) -> int:

@@ -6,9 +6,9 @@ import math
 
 from msgspec.structs import replace
 
-from ..case import SimulationOptions
-from ..outcome import SimulationError, time_text
-from ..problem import Problem
+from ...case import SimulationOptions
+from ...outcome import SimulationError, time_text
+from ...problem import Problem
 from .environment import Environment
 from .environments import Saved, Wishes
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from mechc.suggest import suggest
 
-from ..allowed_values import check_input
-from ..case import SimulationOptions, inputs_at
-from ..driving_inputs import derived
-from ..native import kernel as native
-from ..outcome import SimulationError, time_text
-from ..problem import Array, Problem
+from ...allowed_values import check_input
+from ...case import SimulationOptions, inputs_at
+from ...driving_inputs import derived
+from ...native import kernel as native
+from ...outcome import SimulationError, time_text
+from ...problem import Array, Problem
 from .environments import Environments, Wishes
 
 

@@ -7,9 +7,9 @@ import functools
 import sys
 from ctypes import POINTER, Structure, c_double, c_int, c_long, c_size_t, c_void_p
 
-from ..native import kernel as native
-from ..native.build import LINK, build_shared, kernel_flags
-from ..native.selection import needed
+from ...native import kernel as native
+from ...native.build import LINK, build_shared, kernel_flags
+from ...native.selection import needed
 
 FROM_KERNEL = (
     *("create", "free", "advance", "write", "restart"),
