@@ -1,4 +1,5 @@
-"""Make docs/commands.md, the reference of the command line, from the commands themselves: ``python docs/commands.py``."""
+"""Make docs/commands.md, the reference of the command line, and the tables of settings in docs/studies.md from the commands
+themselves: ``python docs/commands.py``."""
 
 from __future__ import annotations
 
@@ -21,6 +22,9 @@ the commands by `python docs/commands.py`.
 An option that takes a value is written `--stop 10` or `--stop=10`; values with a blank are quoted, `--stop "10 s"`. An option
 that is given twice is refused, but where it may be repeated.
 """
+
+SETTINGS = "| setting | |\n|---|---|"
+"""The head of the tables that are made in docs/studies.md."""
 
 CODES = (
     (failures.COMPLETED, "done; a run completed, or was ended by its `terminate`"),
@@ -77,8 +81,37 @@ def _sections(command: click.Command, context: click.Context, told: Sequence[str
     if rows := [row for row in (*_rows(command, context), *shared) if row not in told]:
         yield "\n| option | |\n|---|---|\n"
         yield from rows
+    if command.name == "study":
+        yield "\nThose of each study are in its section of [studies](studies.md).\n"
+        return
     for name, one in inner.items():
         yield from _sections(one, click.Context(one, context, info_name=name), shared)
+
+
+def studies(text: str) -> str:
+    """Return the text of studies.md with the settings of each study at the end of its section."""
+    root = click.Context(mechc, info_name="mechc")
+    group = mechc.get_command(root, "study")
+    assert isinstance(group, click.Group)
+    context = click.Context(group, root, info_name="study")
+    rows = {}
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        assert command is not None
+        rows[name] = _rows(command, context)
+    shared = [row for row in rows["simulate"] if all(row in others for others in rows.values())]
+    of_a_run = [row for row in rows["virial"] if row in rows["simulate"] and row not in shared]
+    head, *parts = re.split(r"^(?=## )", text, flags=re.MULTILINE)
+    for k, part in enumerate(parts):
+        name = part.partition("\n")[0].removeprefix("## ")
+        if name not in rows:
+            continue
+        all_of_a_run = set(of_a_run) <= set(rows[name]) and name != "simulate"
+        own = [row for row in rows[name] if row not in (shared + of_a_run if all_of_a_run else shared)]
+        run = ["| those of a [run](#simulate) | |\n"] if all_of_a_run else []
+        table = "".join([f"{SETTINGS}\n", *run, *own]) if run or own else ""
+        parts[k] = f"{part.partition(SETTINGS)[0].rstrip()}\n\n{table}" + ("\n" if table else "")
+    return "".join([head, *parts])
 
 
 def _rows(command: click.Command, context: click.Context) -> list[str]:
@@ -117,3 +150,5 @@ if __name__ == "__main__":
 
     require_own_installation()
     (HERE / "commands.md").write_text(page(), encoding="utf-8")
+    of_studies = HERE / "studies.md"
+    of_studies.write_text(studies(of_studies.read_text(encoding="utf-8")), encoding="utf-8")

@@ -27,6 +27,7 @@ from .c_main import (
 from .compiler.pipeline import program_with
 from .requests.parse_values import UsageMistake
 from .runtime.methods import KERNEL_METHODS, RUNS_ALL, parts_for
+from .targets import MODULES
 
 if TYPE_CHECKING:
     from .compiler.program.model import Program
@@ -64,8 +65,8 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
     model = with_weights(model)
     name = stem_of(model)
     match target:
-        case "python" | "casadi" | "jax":
-            module = Path(_MODULES[target].format(re.sub(r"\W", "_", name)))  # what Python can import
+        case target if target in MODULES:
+            module = Path(MODULES[target].file.format(re.sub(r"\W", "_", name)))  # what Python can import
             return _write({output or module: _module(without_bends(model), target)})
         case "c":
             folder = output or Path(f"{name}_c")
@@ -89,7 +90,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             files = c_files(with_own_sizes(program, run), defaults, parts)
             return _write({folder / file: text for file, text in files.items()})
         case _:
-            raise UsageMistake(f"there is no target '{target}'", "python, c, casadi or jax")
+            raise UsageMistake(f"there is no target '{target}'", f"c, {', '.join(MODULES)}")
 
 
 def ready_code(model: CompiledModel) -> Problem:
@@ -112,13 +113,6 @@ def with_weights(model: CompiledModel) -> CompiledModel:
         return model
     failure = failure_at_start(case)
     return compliant(model) if failure is not None and failure.kind == SINGULAR_MASS else model
-
-
-MOST_NUMBERS = 2000
-"""Numbers of a table for CasADi."""
-
-_MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
-"""Names of the modules; none is that of a library."""
 
 
 def without_bends(model: CompiledModel) -> CompiledModel:
@@ -187,39 +181,33 @@ def _module(model: CompiledModel, target: str) -> str:
             f"'{program.name}' has delays, and a module of functions of the present state keeps no past",
             "the targets c, fmu and web run it",
         )
-    if target == "python":
-        refuse_driving_inputs(model, "a Python module")
-        from .compiler.targets.python import emit_python
-
-        begin = begin_of(model)
+    written = MODULES[target]
+    begin = begin_of(model)
+    if written.runs:
+        refuse_driving_inputs(model, f"a {written.title} module")
         ran = default_run(model)
         sizes = ran[1].motion.own_sizes if ran is not None else {}
         nominal = [sizes.get(e.name, x) for e, x in zip(program.arrays["y"], begin.nominal, strict=True)]
-        return emit_python(program, replace(begin, nominal=nominal))
-    if program.switching is not None:
+        begin = replace(begin, nominal=nominal)
+    elif program.switching is not None:
         raise UsageMistake(
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which has no "
             "derivative where it does",
             "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
         )
-    if target in ("casadi", "jax") and any(
+    if not written.noise and any(
         type(s) is Operate and s.code == NORMAL for f in program.functions for body in f.bodies for s in body
     ):
         raise UsageMistake(
-            f"'{program.name}' has noise, whose whole numbers of 64 bits {'CasADi' if target == 'casadi' else 'JAX'} does not know",
+            f"'{program.name}' has noise, whose whole numbers of 64 bits {written.title} does not know",
             "make it an input, and give that as you like; the targets python, c, fmu and web have the noise itself",
         )
-    if (
-        target == "casadi"
-        and (long := max((len(t.values) for t in program.tables), default=0)) > MOST_NUMBERS
-    ):
+    if (long := max((len(t.values) for t in program.tables), default=0)) > written.longest_table:
         raise UsageMistake(
-            f"'{program.name}' has a table of {long} numbers, which CasADi's symbols would write out one by one",
-            f"up to {MOST_NUMBERS} are possible; the targets jax, python, c and fmu read tables of any length",
+            f"'{program.name}' has a table of {long} numbers, which {written.title}'s symbols would write out one by one",
+            f"up to {written.longest_table:g} are possible; the targets jax, python, c and fmu read tables of any length",
         )
-    from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
-
-    return emit_differentiable(program, CASADI if target == "casadi" else JAX, begin_of(model))
+    return written.emitter()(program, begin)
 
 
 def refuse_driving_inputs(model: CompiledModel, target: str, given: Collection[str] = ()) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
 from mechc.suggest import suggest
@@ -103,9 +103,8 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
         return IN_MEMORY if self.follower is None else self.follower.storage
 
 
-class Case(Struct, frozen=True, eq=False):
-    """A problem whose run can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
-    unless it was given. ``wanted``: the initial state as given and guessed, of which the ``known`` entries are
+class Case(TimeSpan, frozen=True, kw_only=True, eq=False):
+    """A problem whose run can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``wanted``: the initial state as given and guessed, of which the ``known`` entries are
     given; ``assembled`` tells how y0 was made from it, None where nothing constrains it."""
 
     problem: Problem
@@ -118,17 +117,9 @@ class Case(Struct, frozen=True, eq=False):
     wanted: Array
     assembled: Assembled | None
     tables: Mapping[int, Table]
-    begin: float
-    stop: float
-    grid: Array
     method: str
-    tolerance: float
-    step: float | None
-    max_step: float
     asked: SimulationOptions | None = None
     """The options that it was made from."""
-    every: float | None = None
-    """The spacing of the output that was asked for, None where its points are spread evenly."""
 
 
 def start_remarks(case: Case) -> tuple[str, ...]:
@@ -275,15 +266,9 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         wanted=wanted_state,
         assembled=assembled,
         tables=tables,
-        begin=begin,
-        stop=span.stop,
-        grid=span.grid,
         method=options.method or words.get("method", "auto"),
-        tolerance=span.tolerance,
-        step=span.step,
-        max_step=span.max_step,
         asked=options,
-        every=span.every,
+        **asdict(span),
     )
 
 

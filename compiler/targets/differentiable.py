@@ -129,6 +129,16 @@ def emit_differentiable(
     return "\n".join(_lines(program, library, begin, functions)) + "\n"
 
 
+def emit_casadi(program: Program, begin: Begin) -> str:
+    """Return the text of a module for CasADi."""
+    return emit_differentiable(program, CASADI, begin)
+
+
+def emit_jax(program: Program, begin: Begin) -> str:
+    """Return the text of a module for JAX."""
+    return emit_differentiable(program, JAX, begin)
+
+
 def _lines(
     program: Program, library: Library, begin: Begin, functions: Sequence[ProgramFunction]
 ) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ..targets import MODULES
 from .failures import show_warnings
 from .options import (
     Compiling,
@@ -20,7 +21,6 @@ from .options import (
     verify_option,
 )
 
-MODULES = ("python", "casadi", "jax")
 ENDINGS = {".html": "web", ".htm": "web", ".fmu": "fmu", ".c": "c", ".h": "c"}
 """Endings of files -> the target that is meant."""
 MEANT = {
@@ -62,7 +62,7 @@ def _check_ending(target: str, output: str | None) -> None:
 @input_option
 @click.option(
     "--target",
-    type=Targets(["python", "c", "fmu", "web", "casadi", "jax"]),
+    type=Targets(["c", "fmu", "web", *MODULES]),
     default="python",
     show_default=True,
     help="A short Python module, C11 with the kernel beside it, a Functional Mock-up Unit, a page "

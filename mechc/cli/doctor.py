@@ -16,7 +16,7 @@ from msgspec import Struct
 from .. import __version__
 from .options import Command
 
-REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "rich", "matplotlib", "platformdirs")
+REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "matplotlib", "platformdirs")
 OPTIONAL = {
     "ziglang": "a C compiler from pip, also for other platforms: pip install ziglang",
     "pandas": "Solution.to_dataframe(): pip install pandas",

@@ -29,6 +29,14 @@ def test_page_is_up_to_date(commands: ModuleType) -> None:
     assert commands.page() == kept, "python docs/commands.py writes it again"
 
 
+def test_settings_of_studies_are_up_to_date(commands: ModuleType) -> None:
+    """The tables in docs/studies.md, too, each at the end of the section of its study."""
+    kept = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    assert commands.studies(kept) == kept, "python docs/commands.py writes them again"
+    assert kept.count(commands.SETTINGS) > 30
+    assert commands.studies(kept.replace("| `--of` `A,B` | Quantities to average", "| other")) == kept
+
+
 def test_every_variable_is_told(commands: ModuleType) -> None:
     folders = [ROOT / name for name in ("lang", "compiler", "runtime", "stdlib", "mechc")]
     texts = [path.read_text(encoding="utf-8") for folder in folders for path in folder.rglob("*.py")]
@@ -46,5 +54,6 @@ def test_every_exit_code_is_told(commands: ModuleType) -> None:
 
 def test_every_option_says_what_it_does(commands: ModuleType) -> None:
     """A row of the page without words is an option without ``help``."""
-    empty = [line for line in commands.page().splitlines() if re.match(r"\| `-.*\|\s*\|$", line)]
+    pages = commands.page() + (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+    empty = [line for line in pages.splitlines() if re.match(r"\| `-.*\|\s*\|$", line)]
     assert empty == []

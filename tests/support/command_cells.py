@@ -35,7 +35,6 @@ COMMANDS: dict[str, Words] = {
     "doctor": (),
     "cache clear": (),
     "cache show": (),
-    "study simulate": ("MODEL",),
     "study sweep": ("MODEL", "--set", "PARAMETER=VALUES"),
     "study ensemble": ("MODEL", "--vary", "PARAMETER = LOW .. HIGH, 3", "--keep", "final(COORDINATE)"),
     "study task": (
@@ -49,13 +48,8 @@ COMMANDS: dict[str, Words] = {
         "--stop",
         "0.5",
     ),
-    "study linearize": ("MODEL",),
-    "study response": ("MODEL",),
     "study along": ("MODEL", "--every", "0.25"),
     "study equilibria": ("MODEL", "--guesses", "3"),
-    "study curves": ("MODEL",),
-    "study steady": ("MODEL",),
-    "study modes": ("MODEL",),
     "study fit": ("MODEL", "DATA", "--vary", "PARAMETER"),
     "study virial": ("MODEL", "--of", "COORDINATE"),
     "study orbit": ("MODEL", "--stop", "2"),
@@ -70,21 +64,14 @@ COMMANDS: dict[str, Words] = {
     "study hysteresis": ("MODEL", "--over", "PARAMETER = LOW .. HIGH, 3", "--hold", "0.1"),
     "study threshold": ("MODEL", "--over", "PARAMETER = LOW .. HIGH, 3", "--reaches", "COORDINATE = 0.1"),
     "study lyapunov": ("MODEL", "--time", "1"),
-    "study volume": ("MODEL",),
-    "study period": ("MODEL",),
     "study section": ("MODEL", "--where", "COORDINATE = 0.1", "--count", "2"),
-    "study symmetries": ("MODEL",),
     "study invariants": ("MODEL", "--degree", "2"),
     "study brackets": ("MODEL", "--of", "COORDINATE, der(COORDINATE)"),
-    "study hamilton": ("MODEL",),
-    "study field": ("MODEL",),
-    "study inertia": ("MODEL",),
     "study kinematics": ("MODEL", "--of", "COORDINATE"),
-    "study action": ("MODEL",),
     "study energy": ("MODEL", "--energy", "1"),
     "study portrait": ("MODEL", "--paths", "2"),
 }
-"""What follows each command at least."""
+"""What follows each command at least; a study that is not listed is asked with its model alone."""
 
 ONCE = {"new", "import", "lsp", "doctor", "cache clear", "cache show", "fmu check", "fmu run"}
 """What is asked of no model of these, so once."""
@@ -276,13 +263,31 @@ def options(command: click.Command) -> list[str]:
     return [max(p.opts, key=len) for p in command.params if isinstance(p, click.Option)]
 
 
+BY_KIND: dict[str, str] = {
+    "TIME": "0.2",
+    "NUMBER": "0.5",
+    "N": "3",
+    "A,B": "COORDINATE",
+    "FORMULA": "COORDINATE",
+}
+"""What is said to options of studies that stand in no table, by what their help says that they take."""
+
+
 def words_of(command: str, option: str) -> Words | None:
-    return OWN.get((command, option), OPTIONS.get(option))
+    """Give an option as it is said: as the tables have it, else, of a study, by its kind."""
+    found = OWN.get((command, option), OPTIONS.get(option))
+    if found is not None or not command.startswith("study "):
+        return found
+    (made,) = (p for name, c in commands() if name == command for p in c.params if option in p.opts)
+    assert isinstance(made, click.Option)
+    if made.is_flag:
+        return (option,)
+    return (option, BY_KIND[made.metavar]) if made.metavar in BY_KIND else None
 
 
 def unsaid() -> list[str]:
     """List commands and options that stand in no table here."""
-    found = [name for name, _ in commands() if name not in COMMANDS]
+    found = [name for name, _ in commands() if name not in COMMANDS and not name.startswith("study ")]
     for name, command in commands():
         found += [f"{name} {option}" for option in options(command) if words_of(name, option) is None]
     return found
@@ -317,7 +322,7 @@ def cells(models: list[str] | None = None, *, each: bool = False) -> list[Cell]:
     names = models or list(MODELS)
     found, turn = [], 0
     for command, made in commands():
-        bare = COMMANDS[command]
+        bare = COMMANDS.get(command, ("MODEL",))
         if command in ONCE:
             found += [Cell(command, (*bare, *_more(command, o, bare)), "") for o in (None, *options(made))]
             continue

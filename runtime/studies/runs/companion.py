@@ -99,8 +99,6 @@ def closer(plan: Plan) -> tuple[dict[str, float], float]:
 
 def trajectory_of(
     plan: Plan,
-    tolerance: float,
-    step: float | None,
     dense: bool,
     progress: Progress | None,
     reader: Reader | None = None,
@@ -110,9 +108,9 @@ def trajectory_of(
     problem = plan.case.problem
     options = SolverOptions(
         plan.method.name,
-        tolerance,
+        plan.case.tolerance,
         plan.nominal,
-        step,
+        plan.case.step,
         dense,
         plan.options.max_steps,
         plan.options.stiff_after,
@@ -155,25 +153,25 @@ def _beside(
     if plan.method.fixed_step:
         assert plan.case.step is not None
         step, factor = companion_step(plan.case.step, plan.method.order, parts)
-        tolerance, tightened = plan.case.tolerance, step
+        tightened, steps = step, {"step": step}
     else:
-        tolerance, factor = companion_tolerance(plan.case.tolerance)
-        step, tightened = None, tolerance
+        tightened, factor = companion_tolerance(plan.case.tolerance)
+        steps = {"tolerance": tightened}
         most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
-    case = replace(plan.case, max_step=_longest(plan.case, main) / 2)
+    case = replace(plan.case, max_step=_longest(plan.case, main) / 2, **steps)
     bounded = replace(plan, options=replace(plan.options, max_steps=most, stiff_after=None), case=case)
 
     def beside() -> Comparison:
         return Comparison(plan.case, main, plan.nominal, factor, listed, plan.options.storage)
 
     compared = beside()
-    companion = trajectory_of(bounded, tolerance, step, False, progress, compared, main)
+    companion = trajectory_of(bounded, False, progress, compared, main)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
-        tolerance, factor = looser_companion(plan.case.tolerance)
-        tightened = tolerance
-        unbounded = replace(bounded, options=replace(bounded.options, max_steps=None))
+        tightened, factor = looser_companion(plan.case.tolerance)
+        options = replace(bounded.options, max_steps=None)
+        unbounded = replace(bounded, options=options, case=replace(case, tolerance=tightened))
         compared = beside()
-        companion = trajectory_of(unbounded, tolerance, step, False, progress, compared)
+        companion = trajectory_of(unbounded, False, progress, compared)
     if companion.interrupted:
         return Estimated("the companion run was interrupted", interrupted=True)
     if companion.failure is not None:

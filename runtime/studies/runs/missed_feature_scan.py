@@ -73,7 +73,7 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> See
             break
         finer = replace(shown, case=replace(shown.case, max_step=look.step))
         bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY, stiff_after=None))
-        again = trajectory_of(bounded, case.tolerance, case.step, plan.options.dense, progress)
+        again = trajectory_of(bounded, plan.options.dense, progress)
         if again.failure is not None or again.interrupted:
             left = f"something narrow may have been passed over at {time_text(case.problem, look.time)}"
             break

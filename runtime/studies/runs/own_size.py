@@ -61,7 +61,7 @@ def by_own_size(
     most = COSTLY * main.statistics.steps + AT_LEAST
     for _ in range(rounds):
         bounded = replace(again, options=replace(plan.options, max_steps=most, stiff_after=None))
-        motion = trajectory_of(bounded, plan.case.tolerance, plan.case.step, plan.options.dense, progress)
+        motion = trajectory_of(bounded, plan.options.dense, progress)
         if motion.interrupted:
             return again, motion, ()
         now = motion.reached
@@ -94,7 +94,7 @@ def sizes_in_run(plan: Plan) -> dict[str, float]:
     """Run a plan, and give the nominal values of states that stay far below those of others, by which its run is repeated."""
     if _sizeless(plan.case.problem) is None:
         return {}
-    main = trajectory_of(plan, plan.case.tolerance, plan.case.step, False, None)
+    main = trajectory_of(plan, False, None)
     again, motion, _ = by_own_size(plan, main, None)
     return own_sizes(plan, again) if motion is not main else {}
 

@@ -155,7 +155,7 @@ def _looked_at(
     if plan.method.fixed_step:
         return plan, main, (f"{seen}take steps of {step} to see it",)
     finer = replace(plan, case=replace(case, max_step=unseen.step))
-    again = trajectory_of(finer, case.tolerance, case.step, plan.options.dense, progress)
+    again = trajectory_of(finer, plan.options.dense, progress)
     return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
 
 
@@ -192,7 +192,7 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
     progress = part_of(options.progress, 0.0, share)
-    main = trajectory_of(plan, case.tolerance, case.step, options.dense, progress)
+    main = trajectory_of(plan, options.dense, progress)
     plan, main, looked = _looked_at(plan, main, progress)
     seen = seen_between(plan, main, progress)
     plan, main, sized = by_own_size(seen.plan, seen.main, progress)
