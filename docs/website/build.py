@@ -33,6 +33,7 @@ from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
 from mechc.web.write import write_page  # noqa: E402
 from website.links import moved  # noqa: E402
 from website.playground import Mismatch, write_playground  # noqa: E402
+from website.shared import write_live  # noqa: E402
 
 NAMES = """# Names of the Python interface
 
@@ -111,7 +112,11 @@ def write_pages(live: Mapping[str, Path]) -> None:
         shutil.copyfile(HERE / name, PAGES / name)
     (PAGES / "live").mkdir()
     for name, page in live.items():
-        shutil.copyfile(page, PAGES / "live" / f"{name}{page.suffix}")
+        target = PAGES / "live" / f"{name}{page.suffix}"
+        if page.suffix == ".html":
+            write_live(page, target)
+        else:
+            shutil.copyfile(page, target)
 
 
 def add_playground() -> None:
