@@ -26,6 +26,7 @@ PAGES, LIVE = BUILD / "pages", BUILD / "live"
 sys.path.insert(0, str(HERE.parent))
 
 import figures  # noqa: E402
+from own_installation import require_own_installation  # noqa: E402
 
 import mechc  # noqa: E402
 from mechc.cli.main import run  # noqa: E402
@@ -213,6 +214,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("examples", nargs="*", help="moving pages of these alone")
     asked = parser.parse_args(arguments)
+    require_own_installation()
     begun = time.monotonic()
     examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
     chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]

@@ -22,7 +22,8 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.grammar.lexer import tokenise
 from mechc.lang.grammar.tables import load_tables
 from mechc.lang.source import SourceFile
-from mechc.web.page import module_of, page, program_of
+from mechc.web.page import module_of, program_of
+from mechc.web.page import page as page_of
 from mechc.web.run_facts import facts_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -154,7 +155,7 @@ def test_pages_of_the_site_move_as_whole_ones_do(running: Any, tmp_path: Path) -
     tab = next(browser).new_page()
     for name in SHARED:
         model = mechc.load(ROOT / "examples" / f"{name}.mech")
-        (whole / f"{name}.html").write_text(page(model), encoding="utf-8")
+        (whole / f"{name}.html").write_text(page_of(model), encoding="utf-8")
         write_live(whole / f"{name}.html", live / f"{name}.html")
         rows = []
         for folder in (whole, live):
