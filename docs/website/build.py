@@ -26,6 +26,7 @@ PAGES, LIVE = BUILD / "pages", BUILD / "live"
 sys.path.insert(0, str(HERE.parent))
 
 import figures  # noqa: E402
+from own_installation import require_own_installation  # noqa: E402
 
 import mechc  # noqa: E402
 from mechc.cli.main import run  # noqa: E402
@@ -33,6 +34,7 @@ from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
 from mechc.web.write import write_page  # noqa: E402
 from website.links import moved  # noqa: E402
 from website.playground import Mismatch, write_playground  # noqa: E402
+from website.shared import write_live  # noqa: E402
 
 NAMES = """# Names of the Python interface
 
@@ -111,7 +113,11 @@ def write_pages(live: Mapping[str, Path]) -> None:
         shutil.copyfile(HERE / name, PAGES / name)
     (PAGES / "live").mkdir()
     for name, page in live.items():
-        shutil.copyfile(page, PAGES / "live" / f"{name}{page.suffix}")
+        target = PAGES / "live" / f"{name}{page.suffix}"
+        if page.suffix == ".html":
+            write_live(page, target)
+        else:
+            shutil.copyfile(page, target)
 
 
 def add_playground() -> None:
@@ -208,6 +214,7 @@ def main(arguments: Sequence[str]) -> int:
     )
     parser.add_argument("examples", nargs="*", help="moving pages of these alone")
     asked = parser.parse_args(arguments)
+    require_own_installation()
     begun = time.monotonic()
     examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
     chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]

@@ -99,7 +99,7 @@ def joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
         "ENGINE": page_text("engine.js"),
-        "CODE": f"{page_text('engine.js')}\n{code}",
+        "CODE": code,
         "INFO": as_json(info),
         "PARTS": json.dumps(parts),
     }

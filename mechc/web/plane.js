@@ -2,7 +2,7 @@
 function makeScene(host, plan) {
   const canvas = host.appendChild(document.createElement('canvas')), c = canvas.getContext('2d');
   const view = {x: 0, y: 0, scale: 1, fitted: true};
-  let last = null, extent = 1;
+  let last = null, extent = 1, wide = 0, high = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function fit(box) {
@@ -12,7 +12,7 @@ function makeScene(host, plan) {
     view.scale = 0.84 * Math.min(w / Math.max(box.high[0] - box.low[0], extent * 0.2), h / Math.max(box.high[1] - box.low[1], extent * 0.2));
     view.box = box;
   }
-  const px = (x, y) => [host.clientWidth / 2 + (x - view.x) * view.scale, host.clientHeight / 2 - (y - view.y) * view.scale];
+  const px = (x, y) => [wide / 2 + (x - view.x) * view.scale, high / 2 - (y - view.y) * view.scale];
   function path(points, closed) {
     c.beginPath();
     for (const [x, y] of points) c.lineTo(...px(x, y));
@@ -96,6 +96,7 @@ function makeScene(host, plan) {
   function draw(state) {
     if (state) last = state; else state = last;
     const w = host.clientWidth, h = host.clientHeight, scale = Math.min(devicePixelRatio || 1, 2);
+    wide = w; high = h;
     if (!w || !h) return;
     if (canvas.width !== Math.round(w * scale) || canvas.height !== Math.round(h * scale)) {
       canvas.width = Math.round(w * scale); canvas.height = Math.round(h * scale);

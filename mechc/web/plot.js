@@ -11,13 +11,14 @@ function ticks(low, high, count) {
 function makePlot(canvas, {onTime, ink}) {
   const context = canvas.getContext('2d'), marker = canvas.parentNode.appendChild(document.createElement('div'));
   marker.className = 'marker';
-  let x = new Float64Array(0), curves = [], events = [], second = 's', low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30};
+  let x = new Float64Array(0), curves = [], events = [], second = 's', low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const px = v => frame.l + (v - x[0]) / (x[x.length - 1] - x[0] || 1) * (canvas.clientWidth - frame.l - frame.r);
-  const py = v => canvas.clientHeight - frame.b - (v - low) / (high - low) * (canvas.clientHeight - frame.t - frame.b);
+  const px = v => frame.l + (v - x[0]) / (x[x.length - 1] - x[0] || 1) * (w - frame.l - frame.r);
+  const py = v => h - frame.b - (v - low) / (high - low) * (h - frame.t - frame.b);
 
   function drawStill() {                      // axes and curves; the marker is an element of its own
-    const scale = devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    const scale = devicePixelRatio || 1;
+    w = canvas.clientWidth; h = canvas.clientHeight;  // asked once: the browser lays the page out for each answer
     canvas.width = w * scale; canvas.height = h * scale;
     const c = context;
     c.setTransform(scale, 0, 0, scale, 0, 0);
@@ -81,12 +82,13 @@ const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) <
 function makePhase(canvas, {ink}) {
   const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
   dot.className = 'dot';
-  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0;
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0, w = 0, h = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (canvas.clientWidth - 64);
-  const py = v => canvas.clientHeight - 34 - (v - box[2]) / (box[3] - box[2]) * (canvas.clientHeight - 50);
+  const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (w - 64);
+  const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 50);
   function still() {
-    const scale = devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    const scale = devicePixelRatio || 1;
+    w = canvas.clientWidth; h = canvas.clientHeight;
     if (!w || !h) return;
     canvas.width = w * scale; canvas.height = h * scale;
     c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h); c.font = '12px system-ui, sans-serif';

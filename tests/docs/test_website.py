@@ -8,22 +8,30 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from browsers import needs_browser, running_browser, waited
+from firefox import needs_firefox, running_firefox
 from pygments.lexers import get_lexer_by_name
 from pygments.token import Keyword, Name, Token
 
+import mechc
 from mechc.editor.highlighting import MechLexer
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.grammar.lexer import tokenise
 from mechc.lang.grammar.tables import load_tables
 from mechc.lang.source import SourceFile
+from mechc.web.page import module_of, program_of
+from mechc.web.page import page as page_of
+from mechc.web.run_facts import facts_of
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
 
 from website import build  # noqa: E402
 from website.links import moved  # noqa: E402
+from website.shared import taken_apart, write_live  # noqa: E402
 
 PAGES = [p for p in build.places().values() if p.endswith(".md")]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.mech"))
@@ -115,3 +123,46 @@ def test_no_page_asks_a_server_for_anything() -> None:
     pages = list((build.BUILD / "site").rglob("*.html"))
     assert len(pages) > 300
     assert not [str(p) for p in pages if asking.search(p.read_text(encoding="utf-8"))]
+
+
+SHARED = ("double_pendulum", "bouncing_ball", "cart_pendulum")
+
+
+@pytest.mark.parametrize("name", [*SHARED, "van_der_pol"])
+def test_a_module_is_its_kernel_and_a_few_bytes(name: str) -> None:
+    facts = facts_of(mechc.load(ROOT / "examples" / f"{name}.mech", keep={"scene"}), {}, None, {})
+    module = module_of(facts, program_of(facts)).module
+    kernel, own, pieces = taken_apart(module)
+    of = (kernel.file.read_bytes(), own)
+    assert b"".join(of[which][begin:end] for which, begin, end in pieces) == module
+    assert kernel == facts.kernel and len(own) < len(module) / 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "running",
+    [
+        pytest.param(running_browser, id="chromium", marks=needs_browser),
+        pytest.param(running_firefox, id="firefox", marks=needs_firefox),
+    ],
+)
+def test_pages_of_the_site_move_as_whole_ones_do(running: Any, tmp_path: Path) -> None:
+    """They share their code and their kernels; from the file system, too."""
+    whole, live = tmp_path / "whole", tmp_path / "live"
+    whole.mkdir()
+    live.mkdir()
+    browser = running()
+    tab = next(browser).new_page()
+    for name in SHARED:
+        model = mechc.load(ROOT / "examples" / f"{name}.mech")
+        (whole / f"{name}.html").write_text(page_of(model), encoding="utf-8")
+        write_live(whole / f"{name}.html", live / f"{name}.html")
+        rows = []
+        for folder in (whole, live):
+            tab.goto((folder / f"{name}.html").as_uri())
+            waited(tab, "window.page && window.page.ready")
+            rows.append(tab.evaluate("[...page.run.y, ...page.run.out, ...page.run.events.map(e => e.t)]"))
+        assert rows[0] == rows[1] and len(rows[0]) > 1000
+        assert (live / f"{name}.html").stat().st_size < 25_000
+    assert sorted(p.name.partition("-")[0] for p in live.glob("*.js")) == ["code", "kernel", "kernel"]
+    next(browser, None)

@@ -73,6 +73,11 @@ def test_what_is_there_is_not_written_over(tmp_path: Path, capsys: pytest.Captur
     assert run(["compile", str(model), "--target", "web", "-o", str(tmp_path / "ball.txt")]) == 2
 
 
+@pytest.mark.parametrize("example", ["double_pendulum", "lagrange_top"])
+def test_smooth_models_have_small_pages(example: str) -> None:
+    assert len(page(mechc.load(ROOT / "examples" / f"{example}.mech"))) <= 130_000
+
+
 def test_a_curve_has_no_page() -> None:
     with pytest.raises(UsageMistake, match="is a curve and does not move: a page shows motions"):
         page(mechc.load(ROOT / "examples" / "curves" / "thrown.mech"), recorded=True)

@@ -1,0 +1,81 @@
+"""What moving pages have in common, once for all pages of a folder: their code is one script, each kernel another.
+
+A page of ``mechc view`` is whole: 120 kB and more, of which a few are the model's. On the site it holds what is its own.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import re
+from pathlib import Path
+
+from mechc.web.kernels import KERNELS, WebKernel, loaded
+
+LIVE = re.compile(
+    r'<script id="engine">\n(?P<engine>.*?)\n</script>\n<script>\n(?P<code>.*)'
+    r'\nstart\((?P<info>.*), \{"wasm": "(?P<wasm>[^"]*)"\}\)\.catch',
+    re.DOTALL,
+)
+POLICY = "script-src 'unsafe-inline'"
+
+CODE = """for (const [id, text] of Object.entries(@TEXTS@)) {
+  const script = document.createElement('script');
+  script.id = id; script.textContent = text;
+  document.body.append(script);
+}
+const whole = unpack;
+unpack = async ({own, pieces}) => {
+  const from = [new Uint8Array(await whole(KERNEL)), new Uint8Array(await whole(own))];
+  return new Blob(pieces.map(([which, at, end]) => from[which].subarray(at, end))).arrayBuffer();
+};
+"""
+"""The scripts of a page by their names: the text of the engine is asked for, since a worker is made of it."""
+
+
+def write_live(page: Path, target: Path) -> None:
+    """Write a page into a folder, and beside it what it shares with others."""
+    text = page.read_text(encoding="utf-8")
+    live = LIVE.search(text)
+    assert live is not None, page.name
+    code = CODE.replace("@TEXTS@", json.dumps({"engine": live["engine"], "code": live["code"]}))
+    scripts = [f"code-{hashlib.sha256(code.encode()).hexdigest()[:8]}.js"]
+    _write_once(target.parent / scripts[0], code)
+    kernel, own, pieces = taken_apart(gzip.decompress(base64.b64decode(live["wasm"])))
+    scripts.append(f"kernel-{kernel.name}.js")
+    _write_once(target.parent / scripts[1], f"const KERNEL = '{_packed(kernel.file.read_bytes())}';\n")
+    asked = "".join(f'<script src="{name}"></script>\n' for name in scripts)
+    wasm = json.dumps({"wasm": {"own": _packed(own), "pieces": pieces}}, separators=(",", ":"))
+    own_text = f"{asked}<script>\nstart({live['info']}, {wasm}).catch"
+    text = text[: live.start()] + own_text + text[live.end() :]
+    target.write_text(text.replace(POLICY, f"{POLICY} 'self' file:", 1), encoding="utf-8", newline="\n")
+
+
+def taken_apart(module: bytes) -> tuple[WebKernel, bytes, list[tuple[int, int, int]]]:
+    """Return the kernel of a module, what else is in it, and the pieces of both in order: which (the kernel is 0), begin, end."""
+    for kernel in KERNELS:
+        bodies = [body[5:] for body in loaded(kernel).parts.values()]  # behind the number of items
+        if all(body in module for body in bodies):
+            break
+    else:
+        raise AssertionError("a module without a kernel")
+    alone = kernel.file.read_bytes()
+    own, pieces, done = b"", [], 0
+    for at, body in sorted((module.index(body), body) for body in bodies if len(body) > 100):
+        begin = alone.index(body)
+        pieces += [(1, len(own), len(own) + at - done), (0, begin, begin + len(body))]
+        own += module[done:at]
+        done = at + len(body)
+    pieces.append((1, len(own), len(own) + len(module) - done))
+    return kernel, own + module[done:], pieces
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+
+
+def _write_once(path: Path, text: str) -> None:
+    if not path.exists():
+        path.write_text(text, encoding="utf-8", newline="\n")
