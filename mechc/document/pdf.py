@@ -114,6 +114,7 @@ class _Setter:
                 assert_never(block)
 
     def _table(self, block: Rows) -> Any:
+        from reportlab.lib.units import cm
         from reportlab.platypus import Paragraph as Words
         from reportlab.platypus import Table, TableStyle
 
@@ -127,8 +128,9 @@ class _Setter:
         ]
         if block.head:
             lines.append(("LINEBELOW", (0, 0), (-1, 0), 0.8, "#556677"))
+        widths = None if block.head else [3.6 * cm, (WIDTH - 3.6) * cm]
         return Table(
-            rows, style=TableStyle(lines), hAlign="LEFT", repeatRows=1 if block.head else 0, spaceAfter=6
+            rows, widths, style=TableStyle(lines), hAlign="LEFT", repeatRows=bool(block.head), spaceAfter=6
         )
 
     def _picture(self, block: Picture) -> list[Any]:
