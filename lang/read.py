@@ -70,7 +70,7 @@ def _bytes(path: Path, reporter: Reporter) -> bytes:
             "E0101", f"cannot read '{name}': {_reason(path, error)}", None, help=help
         ) from None
     if len(data) > LARGEST:
-        help = "a model is text; large tables belong into a data file"
+        help = "a model is text; large tables belong in a data file"
         raise reporter.fail("E0101", f"'{name}' is too large: more than 10 MB", None, help=help)
     return data
 

@@ -157,7 +157,7 @@ def _children(inner: Sequence[Symbol]) -> list[lsp.DocumentSymbol]:
 
 
 def signature_of(found: Signature) -> lsp.SignatureHelp:
-    """Return what belongs into brackets, the argument at the place marked."""
+    """Return what belongs in brackets, the argument at the place marked."""
     arguments = [lsp.ParameterInformation(argument) for argument in found.arguments]
     made = lsp.SignatureInformation(found.label, found.doc or None, arguments, found.active)
     return lsp.SignatureHelp([made], 0, found.active)

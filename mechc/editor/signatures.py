@@ -40,7 +40,7 @@ class _Call(Struct, frozen=True):
 
 
 def signature(document: Document, offset: int) -> Signature | None:
-    """Say what belongs into the innermost round brackets that are open at a place; None where nobody can know."""
+    """Say what belongs in the innermost round brackets that are open at a place; None where nobody can know."""
     call = _call(document.text[:offset])
     if call is None or not call.words:
         return None

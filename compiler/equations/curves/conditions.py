@@ -264,7 +264,7 @@ def _check_moving(
                 f"nothing that is stationary depends on '{scalar.name}'",
                 scalar.variable.origin.shown,
                 caption="any curve of it would do",
-                help="it belongs into an integral that is stationary, or into a constraint",
+                help="it belongs in an integral that is stationary, or into a constraint",
             )
     moving = {n.symbol for n in curve.numbers} | {s.node for s in curve.unknown}
     for rows in curve.rows:

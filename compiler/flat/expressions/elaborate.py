@@ -74,7 +74,7 @@ def elaborate(node: ast.Expression, scope: Scope) -> Expression:
         case ast.Whole():
             raise scope.fail("E0308", "':' alone means all indices, and stands in brackets only", node.span)
         case ast.Aggregate():
-            raise scope.fail("E0308", "'for' belongs into sum, product, min, max or integral", node.span)
+            raise scope.fail("E0308", "'for' belongs in sum, product, min, max or integral", node.span)
         case _:
             assert_never(node)
 
