@@ -22,6 +22,8 @@ from .rules import check_file
 
 KINDS = {"me": "ModelExchange", "cs": "CoSimulation"}
 MOST_PARTS = 10
+MOST_STEPS = 100_000
+"""Of Euler's method, which is tried."""
 TOLERANCE = 1e-8
 """Of the integrator that runs a Model Exchange unit with a reference to be met."""
 BOUND = 1e-3
@@ -97,7 +99,7 @@ def perform_stage(path: Path, stage: Stage) -> Part:
             description = fmpy.read_model_description(str(path), validate=False)
             return Part(tuple(binary_lines(path, stage.kind, description)))
         case "run":
-            return Part(tuple(run_lines(path, stage.kind, read_reference(path))))
+            return Part(tuple(run_lines(path, stage.kind, read_reference(path, _numbers(path)))))
     problems = check_file(path)
     return Part(tuple(_finding(p) for p in problems)) if problems else described(path)
 
@@ -110,7 +112,7 @@ def described(path: Path) -> Part:
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
         return Part((*lines, Line("binary", True, f"none for {fmpy.platform}: not run")))
     try:
-        read_reference(path)
+        read_reference(path, _numbers(path))
     except (ValueError, OSError) as error:
         return Part((*lines, Line("reference results", False, str(error), "reference results")))
     return Part(tuple(lines), tuple(kinds_of(description)))
@@ -127,6 +129,13 @@ def _finding(finding: Finding) -> Line:
     return Line("model description", False, finding.text, finding.rule)
 
 
+def _numbers(path: Path) -> frozenset[str]:
+    """Return the names of variables that are numbers, of arrays those of their elements, too: the others are not compared."""
+    description = fmpy.read_model_description(str(path), validate=False)
+    plain = [v for v in description.modelVariables if v.type not in ("String", "Binary", "Clock")]
+    return frozenset(name for v in plain for name in (v.name, *_elements(v)))
+
+
 def kinds_of(description: Any) -> list[str]:
     """Return the kinds of an FMU among me and cs."""
     parts = {"me": description.modelExchange, "cs": description.coSimulation}
@@ -135,6 +144,7 @@ def kinds_of(description: Any) -> list[str]:
 
 def _described(description: Any) -> str:
     kinds = " and ".join(KINDS[kind] for kind in kinds_of(description))
+    kinds = kinds or "Scheduled Execution, which is not run"
     tool = f", by {description.generationTool}" if description.generationTool else ""
     return f"{description.modelName}, FMI {description.fmiVersion}, {kinds}{tool}"
 
@@ -226,8 +236,11 @@ def _euler_step(path: Path, reference: Reference) -> float | None:
     experiment = fmpy.read_model_description(str(path), validate=False).defaultExperiment
     steps = np.diff(reference.time)
     own = [float(experiment.stepSize)] if experiment and experiment.stepSize else []
-    for step in dict.fromkeys((*own, float(np.min(steps[steps > 0], initial=np.inf)))):
-        if not np.isfinite(step):
+    shown = float(np.min(steps[steps > 0], initial=np.inf))
+    parts = (shown / n for n in (10, 100, 1000))  # of the rows of a reference, tools write only some
+    duration = float(np.ptp(reference.time))
+    for step in dict.fromkeys((*own, shown, *parts)):
+        if not np.isfinite(step) or duration > MOST_STEPS * step:
             continue
         result = simulate_fmu(
             str(path),

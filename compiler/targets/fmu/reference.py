@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -52,18 +52,19 @@ def _cell(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name else name
 
 
-def read_reference(path: Path) -> Reference | None:
-    """Return the reference that an FMU holds; None if it holds none. Raises ValueError for a table that is wrong."""
+def read_reference(path: Path, numbers: Collection[str] | None = None) -> Reference | None:
+    """Return the reference that an FMU holds; None if it holds none. ``numbers``: variables that can be compared; without
+    it, all are. Raises ValueError for a table that is wrong."""
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
         found = [n for n in names if n == OWN or (n.startswith(DRAFT) and n.endswith(".csv"))]
         if not found:
             return None
-        return parse_reference(found[0], archive.read(found[0]).decode("utf-8"))
+        return parse_reference(found[0], archive.read(found[0]).decode("utf-8"), numbers)
 
 
-def parse_reference(file: str, text: str) -> Reference:
-    """Read a table. Raises ValueError."""
+def parse_reference(file: str, text: str, numbers: Collection[str] | None = None) -> Reference:
+    """Read a table; of others than ``numbers`` and the time only the head. Raises ValueError."""
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     if len(rows) < 2:
         raise ValueError(f"{file}: there are no rows")
@@ -71,6 +72,8 @@ def parse_reference(file: str, text: str) -> Reference:
         raise ValueError(f"{file}: the rows are not as long as the head")
     columns: dict[str, Array] = {}
     for i, name in enumerate(rows[0]):
+        if numbers is not None and name.strip() not in ("time", *numbers):
+            continue
         try:
             values = np.array([[_number(one) for one in row[i].split()] for row in rows[1:]])
         except ValueError as error:
