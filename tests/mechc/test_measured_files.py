@@ -394,6 +394,11 @@ def test_inputs_that_are_refused(rig: mechc.Model, monkeypatch: pytest.MonkeyPat
         ({"many": np.sin}, "has 2 elements: give a function for each, as in 'many\\[1\\]'"),
         ({"push": lambda t: float("nan")}, "the function of 'push' gives nan at 0"),
         ({"push": lambda t: hash(t) % 97}, "changes too often to be followed"),
+        ({"push": lambda t: np.array([t, t])}, "gives array.* at 0, and an input is one number"),
+        ({"push": (T, 1j * T)}, "'push' holds complex numbers"),
+        ({"push": (T.astype("datetime64[s]"), T)}, "'time' holds dates, and a table has numbers"),
+        ({"push": {"time [s]": T, "push [m]": T}}, "the data: the column 'push' is in m"),
+        ([T, T], "'inputs' are tables or functions by the names of inputs, not a list"),
         ("push", "'inputs' are tables or functions by the names of inputs"),
     ):
         with pytest.raises((mechc.UsageMistake, SimulationError), match=words):
