@@ -76,12 +76,12 @@ def make_table(
         raise SimulationError("a table needs as many values as times, and at least one")
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise SimulationError("a table holds finite numbers only")
-    _check_order(x, interpolation, place)
+    _check_order(x, v, interpolation, place)
     slopes = _spline_slopes(x, v) if interpolation == "spline" else np.zeros_like(x)
     return Table(x, v, slopes, interpolation)
 
 
-def _check_order(times: Array, interpolation: str, place: Callable[[int], str]) -> None:
+def _check_order(times: Array, values: Array, interpolation: str, place: Callable[[int], str]) -> None:
     """Refuse times that fall, three equal ones, and jumps of a smooth curve."""
     steps = np.diff(times)
     falls, jumps = steps < 0, steps == 0
@@ -93,7 +93,8 @@ def _check_order(times: Array, interpolation: str, place: Callable[[int], str]) 
     if jumps.any() and interpolation == "spline":
         row = int(np.argmax(jumps)) + 1
         raise SimulationError(
-            f"a spline has no jumps, but the time {times[row]:g} stands twice, the second time in {place(row)}"
+            f"a spline has no jumps, but the time {times[row]:g} stands twice, with {values[row - 1]:g} and with {values[row]:g} (in SI) in {place(row)}",
+            help="leave one of the two out",
         )
     if (twice := jumps[1:] & jumps[:-1]).any():
         row = int(np.argmax(twice)) + 2

@@ -266,7 +266,7 @@ REFUSED = {
     "no heads": (BODY, "line 1 of .* holds numbers alone"),
     "a gap": (HEAD + BODY.replace(LINES[6], LINES[6].partition(",")[0] + ","), "line 8 of .* has no value of 'measured'"),
     "not a number": (HEAD + BODY.replace(LINES[6], "0.3,NaN"), "line 8 of .* has no value of 'measured'"),
-    "two values at once": (HEAD + BODY + "1.50000,5.0\n", "the time 1.5 stands twice, the second time in line 33"),
+    "two values at once": (HEAD + BODY + "1.50000,5.0\n", "the time 1.5 stands twice, with .* and with 0.0872665 .in SI. in line 33"),
     "unsorted": (HEAD + "\n".join([*LINES[:7], LINES[8], LINES[7], *LINES[9:]]), "in line 10 of .* the time 0.35 follows 0.4"),
     "late": (HEAD + "".join(f"{t + 12.5},{a}\n" for t, a in ANGLES), "reaches from 12.5 s to 14 s, the run from 0 s to 1 s"),
     "another unit": (HEAD.replace("deg", "mm") + BODY, "the column 'measured' is in mm, the model has it in rad"),
