@@ -139,6 +139,14 @@ def sheet_of(what: Any, name: str) -> Sheet | None:
 
 
 def _sheet(name: str, heads: list[tuple[str, str]], columns: list[Any]) -> Sheet:
+    for (head, _), column in zip(heads, columns, strict=True):
+        if (kind := np.asarray(column).dtype.kind) in "mM":
+            raise UsageMistake(
+                f"'{head}' holds {'dates' if kind == 'M' else 'spans of time'}, and a table has numbers",
+                "the time is in seconds, as of pandas in (t - t[0]).total_seconds()",
+            )
+        if kind == "c":
+            raise UsageMistake(f"'{head}' holds complex numbers")
     try:
         arrays = [np.asarray(column, dtype=np.float64) for column in columns]
     except (TypeError, ValueError) as error:

@@ -38,7 +38,7 @@ def table_of_file(call: Call, kind: str, outside: str, chosen: list[Literal]) ->
         shown = f"is in {written}" if written else "has no unit"
         raise call.wrong(
             0,
-            f"what the first column '{head}' of '{path.name}' holds, which {shown},",
+            f"what the first column '{head}' of '{path.name}' holds (which {shown})",
             help=f"the head of the column names a unit, as in '{head} [m]'" if not written else "",
         )
     late = next((k for k, (a, b) in enumerate(pairwise(points)) if b <= a), None)

@@ -26,9 +26,9 @@ def _table(call: Call) -> Expression:
     of_file = call.arguments[1].type.kind is Kind.STRING
     count = 3 if of_file or call.arguments[1].type.shape else 5
     if not count <= len(call.arguments) <= count + 2:
-        raise call.scope.fail(
-            "E0309", f"a table of these arguments has not {len(call.arguments)}", call.node.span, help=_FORMS
-        )
+        of = "of a file" if of_file else "of one variable" if count == 3 else "of two variables"
+        wanted = f"{count} to {count + 2} arguments, not {len(call.arguments)}"
+        raise call.scope.fail("E0309", f"a table {of} has {wanted}", call.node.span, help=_FORMS)
     words = [text_of(call, k, "the kind of a table") for k in range(count, len(call.arguments))]
     kind, outside = (*words, *("smooth", "extend")[len(words) :])
     if kind not in KINDS:
