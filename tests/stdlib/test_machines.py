@@ -178,5 +178,5 @@ def test_a_muscle_carries_the_moment_of_a_forearm() -> None:
     inertia = 0.01 + 1.5 * 0.15**2 + 2 * 0.32**2
     left = s["biceps.tension"] * arm - weights - 1.5 * w
     assert left[5:-5] == pytest.approx(inertia * np.gradient(w, t)[5:-5], abs=2e-3)
-    assert weights.max() > 8
+    assert weights.max() > 4
     assert q[-1] > q[0] and abs(w[-1]) < 0.02
