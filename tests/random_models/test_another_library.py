@@ -292,7 +292,7 @@ def functions(package: str) -> list[str]:
     return [item.name for item in file.items if isinstance(item, ast.Function)]
 
 
-ASSEMBLIES = {("planar", name) for name in ("Ram", "LumpedBeam", "HangingLoad")}
+ASSEMBLIES = {("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")}
 """Small machines: their examples have answers of their own, in tests/stdlib/test_machines.py."""
 EVERY = [
     (package, name)

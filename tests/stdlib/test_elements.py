@@ -363,7 +363,7 @@ def test_a_parachute_opens_and_sinks() -> None:
 
     def rate(t: float, v: np.ndarray) -> np.ndarray:
         share = min(max((t - 1) / 2, 0.0), 1.0) ** 2
-        return np.array([0, -9.81]) - 0.5 * 1.225 * 30 * share * np.hypot(*v) * v / 80
+        return np.asarray(np.array([0, -9.81]) - 0.5 * 1.225 * 30 * share * np.hypot(*v) * v / 80)
 
     found = solve_ivp(rate, (0, 3), [40.0, 0.0], "DOP853", rtol=1e-10, atol=1e-10, max_step=0.1).y[:, -1]
     assert [float(s(3.0)[f"der(t.position[{i}])"]) for i in (1, 2)] == pytest.approx(found, rel=1e-6)
