@@ -272,6 +272,7 @@ class _Robot:
         low, high, effort, speed = _limits(joint, limit)
         begins = 0.0 if low is None or high is None else min(max(0.0, low), high)
         about = text(f"at most {number(speed)} {unit}/s") if speed else ""
+        passive = _dynamics(joint, resistance, strength)
         if mimic is not None:
             leader, kind = self._leader(mimic)
             factor = mimic.number("multiplier", 1.0)
@@ -298,10 +299,11 @@ class _Robot:
             coordinate = f"{name}.{moves}"
             part = "Revolute" if moves == "angle" else "Prismatic"
             self._body(child, "")
-            start = f", {moves} = {quantity(begins, unit)}"
+            own = [f"axis = {vector(axis)}", f"{moves} = {quantity(begins, unit)}"]
+            own += [f"{what} = {amount}" for what, amount in passive]
             self._part(
                 part,
-                f"{part} {name}({carrier} -> {self.frames[child]}, axis = {vector(axis)}{start}) {about};".replace(
+                f"{part} {name}({carrier} -> {self.frames[child]}, {', '.join(own)}) {about};".replace(
                     " ;", ";"
                 ),
             )
@@ -316,12 +318,9 @@ class _Robot:
         drive = self.writer.name(load.lower(), f"{load.lower()}_{name}")
         self.writer.say(f"input {load} {drive}{bounds} = {quantity(0, strength)};")
         self.writer.say(f"force {drive} on {coordinate};")
-        dynamics = joint.one("dynamics")
-        if dynamics is not None:
-            if damping := dynamics.number("damping", 0.0):
-                self.writer.say(f"damping {quantity(damping, resistance)} on {coordinate};")
-            if friction := dynamics.number("friction", 0.0):
-                self.writer.say(f"friction {quantity(friction, strength)} on {coordinate};")
+        if mimic is not None:  # it has no joint that could say it
+            for what, amount in passive:
+                self.writer.say(f"{what} {amount} on {coordinate};")
         if low is not None and high is not None:
             upper, lower = (self.writer.name("contact", f"{name}_{end}") for end in ("upper", "lower"))
             self.stops += [
@@ -373,6 +372,15 @@ class _Robot:
         for tag in ("axis", "limit", "dynamics"):
             if (element := joint.one(tag)) is not None:
                 _mark(element)
+
+
+def _dynamics(joint: Element, resistance: str, strength: str) -> list[tuple[str, str]]:
+    """Return damping and dry friction of a joint, each with its unit; what is zero is not there."""
+    dynamics = joint.one("dynamics")
+    if dynamics is None:
+        return []
+    found = (("damping", resistance), ("friction", strength))
+    return [(what, quantity(amount, unit)) for what, unit in found if (amount := dynamics.number(what, 0.0))]
 
 
 def _mark(element: Element) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,12 @@ class ModelFunctions:
     def _named(self, kind: str) -> Callables:
         found = {o.name: self._bound.call([o]) for o in self._problem.offers if o.kind == kind}
         return _Named(found, f"'{self._problem.name}' has no output")
+
+    def of_library(self, path: Path, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Callable[..., Any]]:
+        """Return functions of the same states in another library, by their names, with the shapes of their results."""
+        bound = _Bound(self._problem, self._bound.site, ctypes.CDLL(str(path)))
+        offers = (Offer(name, name, name, shape, (), (), False) for name, shape in shapes.items())
+        return {offer.name: bound.call([offer]) for offer in offers}
 
     def offer(self, name: str, kind: str = "own") -> Offer:
         """Say what a function gives; ``kind``: own, output or jacobian (of an output)."""
@@ -141,6 +148,14 @@ class _Bound(Struct, frozen=True):
 
     problem: Problem
     site: Site
+    library: ctypes.CDLL | None = None
+    """Of the functions, where it is not that of the model."""
+
+    def address(self, name: str) -> int | None:
+        """Give where a function is."""
+        if self.library is not None:
+            return ctypes.cast(getattr(self.library, name), ctypes.c_void_p).value
+        return _address(self.site.case.functions, name)
 
     def call(self, offers: list[Offer]) -> Callable[..., Any]:
         """Return a function of states; of several, the rows below each other."""
@@ -160,7 +175,7 @@ class _Bound(Struct, frozen=True):
         record = calls.Record()
         begin = 0
         for k, offer in enumerate(offers):
-            record.parts[k] = _address(functions, offer.function)
+            record.parts[k] = self.address(offer.function)
             record.begins[k] = begin
             begin += int(np.prod(offer.shape))
         record.n_out, record.ny, record.nu, record.nz = begin, problem.ny, len(problem.inputs), z.size
@@ -175,7 +190,7 @@ class _Bound(Struct, frozen=True):
             record.indicators, record.n_switches = plan.indicators, plan.n_switches
             record.switches = ctypes.cast(plan.switches, ctypes.c_void_p).value
             record.n_indicators = plan.n_switches + plan.n_rows
-        return record, (z, p, functions.library, plan, site)
+        return record, (z, p, functions.library, self.library, plan, site)
 
     @property
     def z(self) -> Array:
@@ -240,8 +255,12 @@ class _Slow:
 
 
 def _function(bound: _Bound, offer: Offer) -> ModelFunction:
-    from ..functions import named_function
+    from ..functions import compiled_function, named_function
 
+    if bound.library is not None:
+        address = bound.address(offer.function)
+        assert address is not None
+        return compiled_function(address, int(np.prod(offer.shape)))
     return named_function(bound.problem, bound.site.case.functions, offer.function, int(np.prod(offer.shape)))
 
 

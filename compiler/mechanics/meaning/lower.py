@@ -331,6 +331,10 @@ class Lowering:
                 self._values.pop(name, None)
             yield
 
+    def knows(self, name: str) -> bool:
+        """Whether a name has a value."""
+        return name in self._values or name in self._definitions
+
     def named(self, name: str, span: Span | None = None) -> Value:
         """Return the value of a variable or definition."""
         if name in self._values:
