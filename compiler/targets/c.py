@@ -269,6 +269,7 @@ class _File:
             yield f"    {' '.join(f'(void){a};' for a in unused)}"
 
     def body(self, body: Body, parameters: bool, *, workspace: bool, named: bool) -> Iterator[str]:
+        body = tuple(body)  # each look at a long one makes its statements anew
         loads = {(s.array, s.index) for s in body if type(s) is Load}
         touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
         if any(type(s) is Store and s.guarded for s in body):
