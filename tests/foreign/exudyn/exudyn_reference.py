@@ -2,7 +2,7 @@
 installed (made with 1.13).
 
 Each function makes one system; the numbers are those of Exudyn's TestModels and Examples where the table says so. The motion is found
-with two steps of the trapezoidal rule, of which the error is removed (Richardson); the difference of three such results is its doubt.
+with two steps of the trapezoidal rule, of which the error is removed (Richardson); the difference of three such results is its doubt. Where there are states of the first order alone, it is a Runge-Kutta method.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import exudyn as exu
+import exudyn.itemInterface as exu_items
 import numpy as np
 from exudyn.utilities import (
     MarkerBodyPosition,
@@ -279,6 +280,123 @@ def rolling_coin(mbs: Any) -> Read:
     return lambda: at(mbs, b)
 
 
+def sliding_and_turning(mbs: Any) -> Read:
+    b = mbs.CreateRigidBody(
+        inertia=inertia(2, 0.1, 0.2, 0.15), referencePosition=[0.4, 0, 0.1], gravity=[0, -9.81, -1]
+    )
+    ground = mbs.CreateGround()
+    mbs.CreateGenericJoint(
+        bodyNumbers=[ground, b], position=[0, 0, 0], constrainedAxes=[1, 1, 0, 1, 1, 0], useGlobalFrame=True
+    )
+    mbs.CreateSpringDamper(bodyNumbers=[ground, b], localPosition0=[0, 0, 1], referenceLength=1, stiffness=50)
+    return lambda: at(mbs, b) + at(mbs, b, POSITION, (0, 0.5, 0))
+
+
+def in_a_plane(mbs: Any) -> Read:
+    b = mbs.CreateRigidBody(
+        inertia=inertia(2, 0.1, 0.2, 0.15),
+        referencePosition=[0.3, 0.2, 0],
+        initialAngularVelocity=[0, 0, 4],
+        initialVelocity=[0.5, 0, 0],
+        gravity=[0, -9.81, 0],
+    )
+    ground = mbs.CreateGround()
+    mbs.CreateGenericJoint(
+        bodyNumbers=[ground, b], position=[0, 0, 0], constrainedAxes=[0, 0, 1, 1, 1, 0], useGlobalFrame=True
+    )
+    mbs.CreateSpringDamper(
+        bodyNumbers=[ground, b], localPosition1=[0.2, 0, 0], referenceLength=0.3, stiffness=300, damping=3
+    )
+    return lambda: at(mbs, b)[:2] + at(mbs, b, POSITION, (0.2, 0, 0))[:2]
+
+
+def five_in_a_row(mbs: Any) -> Read:
+    ground = mbs.CreateGround()
+    bodies = [ground]
+    for k in range(5):
+        bodies.append(mbs.CreateMassPoint(referencePosition=[k + 1, 0, 0], physicsMass=1 + 0.1 * k))
+        mbs.CreateSpringDamper(bodyNumbers=bodies[-2:], referenceLength=1, stiffness=800, damping=4)
+    mbs.CreateForce(bodyNumber=bodies[-1], loadVector=[20, 0, 0])
+    return lambda: [at(mbs, b)[0] - k - 1 for k, b in enumerate(bodies[1:])]
+
+
+def three_link_arm(mbs: Any) -> Read:
+    ground = mbs.CreateGround()
+    before, x, links = ground, 0.0, []
+    for k, axis in enumerate(([0, 0, 1], [0, 1, 0], [0, 1, 0])):
+        length = (0.2, 0.5, 0.4)[k]
+        link = mbs.CreateRigidBody(
+            inertia=inertia(3 - k, 0.02, 0.1, 0.1), referencePosition=[x + length / 2, 0, 0], gravity=G
+        )
+        mbs.CreateRevoluteJoint(
+            bodyNumbers=[before, link], position=[x, 0, 0], axis=axis, useGlobalFrame=True
+        )
+        before, x = link, x + length
+        links.append(link)
+    mbs.CreateTorque(bodyNumber=links[0], loadVector=[0, 0, 1.5])
+    mbs.CreateForce(bodyNumber=links[2], localPosition=[0.2, 0, 0], loadVector=[0, 0, 12])
+    return lambda: [x for link in links for x in at(mbs, link)]
+
+
+def first_order(mbs: Any) -> Read:
+    node = mbs.AddNode(
+        exu_items.NodeGenericODE1(
+            referenceCoordinates=[0, 0, 0], initialCoordinates=[1, 0, -0.5], numberOfODE1Coordinates=3
+        )
+    )
+    mbs.AddObject(
+        exu_items.ObjectGenericODE1(
+            nodeNumbers=[node],
+            systemMatrix=np.array([[-1, 4, 0], [-4, -1, 1], [0.5, 0, -2.0]]),
+            rhsVector=[0, 2, 1],
+        )
+    )
+    return lambda: [float(x) for x in mbs.GetNodeOutput(node, exu.OutputVariableType.Coordinates)]
+
+
+def three_masses_by_matrices(mbs: Any) -> Read:
+    node = mbs.AddNode(
+        exu_items.NodeGenericODE2(
+            referenceCoordinates=[0, 0, 0],
+            initialCoordinates=[0.1, 0, -0.2],
+            initialCoordinates_t=[0, 1, 0],
+            numberOfODE2Coordinates=3,
+        )
+    )
+    K = 100 * np.array([[2, -1, 0], [-1, 3, -2], [0, -2, 2.0]])
+    mbs.AddObject(
+        exu_items.ObjectGenericODE2(
+            nodeNumbers=[node],
+            massMatrix=np.array([[2, 0.1, 0], [0.1, 3, 0.2], [0, 0.2, 1.0]]),
+            stiffnessMatrix=K,
+            dampingMatrix=0.004 * K,
+            forceVector=[0, 5, 0],
+        )
+    )
+    return lambda: [float(x) for x in mbs.GetNodeOutput(node, exu.OutputVariableType.Coordinates)]
+
+
+def geared_discs(mbs: Any) -> Read:
+    nodes, markers = [], []
+    ground = mbs.AddNode(exu_items.NodePointGround())
+    for moment in (0.2, 0.05):
+        node = mbs.AddNode(
+            exu_items.Node1D(referenceCoordinates=[0], initialCoordinates=[0], initialVelocities=[0])
+        )
+        mbs.AddObject(exu_items.ObjectRotationalMass1D(nodeNumber=node, physicsInertia=moment))
+        markers.append(mbs.AddMarker(exu_items.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)))
+        nodes.append(node)
+    fixed = mbs.AddMarker(exu_items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
+    mbs.AddObject(exu_items.ObjectConnectorCoordinate(markerNumbers=markers, factorValue1=-0.4))
+    mbs.AddObject(
+        exu_items.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=[fixed, markers[1]], stiffness=6, damping=0.1
+        )
+    )
+    mbs.AddLoad(exu_items.LoadCoordinate(markerNumber=markers[0], load=3))
+    return lambda: [float(mbs.GetNodeOutput(n, exu.OutputVariableType.Coordinates)) for n in nodes]
+
+
 SYSTEMS: dict[str, tuple[Callable[[Any], Read], float, float]] = {
     "mass_spring_damper": (mass_spring_damper, 1.0, 1e-4),
     "cartesian_springs": (cartesian_springs, 1.0, 1e-3),
@@ -296,6 +414,13 @@ SYSTEMS: dict[str, tuple[Callable[[Any], Read], float, float]] = {
     "gravity_between_two": (gravity_between_two, 2.0, 1e-3),
     "pushed_by_a_sine": (pushed_by_a_sine, 2.0, 1e-3),
     "rolling_coin": (rolling_coin, 0.5, 5e-4),
+    "sliding_and_turning": (sliding_and_turning, 1.0, 5e-4),
+    "in_a_plane": (in_a_plane, 1.0, 5e-4),
+    "five_in_a_row": (five_in_a_row, 1.0, 2e-4),
+    "three_link_arm": (three_link_arm, 0.6, 5e-4),
+    "first_order": (first_order, 2.0, 1e-3),
+    "three_masses_by_matrices": (three_masses_by_matrices, 1.0, 2e-4),
+    "geared_discs": (geared_discs, 1.0, 5e-4),
 }
 """Each with its end and its longest step."""
 
@@ -314,7 +439,12 @@ def ended(make: Callable[[Any], Read], stop: float, steps: int) -> np.ndarray:
     settings.timeIntegration.newton.absoluteTolerance = 1e-12
     settings.timeIntegration.verboseMode = 0
     settings.solutionSettings.writeSolutionToFile = False
-    mbs.SolveDynamic(settings)
+    # of states of the first order alone, its implicit methods are of the first order
+    explicit = mbs.systemData.ODE2Size() == 0
+    mbs.SolveDynamic(
+        settings,
+        solverType=exu.DynamicSolverType.RK44 if explicit else exu.DynamicSolverType.GeneralizedAlpha,
+    )
     return np.array(read())
 
 

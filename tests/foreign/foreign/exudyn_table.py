@@ -53,7 +53,7 @@ def planar(*lines: str) -> str:
 
 
 BOUND = 1e-10
-"""Of the largest value, beside the doubt of Exudyn's own numbers; the largest that was seen is 5e-12."""
+"""Of the largest value, beside the doubt of Exudyn's own numbers; the largest that was seen is 7e-12."""
 
 
 def agreement(example: Example, kept: Compared) -> float:
@@ -292,6 +292,103 @@ output w[3] = der(f.orientation);""",
             "output place[3] = pos(b.a);",
         ),
         xyz("place"),
+    ),
+    Example(
+        "sliding_and_turning",
+        "TestModels/genericJointUserFunctionTest, ObjectJointRevoluteZ, createFunctionsTest",
+        """import mech.spatial.*;
+gravity {0, -9.81, -1} m/s^2;
+Body b(m = 2 kg, J = diag({0.1, 0.2, 0.15} kg.m^2), com = {0.4, 0, 0.1} m);
+Cylindrical j(world -> b.a, axis = {0, 0, 1}, angle = 0 rad, der(angle) = 0 rad/s, position = 0 m, der(position) = 0 m/s);
+Spring s(world * trans({0, 0, 1} m) -> b.a * trans({0.4, 0, 0.1} m), k = 50 N/m, rest = 1 m);
+output c[3] = pos(b.a * trans({0.4, 0, 0.1} m));
+output p[3] = pos(b.a * trans({0.4, 0.5, 0.1} m));""",
+        xyz("c", "p"),
+    ),
+    Example(
+        "in_a_plane",
+        "TestModels/ObjectRigidBody2D, rigidBody2Dtest, scissorPrismaticRevolute2D",
+        planar(
+            "Body b(m = 2 kg, J = 0.15 kg.m^2);",
+            "Free f(world -> b.a, x = 0.3 m, y = 0.2 m, der(x) = 0.5 m/s, der(y) = 0 m/s, angle = 0 rad, der(angle) = 4 rad/s);",
+            "frame tip = b.a * trans({0.2, 0} m);",
+            "Spring s(world -> tip, k = 300 N/m, rest = 0.3 m);",
+            "Damper d(world -> tip, c = 3 N.s/m);",
+            "output c[2] = pos(b.a);",
+            "output p[2] = pos(tip);",
+        ),
+        xy("c", "p"),
+    ),
+    Example(
+        "five_in_a_row",
+        "Examples/nMassOscillator, nMassOscillatorEigenmodes; TestModels/perfSpringDamperExplicit, ObjectMass1D",
+        """coordinate Length x[5] = 0 m;
+for i in 1:5 loop
+  kinetic 1/2*(1 + 0.1*(i - 1))*1 kg*der(x[i])^2;
+end for;
+potential 1/2*800 N/m*x[1]^2;
+damping 4 N.s/m on x[1];
+for i in 2:5 loop
+  potential 1/2*800 N/m*(x[i] - x[i - 1])^2;
+  damping 4 N.s/m on x[i] - x[i - 1];
+end for;
+force 20 N on x[5];""",
+        tuple(f"x[{k}]" for k in range(1, 6)),
+    ),
+    Example(
+        "three_link_arm",
+        "TestModels/serialRobotTest, kinematicTreeTest, createKinematicTreeTest; Examples/serialRobotTSD, kinematicTreePendulum",
+        spatial(
+            "Body a(m = 3 kg, J = diag({0.02, 0.1, 0.1} kg.m^2), com = {0.1, 0, 0} m);",
+            "Body b(m = 2 kg, J = diag({0.02, 0.1, 0.1} kg.m^2), com = {0.25, 0, 0} m);",
+            "Body c(m = 1 kg, J = diag({0.02, 0.1, 0.1} kg.m^2), com = {0.2, 0, 0} m);",
+            "Revolute j1(world -> a.a, axis = {0, 0, 1}, angle = 0 rad, der(angle) = 0 rad/s);",
+            "Revolute j2(a.a * trans({0.2, 0, 0} m) -> b.a, axis = {0, 1, 0}, angle = 0 rad, der(angle) = 0 rad/s);",
+            "Revolute j3(b.a * trans({0.5, 0, 0} m) -> c.a, axis = {0, 1, 0}, angle = 0 rad, der(angle) = 0 rad/s);",
+            "torque {0, 0, 1.5} N.m on a.a;",
+            "point hand = c.a * {0.4 m, 0 m, 0 m};",
+            "force {0, 0, 12} N on hand;",
+            "output pa[3] = pos(a.a * trans({0.1, 0, 0} m));",
+            "output pb[3] = pos(b.a * trans({0.25, 0, 0} m));",
+            "output pc[3] = pos(c.a * trans({0.2, 0, 0} m));",
+        ),
+        xyz("pa", "pb", "pc"),
+    ),
+    Example(
+        "first_order",
+        "TestModels/ObjectGenericODE1, solverExplicitODE1ODE2test",
+        """state x = 1;
+state y = 0;
+state z = -0.5;
+equation der(x) = (-x + 4*y)/(1 s);
+equation der(y) = (-4*x - y + z + 2)/(1 s);
+equation der(z) = (0.5*x - 2*z + 1)/(1 s);""",
+        ("x", "y", "z"),
+    ),
+    Example(
+        "three_masses_by_matrices",
+        "TestModels/ObjectGenericODE2, genericODE2test, objectGenericODE2Test, linearFEMgenericODE2",
+        """parameter Mass M[3, 3] = {{2, 0.1, 0}, {0.1, 3, 0.2}, {0, 0.2, 1}} kg;
+parameter Stiffness K[3, 3] = {{200, -100, 0}, {-100, 300, -200}, {0, -200, 200}} N/m;
+coordinate Length q[3] = {0.1, 0, -0.2} m;
+initial der(q) = {0, 1, 0} m/s;
+kinetic 1/2*dot(der(q), M*der(q));
+potential 1/2*dot(q, K*q);
+dissipation 1/2*(0.004 s)*dot(der(q), K*der(q));
+force 5 N on q[2];""",
+        ("q[1]", "q[2]", "q[3]"),
+    ),
+    Example(
+        "geared_discs",
+        "TestModels/ObjectConnectorCoordinate, ObjectConnectorCoordinateSpringDamper, coordinateVectorConstraint, driveTrainTest",
+        """coordinate Angle a = 0 rad;
+coordinate Angle b ~ 0 rad;
+kinetic 1/2*0.2 kg.m^2*der(a)^2 + 1/2*0.05 kg.m^2*der(b)^2;
+constraint -0.4*b = a;
+potential 1/2*6 N.m*b^2;
+damping 0.1 N.m.s on b;
+force 3 N.m on a;""",
+        ("a", "b"),
     ),
 )
 

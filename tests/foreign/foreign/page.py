@@ -40,8 +40,8 @@ closed forms. *Agreement* is the largest root mean square of a difference, as a 
 
 EXUDYN = """## Exudyn
 
-Systems of the TestModels and Examples of [Exudyn](https://github.com/jgerstmayr/EXUDYN), in our own words; numbers are the originals' where these
-are short. Exudyn 1.13 integrates redundant coordinates with constraints by the trapezoidal rule, and shares no code with mechc; the error
+Systems of the TestModels and Examples of [Exudyn](https://github.com/jgerstmayr/EXUDYN), in our own words. Each stands
+for the ones that are named: the same elements, joined and loaded alike, with few of their numbers. Exudyn 1.13 integrates redundant coordinates with constraints by the trapezoidal rule, and shares no code with mechc; the error
 of its steps is removed by three runs with steps of 4, 2 and 1 (`tests/foreign/exudyn/exudyn_reference.py`). Places, directions and angular
 velocities at the end agree to 1e-10 of the largest value everywhere, beside the *doubt* of Exudyn's own numbers, as a share of it.
 """
