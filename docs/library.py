@@ -85,7 +85,8 @@ def _introduction(text: str) -> str:
 
 
 def _value(function: ast.Function) -> str:
-    return f"`{print_expression(function.value)}`" if not function.arguments else ""
+    value = function.value
+    return "" if function.arguments or value is None else f"`{print_expression(value)}`"
 
 
 def _table(model: ast.Model) -> str:

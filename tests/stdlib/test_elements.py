@@ -179,6 +179,7 @@ def test_profiles_of_cams() -> None:
     assert asked("cycloidal(0.25)", "polynomial345(0.25)", "cycloidal(1)", "cam_lift(750 deg, 12 mm, 60 deg, 20 deg, 60 deg)") == pytest.approx([0.25 - 1 / (2 * math.pi), 10 / 64 - 15 / 256 + 6 / 1024, 1, 0.006], rel=1e-12)  # fmt: skip
 
 
+@pytest.mark.slow  # its jumps are looked for over thousands of turns
 @pytest.mark.parametrize("speed", [1500, 3000])
 def test_a_follower_lifts_off_where_the_spring_is_too_weak(speed: int) -> None:
     """Where k s + F0 + m w^2 s'' of a cycloidal rise is negative for the first time, and not below that speed."""
