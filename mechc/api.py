@@ -252,9 +252,10 @@ class Model(CompiledModel):
         """
         if not isinstance(n, int) or n < 1:
             raise UsageMistake(f"'n' counts environments, it is {n!r}")
-        return self._environments(
+        many: Environments = self._environments(
             n, dt, method, substeps, tolerance, max_steps, set, experiment, reproducible, threads, lanes
         )
+        return many
 
     def gym(
         self,

@@ -100,7 +100,11 @@ class Functions(ModelFunctions):
             )
         of = self.of_library(found.library, found.shapes)
         return Centroid(
-            *(of[name] for name in ("total_mass", "centre", "momenta", "momenta_matrix", "momenta_drift")),
+            of["total_mass"],
+            of["centre"],
+            of["momenta"],
+            of["momenta_matrix"],
+            of["momenta_drift"],
             of.get("gravity"),
         )
 

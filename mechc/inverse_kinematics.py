@@ -163,8 +163,8 @@ def find_pose(
     y = f.start.copy()
     y[f._problem.nq :] = 0.0
     y[search.places] = best
-    names = [f._problem.states[k].name for k in search.places]
-    return Reached(y, best, dict(zip(names, best.tolist(), strict=True)), off, off <= tolerance, begun, total)
+    moved = [f._problem.states[k].name for k in search.places]
+    return Reached(y, best, dict(zip(moved, best.tolist(), strict=True)), off, off <= tolerance, begun, total)
 
 
 def _target(f: Functions, frame: str, position: Any, rotation: Any) -> Target:
