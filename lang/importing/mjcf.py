@@ -26,7 +26,7 @@ from .writing import (
     turned_by_quaternion,
     vector,
 )
-from .xml import Element, NotRead
+from .xml import NotRead, XmlElement
 
 MADE_OF = ("Body", "Revolute", "Prismatic", "Spherical", "Free", "Weld")
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -42,7 +42,7 @@ DRAWN_GROUPS = 3
 """Groups of shapes that are shown, from 0 on; the others are for contacts."""
 
 
-def read_mjcf(root: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
+def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
     """Write the statements of a robot; returns the parts of the library that they use. Raises NotRead."""
     if wishes.floating:
         raise NotRead("the file says itself what moves freely", help="leave --floating out")
@@ -67,7 +67,7 @@ def read_mjcf(root: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
 
 
 class _Robot:
-    def __init__(self, root: Element, wishes: Wishes, model: Any, mujoco: Any) -> None:
+    def __init__(self, root: XmlElement, wishes: Wishes, model: Any, mujoco: Any) -> None:
         self.root, self.wishes, self.m, self.mj = root, wishes, model, mujoco
         self.writer = Writer((*MADE_OF, "stops"))
         self.meshes = Meshes(wishes)
@@ -683,7 +683,7 @@ class _Robot:
         return f"clamp({state}, {_bounds(m.actuator_actrange[k])})" if m.actuator_actlimited[k] else state
 
 
-def _within(element: Element) -> Iterator[Element]:
+def _within(element: XmlElement) -> Iterator[XmlElement]:
     yield element
     for child in element.children:
         yield from _within(child)

@@ -19,7 +19,7 @@ from mechc.suggest import suggest
 
 from ..case import SimulationOptions
 from ..functions import Functions
-from ..interface import Offer
+from ..interface import OfferedFunction
 from ..native import calls
 from ..outcome import SimulationError
 from ..past import refuse_past
@@ -75,10 +75,10 @@ class ModelFunctions:
     def of_library(self, path: Path, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Callable[..., Any]]:
         """Return functions of the same states in another library, by their names, with the shapes of their results."""
         bound = _Bound(self._problem, self._bound.site, ctypes.CDLL(str(path)))
-        offers = (Offer(name, name, name, shape, (), (), False) for name, shape in shapes.items())
+        offers = (OfferedFunction(name, name, name, shape, (), (), False) for name, shape in shapes.items())
         return {offer.name: bound.call([offer]) for offer in offers}
 
-    def offer(self, name: str, kind: str = "own") -> Offer:
+    def offer(self, name: str, kind: str = "own") -> OfferedFunction:
         """Say what a function gives; ``kind``: own, output or jacobian (of an output)."""
         return next(o for o in self._problem.offers if (o.name, o.kind) == (name, kind))
 
@@ -157,7 +157,7 @@ class _Bound(Struct, frozen=True):
             return ctypes.cast(getattr(self.library, name), ctypes.c_void_p).value
         return _address(self.site.case.functions, name)
 
-    def call(self, offers: list[Offer]) -> Callable[..., Any]:
+    def call(self, offers: list[OfferedFunction]) -> Callable[..., Any]:
         """Return a function of states; of several, the rows below each other."""
         slow = _Slow(self, offers)
         if calls.library() is None:
@@ -166,13 +166,13 @@ class _Bound(Struct, frozen=True):
         slow.record = record
         return calls.built_in(record, "mech_call_bound", offers[0].name, offers[0].doc, slow, *kept)
 
-    def record(self, offers: list[Offer]) -> tuple[calls.Record, tuple[object, ...]]:
+    def record(self, offers: list[OfferedFunction]) -> tuple[calls.CallRecord, tuple[object, ...]]:
         """Fill in what calls.c reads, with what must live as long."""
         problem, site = self.problem, self.site
         functions = site.case.functions
         z, p = np.ascontiguousarray(self.z), np.ascontiguousarray(site.p)
         shape = _shape(offers)
-        record = calls.Record()
+        record = calls.CallRecord()
         begin = 0
         for k, offer in enumerate(offers):
             record.parts[k] = self.address(offer.function)
@@ -202,9 +202,9 @@ class _Bound(Struct, frozen=True):
 class _Slow:
     """A function of states for whatever is given: lists, other kinds of numbers, arrays of times."""
 
-    def __init__(self, bound: _Bound, offers: list[Offer]) -> None:
+    def __init__(self, bound: _Bound, offers: list[OfferedFunction]) -> None:
         self.bound, self.offers = bound, offers
-        self.record: calls.Record | None = None
+        self.record: calls.CallRecord | None = None
 
     def __call__(self, y: Any, *rest: Any) -> Any:
         problem, offer = self.bound.problem, self.offers[0]
@@ -254,7 +254,7 @@ class _Slow:
         return np.concatenate([_function(bound, o)(t, y, u, z, p) for o in self.offers])
 
 
-def _function(bound: _Bound, offer: Offer) -> ModelFunction:
+def _function(bound: _Bound, offer: OfferedFunction) -> ModelFunction:
     from ..functions import compiled_function, named_function
 
     if bound.library is not None:
@@ -264,7 +264,7 @@ def _function(bound: _Bound, offer: Offer) -> ModelFunction:
     return named_function(bound.problem, bound.site.case.functions, offer.function, int(np.prod(offer.shape)))
 
 
-def _shape(offers: list[Offer]) -> tuple[int, ...]:
+def _shape(offers: list[OfferedFunction]) -> tuple[int, ...]:
     """Return the shape of functions below each other."""
     if len(offers) == 1:
         return offers[0].shape
