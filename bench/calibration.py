@@ -12,7 +12,7 @@ from msgspec import Struct
 import mechc
 from mechc.measurement.benchmark import benchmark
 from mechc.runtime.outcome import Outcome, SimulationError
-from mechc.runtime.reference.high_precision import Reference
+from mechc.runtime.reference.high_precision import PrecisionReference
 
 from .machine import table, write
 from .references import FAILURES, SECONDS, examples, in_parallel
@@ -68,7 +68,12 @@ def _cases(path: Path) -> list[Case]:
 
 
 def _runs(
-    model: mechc.Model, name: str, method: str, settings: Sequence[float], truth: Reference, stop: float
+    model: mechc.Model,
+    name: str,
+    method: str,
+    settings: Sequence[float],
+    truth: PrecisionReference,
+    stop: float,
 ) -> list[Case]:
     found = []
     duration = float(truth.t[-1] - truth.t[0])

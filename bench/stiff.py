@@ -20,7 +20,7 @@ from mechc.runtime.native import contract
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
-from mechc.runtime.reference.work_precision import Point, time_to_reach
+from mechc.runtime.reference.work_precision import WorkPrecisionPoint, time_to_reach
 
 from .kernel import preallocated
 from .machine import table, write
@@ -116,7 +116,7 @@ def task(file: Path, values: Mapping[str, float]) -> Task:
     return replace(made, doubt=made.error(other))
 
 
-def by_kernel(given: Task, tolerance: float, quick: bool) -> Point:
+def by_kernel(given: Task, tolerance: float, quick: bool) -> WorkPrecisionPoint:
     runs = [
         run_kernel(given.functions, given.case, given.nominal, tolerance) for _ in range(5 if quick else 15)
     ]
@@ -124,7 +124,7 @@ def by_kernel(given: Task, tolerance: float, quick: bool) -> Point:
     return point("radau5", tolerance, given.error(runs[0][0]), seconds, runs[0][1].steps)
 
 
-def by_scipy(given: Task, tolerance: float, quick: bool) -> Point:
+def by_scipy(given: Task, tolerance: float, quick: bool) -> WorkPrecisionPoint:
     rhs, jacobian = preallocated(given.functions, given.case.p), dense_jacobian(given.functions, given.case.p)
     span, times = (given.case.begin, given.case.stop), list[float]()
     while not times or (len(times) < 3 and sum(times) < (0.5 if quick else 2.0)):
@@ -137,8 +137,8 @@ def by_scipy(given: Task, tolerance: float, quick: bool) -> Point:
     return point("scipy", tolerance, given.error(found.y[:, -1]), min(times), found.t.size - 1)
 
 
-def point(method: str, tolerance: float, error: float, seconds: float, steps: int) -> Point:
-    return Point(method, tolerance, error, error, seconds, 0.0, steps, 0)
+def point(method: str, tolerance: float, error: float, seconds: float, steps: int) -> WorkPrecisionPoint:
+    return WorkPrecisionPoint(method, tolerance, error, error, seconds, 0.0, steps, 0)
 
 
 def beside_scipy(name: str, file: Path, values: Mapping[str, float], quick: bool) -> list[list[str]]:

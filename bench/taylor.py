@@ -20,7 +20,7 @@ from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
 from mechc.runtime.problem import Array
-from mechc.runtime.reference.high_precision import Reference, reference
+from mechc.runtime.reference.high_precision import PrecisionReference, reference
 
 from .machine import table, write
 from .systems import BENT_BARS
@@ -69,7 +69,7 @@ class Measured:
         self.code = compile_for_reference(model)
         self.exact = self.reference(self.code.explicit)
 
-    def reference(self, method: str, ladder: Sequence[float] | None = None) -> Reference:
+    def reference(self, method: str, ladder: Sequence[float] | None = None) -> PrecisionReference:
         return reference(
             self.code.library,
             self.case,

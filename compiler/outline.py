@@ -23,7 +23,7 @@ _Plain = tuple[str, str] | bool | str
 """The same as bytes hold it: a fraction as its numerator and denominator in hexadecimal digits, which nothing limits."""
 
 
-class Plan(Struct, frozen=True):
+class ExperimentOutline(Struct, frozen=True):
     """An experiment: the ``words`` are its options that are written as literals."""
 
     name: str
@@ -50,7 +50,7 @@ class Outline(Struct, frozen=True):
     name: str
     doc: str
     structural: Mapping[str, Exact]
-    experiments: tuple[Plan, ...]
+    experiments: tuple[ExperimentOutline, ...]
     studies: tuple[StatedStudy, ...]
 
 
@@ -74,7 +74,7 @@ def outline_of(flat: FlatModel) -> Outline:
         return value.value
 
     experiments = (
-        Plan(
+        ExperimentOutline(
             e.name,
             {name: str(said.value) for name, said in e.options.items() if isinstance(said, Literal)},
             e.structural,
@@ -125,7 +125,7 @@ def read_outline(data: bytes) -> Outline:
     """Return the outline that bytes hold."""
     plain = msgspec.msgpack.decode(data, type=_PlainOutline)
     experiments = (
-        Plan(
+        ExperimentOutline(
             e.name,
             e.words,
             _read(e.structural),

@@ -22,7 +22,7 @@ _UNTOLD, _VALUE_MISSING = "E0307", "E0411"
 """Nothing tells the dimension; a structural parameter has no value."""
 
 
-class Part(Struct, frozen=True):
+class CodePart(Struct, frozen=True):
     """A model of the file, and what is wrong with it. ``free``: its frames that something else has to place."""
 
     name: str
@@ -35,7 +35,7 @@ class Parts(Struct, frozen=True):
     """What a file without a whole model holds. ``completed``: partial models, functions, and models that leave the value
     of a structural parameter or the type of an input to what uses them; they are checked there."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[CodePart, ...]
     completed: tuple[str, ...]
 
 
@@ -63,7 +63,7 @@ def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
         return Parts(tuple(part for _, part in found if part.name not in left), left + completed)
 
 
-def _left_open(model: ast.Model, part: Part) -> bool:
+def _left_open(model: ast.Model, part: CodePart) -> bool:
     """Whether a model lacks nothing but values of structural parameters of its own, or the types of its inputs."""
     if any(isinstance(s, ast.Input) and not s.type and s.value is None for s in model.body):
         return True
@@ -73,7 +73,7 @@ def _left_open(model: ast.Model, part: Part) -> bool:
     return part.wrong and all(d.code == _VALUE_MISSING and d.span in own for d in part.diagnostics)
 
 
-def is_part(model: ast.Model, part: Part, flat: FlatModel | None, tree: ast.File) -> bool:
+def is_part(model: ast.Model, part: CodePart, flat: FlatModel | None, tree: ast.File) -> bool:
     """Whether nothing but other models can use it: it states no run, and lacks what places it or what moves in it, be it
     that another model of the file, of which it is a component, joins one of its bodies to the world."""
     if any(isinstance(s, ast.Experiment) for s in model.body):
@@ -103,9 +103,11 @@ def _is_component(name: str, tree: ast.File) -> bool:
     return any(isinstance(s, ast.Component) and s.type == name for m in models for s in m.body)
 
 
-def looked_at(tree: ast.File, name: str | None, search: tuple[Path, ...]) -> tuple[Part, FlatModel | None]:
+def looked_at(
+    tree: ast.File, name: str | None, search: tuple[Path, ...]
+) -> tuple[CodePart, FlatModel | None]:
     """Flatten one model of a file; one that nothing tells to be planar or spatial is right if it is in one of both."""
-    found: list[tuple[Part, FlatModel | None]] = []
+    found: list[tuple[CodePart, FlatModel | None]] = []
     for space in _SPACES:
         reporter = Reporter()
         flat = None
@@ -115,11 +117,11 @@ def looked_at(tree: ast.File, name: str | None, search: tuple[Path, ...]) -> tup
             diagnostics: Mapping[Diagnostic, None] = dict.fromkeys(
                 (*reporter.diagnostics, *error.diagnostics)
             )
-            found.append((Part(name or "", (), tuple(diagnostics), True), None))
+            found.append((CodePart(name or "", (), tuple(diagnostics), True), None))
             if space == 0 and not any(d.code == _UNTOLD for d in diagnostics):
                 break
             continue
-        return Part(name or "", tuple(_free(flat)), reporter.diagnostics, False), flat
+        return CodePart(name or "", tuple(_free(flat)), reporter.diagnostics, False), flat
     return min(found, key=lambda f: (any(d.code == _UNTOLD for d in f[0].diagnostics), len(f[0].diagnostics)))
 
 

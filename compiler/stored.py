@@ -37,7 +37,7 @@ from .flat.model import FlatModel, Origin, Type, Typed
 from .flat.types import make
 from .gc_pause import uncollected
 from .graph import Samples, Table
-from .graph.columns import Columns, columns, graph_of
+from .graph.columns import GraphColumns, columns, graph_of
 from .graph.operations import OPERATIONS
 from .program import model as program_model
 from .program.model import LongBody, Program, Statement
@@ -109,14 +109,14 @@ def _classes() -> tuple[type[Struct] | type[Enum], ...]:
 def _fingerprint() -> str:
     """Return what changes with the fields of any class, and with the numbers of operations."""
     described: list[object] = [(o.code, o.name, o.arity) for o in OPERATIONS]
-    for known in (*_classes(), Columns):
+    for known in (*_classes(), GraphColumns):
         fields = known.__struct_fields__ if issubclass(known, Struct) else [e.name for e in known]
         described.append((known.__name__, *fields))
     return blake2b(repr(described).encode(), digest_size=8).hexdigest()
 
 
 def _compact(equations: Equations) -> Equations:
-    """Return equations whose graph is the ``Columns`` of what they need, in the numbers of its rows."""
+    """Return equations whose graph is the ``GraphColumns`` of what they need, in the numbers of its rows."""
     outputs = [*equations.layout, *(n for f in equations.functions for n in f.outputs)]
     outputs += [rule.value for rule in equations.parameter_rules]
     graph, row = columns(equations.graph, outputs)
@@ -147,7 +147,7 @@ def _from_text(wanted: type, text: str) -> Fraction:
 _encoder = msgspec.msgpack.Encoder(enc_hook=_to_text)
 _bodies = msgspec.msgpack.Decoder(tuple[tuple[Statement, ...], ...], dec_hook=_from_text)
 _numbers = msgspec.msgpack.Decoder(tuple[Fraction, ...], dec_hook=_from_text)
-_columns = msgspec.msgpack.Decoder(Columns, dec_hook=_from_text)
+_columns = msgspec.msgpack.Decoder(GraphColumns, dec_hook=_from_text)
 
 
 # ---------------------------------------------------------------- columns, the same bytes on every machine
@@ -188,7 +188,7 @@ class _Writer:
             return value if -(1 << 63) <= value < 1 << 63 else [_BIG, f"{value:x}"]
         if kind is tuple:
             return [_TUPLE, *map(self.plain, cast("tuple[object, ...]", value))]
-        if isinstance(value, Columns):
+        if isinstance(value, GraphColumns):
             return [_GRAPH, _encoder.encode(value)]
         if isinstance(value, Struct):
             return self._struct(value)

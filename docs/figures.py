@@ -133,6 +133,8 @@ ROWS = (
     row("", "geared_servo", "../stdlib/test_machines.py", T, "load.angle"),
     row("", "helicopter_blade", "../stdlib/test_machines.py", T, "tip[2]"),
     row("", "lane_change", "../stdlib/test_machines.py", "pose.x", "pose.y"),
+    row("", "elbow", "../stdlib/test_machines.py", T, "elbow.angle"),
+    row("", "quarter_car", "../stdlib/test_machines.py", T, "body.s wheel.s"),
     row("", "rope_hoist", "../stdlib/test_machines.py", T, "rope.tension"),
     row("", "tower_crane", "../stdlib/test_machines.py", T, "load.angle"),
     row("", "valve_train", "../stdlib/test_machines.py", T, "cam.gap"),

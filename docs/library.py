@@ -24,6 +24,7 @@ PACKAGES = (
     "control",
     "vehicle",
     "space",
+    "machines",
     "couplings",
     "fields",
     "constants",
@@ -31,7 +32,7 @@ PACKAGES = (
 
 HEAD = """# The standard library
 
-Eleven packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Twelve packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
 limits = {-90, 90} deg);`; those that are not given are not there (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and
@@ -84,7 +85,8 @@ def _introduction(text: str) -> str:
 
 
 def _value(function: ast.Function) -> str:
-    return f"`{print_expression(function.value)}`" if not function.arguments else ""
+    value = function.value
+    return "" if function.arguments or value is None else f"`{print_expression(value)}`"
 
 
 def _table(model: ast.Model) -> str:

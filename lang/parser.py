@@ -17,8 +17,8 @@ from .build.rules import ACTIONS
 from .diagnostics import Diagnostic, Reporter
 from .grammar.keywords import RESERVED
 from .grammar.lexer import MOST_ERRORS, Token, tokenise
-from .grammar.tables import END, Mode, Tables, load_tables
-from .mistakes.recovery import Edit, Panic, Situation, replaced_header, synchronise
+from .grammar.tables import END, LexerMode, ParserTables, load_tables
+from .mistakes.recovery import Panic, Situation, TokenEdit, replaced_header, synchronise
 from .mistakes.syntax_errors import diagnose
 from .source import SourceFile, Span
 
@@ -58,18 +58,18 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     )
 
 
-def _passed(tables: Tables, below: int, top: int, kind: str) -> int:
+def _passed(tables: ParserTables, below: int, top: int, kind: str) -> int:
     """Return the state on top of ``below`` after all reductions before a token of this kind that make no value: of a number to a
     factor, to a term, and so on."""
     while (move := tables.moves[top].get(kind)) is not None and move < 0:
         production = tables.productions[~move]
-        if production.mode is not Mode.PASS:
+        if production.mode is not LexerMode.PASS:
             break
         top = tables.gotos[below][production.origin]
     return top
 
 
-def _fits(tables: Tables, states: list[int], kind: str) -> bool:
+def _fits(tables: ParserTables, states: list[int], kind: str) -> bool:
     """Tell whether a token of this kind stands behind what is here, once all that it ends is put together: a state that several rules
     share knows the words of all of them."""
     stack = states.copy()
@@ -86,7 +86,7 @@ def _fits(tables: Tables, states: list[int], kind: str) -> bool:
 class _Machine(Struct):
     """The stacks of the automaton: states, the value of each symbol, and where each begins."""
 
-    tables: Tables
+    tables: ParserTables
     tokens: list[Token]
     builder: Builder
     states: list[int]
@@ -106,7 +106,7 @@ class _Machine(Struct):
         states, values, starts, tokens = self.states, self.values, self.starts, self.tokens
         moves, gotos, productions = tables.moves, tables.gotos, tables.productions
         keywords, actions = tables.keywords, ACTIONS
-        passes, calls, appends = Mode.PASS, Mode.CALL, Mode.APPEND
+        passes, calls, appends = LexerMode.PASS, LexerMode.CALL, LexerMode.APPEND
         end = tokens[self.index - 1].end if self.index else 0
         for index in range(self.index, len(tokens) if stop is None else stop):
             token = tokens[index]
@@ -203,7 +203,7 @@ class _Machine(Struct):
             del self.states[situation.depth + 1 :], self.values[situation.depth :]
             del self.starts[situation.depth :]
             self.index = situation.first
-            Edit(end - self.index, tokens).apply(self.tokens, self.index)
+            TokenEdit(end - self.index, tokens).apply(self.tokens, self.index)
         elif isinstance(repair, Panic):
             place = synchronise(situation)
             if place is None:

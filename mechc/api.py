@@ -20,6 +20,7 @@ from .suggest import closest
 
 if TYPE_CHECKING:
     from .functions import Functions
+    from .inverse_kinematics import Reached
     from .requests.request import Asked
     from .runtime.ensembles.result import Ensemble
     from .runtime.results.streamed import Streamed
@@ -251,9 +252,10 @@ class Model(CompiledModel):
         """
         if not isinstance(n, int) or n < 1:
             raise UsageMistake(f"'n' counts environments, it is {n!r}")
-        return self._environments(
+        many: Environments = self._environments(
             n, dt, method, substeps, tolerance, max_steps, set, experiment, reproducible, threads, lanes
         )
+        return many
 
     def gym(
         self,
@@ -345,6 +347,17 @@ class Model(CompiledModel):
         from .functions import Functions
 
         return Functions(self)
+
+    def ik(self, frame: str, position: Any = None, rotation: Any = None, **settings: Any) -> Reached:
+        """Find coordinates that bring a frame or point to a ``position`` [m], a ``rotation`` (matrix), or both, in the world.
+
+        ``limits``: coordinates by their names between two values, beside those that they declare (``min``, ``max``); ``held``:
+        coordinates that stay; ``start``: where to begin, then ``starts`` - 1 more at random (``seed``); ``tolerance`` in m and
+        rad. Loops stay closed. ``found.reached`` tells whether it is there. Raises UsageMistake.
+        """
+        from .inverse_kinematics import find_pose
+
+        return find_pose(self.functions, frame, position, rotation, **settings)
 
     def gradient(
         self,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 from msgspec import Struct
 
-from .lang.diagnostics import CompileError
 from .model import CompiledModel
 from .requests.parse_values import UsageMistake
 from .runtime.case import SimulationOptions
@@ -18,13 +18,33 @@ class Frame(Struct, frozen=True):
     """A frame or point, in components of the world: each a function of (y[, t[, u]]).
 
     ``jacobian`` has the rows of ``velocity``, then those of ``angular_velocity`` (of a point: None, and no such rows), and a
-    column for each velocity of the model.
+    column for each velocity of the model; ``jacobian_rate`` is its time derivative, and ``drift`` the acceleration [rows] where
+    those of the model are zero. ``rotation`` [n, n] maps components in the axes of the frame to those of the world.
     """
 
     position: Callable[..., Any]
     velocity: Callable[..., Any]
     angular_velocity: Callable[..., Any] | None
     jacobian: Callable[..., Any]
+    rotation: Callable[..., Any] | None
+    jacobian_rate: Callable[..., Any]
+    drift: Callable[..., Any]
+
+
+class Centroid(Struct, frozen=True):
+    """All bodies together, in components of the world: each a function of (y[, t[, u]]).
+
+    ``position`` of the mass centre; ``momentum``: the linear one, then the angular one about the mass centre, ``matrix`` times the
+    velocities of the model; ``drift``: its rate where the accelerations of the model are zero. ``gravity``: the acceleration that acts on
+    all of them alike, None where it is not one. The velocity of the mass centre is that of the first rows over ``mass``.
+    """
+
+    mass: Callable[..., Any]
+    position: Callable[..., Any]
+    momentum: Callable[..., Any]
+    matrix: Callable[..., Any]
+    drift: Callable[..., Any]
+    gravity: Callable[..., Any] | None
 
 
 class Functions(ModelFunctions):
@@ -37,27 +57,71 @@ class Functions(ModelFunctions):
         made = model_functions(problem, SimulationOptions(values=model.settings))
         super().__init__(problem, made._bound.site)
         self._model = model
+        self._frames: dict[str, Frame] = {}
 
     def frame(self, name: str) -> Frame:
         """Compile what moves a frame or a point: ``f.frame("arm[7].b").jacobian(y)``. Raises UsageMistake for no such."""
-        taken = {e.name.partition("[")[0] for e in self._model.compilation.equations.outputs}
-        taken |= {e.name for e in self._model.parameters}
-        stem = "moved"
-        while any(n.startswith(stem) for n in taken):
-            stem += "_"
-        position, velocity, turning = (f"{stem}{k}" for k in range(3))
-        formulas = {position: f"pos({name})", velocity: f"vel({name})"}
-        try:
-            found = Functions(self._model.with_formulas({**formulas, turning: f"angvel({name})"}))
-            names: tuple[str, ...] = (velocity, turning)
-        except CompileError:
-            try:
-                found = Functions(self._model.with_formulas(formulas))
-            except CompileError as error:
-                raise UsageMistake(
-                    f"'{name}' is no frame and no point of '{self._model.name}'", str(error).splitlines()[0]
-                ) from None
-            names = (velocity,)
-        output = found.output
-        around = output[turning] if turning in names else None
-        return Frame(output[position], output[velocity], around, found.stacked(names))
+        if name not in self._frames:
+            self._frames[name] = self._frame(name)
+        return self._frames[name]
+
+    def _frame(self, name: str) -> Frame:
+        from .compiler.frame_functions import frame_functions, is_frame_or_point
+
+        compilation = self._model.compilation
+        if not is_frame_or_point(compilation, name):
+            raise UsageMistake(f"'{name}' is no frame and no point of '{self._model.name}'")
+        found = frame_functions(compilation, name, quick=True)
+        if found is None:
+            raise UsageMistake(
+                f"'{name}' moves by more than the states and the inputs of '{self._model.name}'",
+                "declare an output of its position or velocity: output tip = pos(...); and take its Jacobian",
+            )
+        of = self.of_library(found.library, found.shapes)
+        return Frame(
+            of["position"],
+            of["velocity"],
+            of.get("angular_velocity"),
+            of["frame_jacobian"],
+            of.get("rotation"),
+            of["jacobian_rate"],
+            of["drift"],
+        )
+
+    @cached_property
+    def centroid(self) -> Centroid:
+        """The mass centre and the momenta of all bodies. Raises UsageMistake for a model without bodies."""
+        from .compiler.frame_functions import centroid_functions
+
+        found = centroid_functions(self._model.compilation, quick=True)
+        if found is None:
+            raise UsageMistake(
+                f"'{self._model.name}' has no bodies whose momenta are functions of the states"
+            )
+        of = self.of_library(found.library, found.shapes)
+        return Centroid(
+            of["total_mass"],
+            of["centre"],
+            of["momenta"],
+            of["momenta_matrix"],
+            of["momenta_drift"],
+            of.get("gravity"),
+        )
+
+    def regressor(self, frames: Sequence[str]) -> Callable[[Any, Any], Any]:
+        """Return the function (y, a) -> Y [nv, 10 bodies]: the torques that bodies fixed in these frames ask for are Y pi.
+
+        ``pi`` has ten numbers for each body: mass m, first moment m c, and the moments of inertia about the origin of the
+        frame, xx yy zz xy xz yz, in its axes. Gravity is that of the model. In space only.
+        """
+        from .regressor import regressor_of
+
+        bodies = [self.frame(name) for name in frames]
+        if any(body.rotation is None or body.angular_velocity is None for body in bodies):
+            raise UsageMistake("a regressor is that of bodies in frames, not of points")
+        gravity = self.centroid.gravity
+        if gravity is None:
+            raise UsageMistake("gravity is not the same for all bodies, so that no regressor holds it")
+        if len(gravity(self.start)) != 3:
+            raise UsageMistake("a regressor is that of bodies in space")
+        return regressor_of(bodies, gravity)

@@ -34,7 +34,7 @@ from .runtime.memo import once
 
 if TYPE_CHECKING:
     from .compiler.flat.model import FlatModel
-    from .compiler.outline import Plan, StatedStudy
+    from .compiler.outline import ExperimentOutline, StatedStudy
     from .compiler.program.model import Program
     from .runtime.ensembles.lanes import Wanted
     from .runtime.interface import Quantity
@@ -202,7 +202,7 @@ class CompiledModel:
         plan = self.experiment(experiment)
         return {name: plan.words[name] for name in OF_ENSEMBLES if name in plan.words} if plan else {}
 
-    def experiment(self, name: str | None) -> Plan | None:
+    def experiment(self, name: str | None) -> ExperimentOutline | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
         experiments = self.compilation.outline.experiments
         if name is None:

@@ -62,7 +62,7 @@ def named_function(problem: Problem, functions: Functions, name: str, size: int)
         raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
     address = ctypes.cast(getattr(functions.library, name), ctypes.c_void_p).value
     assert address is not None
-    return _compiled(address, size)
+    return compiled_function(address, size)
 
 
 @once
@@ -83,7 +83,7 @@ def load_functions(problem: Problem) -> Functions:
         address: int | None = getattr(model, name)
         if address is None:
             raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
-        return _compiled(address, size)
+        return compiled_function(address, size)
 
     rhs, initial = needed("rhs", problem.ny), needed("initial", problem.ny)
     assert rhs is not None and initial is not None
@@ -93,17 +93,17 @@ def load_functions(problem: Problem) -> Functions:
             return None
         address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         assert address is not None
-        return _compiled(address, size)
+        return compiled_function(address, size)
 
     experiments: dict[str, ModelFunction] = {}
     for e in problem.experiments:
         address = ctypes.cast(getattr(library, e.function), ctypes.c_void_p).value
         assert address is not None
-        experiments[e.function] = _compiled(address, len(e.options) + len(e.settings))
+        experiments[e.function] = compiled_function(address, len(e.options) + len(e.settings))
 
     def projection(name: str, size: int) -> ModelFunction | None:
         address: int | None = getattr(model, name)
-        return None if address is None else _compiled(address, size)
+        return None if address is None else compiled_function(address, size)
 
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
@@ -167,7 +167,8 @@ FEW_CALLS = 100
 """So many go through ctypes, which needs no preparation; whoever calls more often gets a built-in function."""
 
 
-def _compiled(address: int, size: int) -> ModelFunction:
+def compiled_function(address: int, size: int) -> ModelFunction:
+    """Give the function (t, y, u, z, p) -> array [size] at an address."""
     function = contract.MODEL_FUNCTION(address)
     quick: ModelFunction | None = None
     left = FEW_CALLS

@@ -76,12 +76,12 @@ def make_table(
         raise SimulationError("a table needs as many values as times, and at least one")
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise SimulationError("a table holds finite numbers only")
-    _check_order(x, interpolation, place)
+    _check_order(x, v, interpolation, place)
     slopes = _spline_slopes(x, v) if interpolation == "spline" else np.zeros_like(x)
     return Table(x, v, slopes, interpolation)
 
 
-def _check_order(times: Array, interpolation: str, place: Callable[[int], str]) -> None:
+def _check_order(times: Array, values: Array, interpolation: str, place: Callable[[int], str]) -> None:
     """Refuse times that fall, three equal ones, and jumps of a smooth curve."""
     steps = np.diff(times)
     falls, jumps = steps < 0, steps == 0
@@ -93,7 +93,8 @@ def _check_order(times: Array, interpolation: str, place: Callable[[int], str]) 
     if jumps.any() and interpolation == "spline":
         row = int(np.argmax(jumps)) + 1
         raise SimulationError(
-            f"a spline has no jumps, but the time {times[row]:g} stands twice, the second time in {place(row)}"
+            f"a spline has no jumps, but the time {times[row]:g} stands twice, with {values[row - 1]:g} and with {values[row]:g} (in SI) in {place(row)}",
+            help="leave one of the two out",
         )
     if (twice := jumps[1:] & jumps[:-1]).any():
         row = int(np.argmax(twice)) + 2
@@ -160,11 +161,9 @@ def read_tables(
     for index, name in chosen.items():
         if name not in interpolations:
             known = ", ".join(sorted(interpolations)) or "none"
-            raise SimulationError(
-                f"the table {path} has a column '{name}', which is no input (inputs: {known})"
-            )
+            raise SimulationError(f"{path} has a column '{name}', which is no input (inputs: {known})")
         if name in tables:
-            raise SimulationError(f"the table {path} has two columns '{name}'")
+            raise SimulationError(f"{path} has two columns '{name}'")
         values = np.array(sheet.complete(index, name)) * _factor(path, convert, name, sheet.heads[index][1])
         tables[name] = make_table(times, values, interpolations[name], sheet.place)
     return tables
@@ -187,7 +186,9 @@ def time_column(sheet: Sheet, names: Sequence[str], others: Collection[str]) -> 
     there = ", ".join(f"'{name}'" for name in names)
     raise SimulationError(
         f"{sheet.path} has no column 'time'; it has {there}",
-        help=f"its head is 'time [s],...', or say which it is: --columns \"{names[0]} = time\"",
+        help=f"its head is 'time [s],...', or say which it is: --columns \"{names[0]} = time\""
+        if sheet.from_file
+        else "call the column of the time 'time [s]'",
     )
 
 
@@ -195,7 +196,7 @@ def _factor(path: Path, convert: ConvertUnit, name: str, unit: str) -> float:
     try:
         return convert(name, unit)
     except SimulationError as error:
-        raise SimulationError(f"the table {path}: {error.message}", help=error.help) from error
+        raise SimulationError(f"{path}: {error.message}", help=error.help) from error
 
 
 def _column_of(path: Path, names: Sequence[str], clock: int, wanted: str) -> int:
@@ -205,7 +206,7 @@ def _column_of(path: Path, names: Sequence[str], clock: int, wanted: str) -> int
     if names.count(wanted) != 1:
         found = ", ".join(f"'{name}'" for k, name in enumerate(names) if k != clock) or "none"
         raise SimulationError(
-            f"the table {path} needs one column beside the time, or one headed '{wanted}'; it has {found}"
+            f"{path} needs one column beside the time, or one headed '{wanted}'; it has {found}"
         )
     return names.index(wanted)
 
@@ -249,11 +250,20 @@ class Signal(Struct, frozen=True, eq=False):
 
     def _values(self, name: str, times: Array) -> Array:
         """Call the function at ``times`` [n, m]. Raises SimulationError for what is no finite number."""
-        values = np.array([float(self.function(t)) for t in times.ravel().tolist()]).reshape(times.shape)
+        values = np.array([self._value(name, t) for t in times.ravel().tolist()]).reshape(times.shape)
         if not np.isfinite(values).all():
             k = int(np.argmin(np.isfinite(values)))
             raise SimulationError(f"the function of '{name}' gives {values.flat[k]} at {times.flat[k]:g}")
         return values
+
+    def _value(self, name: str, t: float) -> float:
+        found = self.function(t)
+        try:
+            return float(found)
+        except (TypeError, ValueError):
+            raise SimulationError(
+                f"the function of '{name}' gives {found!r} at {t:g}, and an input is one number"
+            ) from None
 
 
 FIRST_PIECES, MOST_PIECES, MOST_JUMPS = 64, 1_000_000, 10_000

@@ -78,19 +78,19 @@ class Experiment(Struct, frozen=True):
     sweeps: tuple[tuple[Setting, tuple[float, ...]], ...] = ()
 
 
-class Assertion(Struct, frozen=True):
+class AssertionEntry(Struct, frozen=True):
     message: str
     origin: Origin | None
 
 
-class Branch(Struct, frozen=True):
+class HybridBranch(Struct, frozen=True):
     """A branch of a ``when``: its condition as text; ``message`` of ``terminate``, None where it goes on.
 
     ``sampled``: only ticks of clocks fulfil the condition.
     """
 
     text: str
-    checks: tuple[Assertion, ...]
+    checks: tuple[AssertionEntry, ...]
     message: str | None
     origin: Origin | None = None
     sampled: bool = False
@@ -115,12 +115,12 @@ class Hybrid(Struct, frozen=True):
     """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows, delays."""
 
     switches: tuple[str, ...]
-    branches: tuple[Branch, ...]
+    branches: tuple[HybridBranch, ...]
     rows: tuple[SwitchedRow, ...]
     delays: tuple[Delay, ...] = ()
 
 
-class Constraint(Struct, frozen=True):
+class ConstraintEntry(Struct, frozen=True):
     """One scalar row; ``level`` is position or velocity."""
 
     name: str
@@ -141,7 +141,7 @@ class AssemblyRow(Struct, frozen=True):
     origin: Origin | None = None
 
 
-class Offer(Struct, frozen=True):
+class OfferedFunction(Struct, frozen=True):
     """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
     rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
 
@@ -166,7 +166,7 @@ class SoughtOutputs(Struct, frozen=True):
     rows: int
 
 
-class Shape(Struct, frozen=True):
+class ShapeEntry(Struct, frozen=True):
     """One shape of the picture. ``numbers``: places in what ``scene_still``, then ``scene`` give, in SI and world axes.
 
     box, sphere, cylinder, cone, torus, disk, polygon, mesh, frame, curve and surface begin with origin and axes x, y, z
@@ -194,7 +194,7 @@ class Scene(Struct, frozen=True):
     """
 
     size: int
-    shapes: tuple[Shape, ...]
+    shapes: tuple[ShapeEntry, ...]
     n_still: int
     n_moving: int
     by_rule: bool
@@ -212,7 +212,7 @@ class CurveRow(Struct, frozen=True):
     origin: Origin | None = None
 
 
-class Curve(Struct, frozen=True):
+class CurveInterface(Struct, frozen=True):
     """A curve q(x), a <= x <= b, with x = a + (b - a) s; every function reads s in t and derivatives by s in y, for many
     places at once.
 
@@ -275,7 +275,7 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     outputs: tuple[Quantity, ...]
     known: tuple[bool, ...]
     rotations: tuple[int, ...] = ()
-    assertions: tuple[Assertion, ...] = ()
+    assertions: tuple[AssertionEntry, ...] = ()
     experiments: tuple[Experiment, ...] = ()
     held_inputs: tuple[int, ...] = ()
     """Inputs that stay at a value, as the equations need their rates, which are zero."""
@@ -286,7 +286,7 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     dependent: tuple[int, ...] = ()
     """Indices of initial values that are stated with those of other states: the function ``initial_of_others`` gives
     them from y, so that they follow settings."""
-    constraints: tuple[Constraint, ...] = ()
+    constraints: tuple[ConstraintEntry, ...] = ()
     """Independent rows, those of positions first."""
     starts: tuple[Origin | None, ...] = ()
     """Where the initial value of each state is stated; empty if nobody knows."""
@@ -307,7 +307,7 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     balance: tuple[Quantity, ...] = ()
     """What the function ``balance`` checks: kinds force, moment (names are bodies), place, direction (joints); of each the
     squares of what it is off by and of its size."""
-    offers: tuple[Offer, ...] = ()
+    offers: tuple[OfferedFunction, ...] = ()
     """Functions for others (``local/model_functions.py``). Empty unless asked for; then ``discretes`` ends with a number for
     each velocity, of kind seed: the accelerations that some read."""
     sought: tuple[SoughtOutputs, ...] = ()
@@ -328,7 +328,7 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     """None where nobody asked for a picture."""
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     """(row, column) of each output of functions that give the entries of a matrix, by the names of these."""
-    curve: Curve | None = None
+    curve: CurveInterface | None = None
     """None where the model moves; a curve has functions in Python only."""
 
     @property

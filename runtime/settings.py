@@ -30,7 +30,7 @@ KINDS = (
 )
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
 names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs, a
-formula of the model (``Formula``), several with or without names, a condition (1 where it holds), where a formula has a value (``Surface``), a time or a
+formula of the model (``Formula``), several with or without names, a condition (1 where it holds), where a formula has a value (``FormulaSurface``), a time or a
 formula of it, an energy,
 what a search may change (``Free``), amounts of quantities, measured motions, a point by its coordinates, the members of an
 ensemble (``ensembles/members.py``), what is kept of them (``Kept``), all, none or a share, a matrix of numbers, seconds of a
@@ -81,7 +81,7 @@ class Formula(Struct, frozen=True):
     text: str
 
 
-class Surface(Struct, frozen=True):
+class FormulaSurface(Struct, frozen=True):
     """Where the quantity ``name`` has the value ``level``, in SI; ``text`` as it was written."""
 
     name: str
@@ -98,7 +98,7 @@ class Free(Struct, frozen=True):
     high: float | None = None
 
 
-class Setting(Struct, frozen=True):
+class QuestionSetting(Struct, frozen=True):
     """One setting of a question: the name of its field, what it means, how it is written (``KINDS``), and what people
     call it where that is not the field's name."""
 
@@ -115,7 +115,7 @@ def settable(description: str, kind: str, *, option: str = "") -> Meta:
 
 
 @functools.cache
-def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
+def settings_of(question: type[Struct]) -> tuple[QuestionSetting, ...]:
     """Give the settings of a question in the order of its fields, without those that it does not use."""
     found = []
     unused = getattr(question, "unused", ())
@@ -123,6 +123,6 @@ def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
         for meta in getattr(hint, "__metadata__", ()):
             if isinstance(meta, Meta) and meta.extra and meta.description and name not in unused:
                 found.append(
-                    Setting(name, meta.description, meta.extra["kind"], meta.extra["option"] or name)
+                    QuestionSetting(name, meta.description, meta.extra["kind"], meta.extra["option"] or name)
                 )
     return tuple(found)

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 from .outcome import SimulationError
 
 
-class Named(Struct, frozen=True):
+class NamedColumn(Struct, frozen=True):
     """What a column is: its head in the file, or its number from 1 on; its unit there, "" where the file says it; its name."""
 
     head: str
@@ -28,18 +28,18 @@ class Named(Struct, frozen=True):
     name: str
 
 
-class Reading(Struct, frozen=True):
+class SheetReading(Struct, frozen=True):
     """How a file is to be read, where that is said; what is not said is recognised. ``skip``: lines to leave out at the top;
     ``headless``: the first row may hold numbers already, the columns are then numbered."""
 
-    columns: tuple[Named, ...] = ()
+    columns: tuple[NamedColumn, ...] = ()
     skip: int = 0
     separator: str | None = None
     decimal: str | None = None
     headless: bool = False
 
 
-PLAIN = Reading()
+PLAIN = SheetReading()
 
 
 class Sheet(Struct, frozen=True):
@@ -137,7 +137,7 @@ class _Found(Struct, frozen=True):
     said: tuple[str, ...]
 
 
-def read_sheet(path: Path, reading: Reading = PLAIN, is_unit: IsUnit = lambda text: False) -> Sheet:
+def read_sheet(path: Path, reading: SheetReading = PLAIN, is_unit: IsUnit = lambda text: False) -> Sheet:
     """Read a table. ``is_unit`` tells a row of units from one of names. Raises SimulationError with file and line."""
     text, encoding = _text(path)
     below = text
@@ -251,7 +251,14 @@ def _ends_in_numbers(way: _Way, text: str) -> bool:
 
 
 def _read(
-    path: Path, text: str, above: int, way: _Way, reading: Reading, is_unit: IsUnit, *, texts: bool = False
+    path: Path,
+    text: str,
+    above: int,
+    way: _Way,
+    reading: SheetReading,
+    is_unit: IsUnit,
+    *,
+    texts: bool = False,
 ) -> _Found:
     """Read a text in one way; with ``texts`` where some columns hold no number at all, without these. Raises _Fault."""
     rows, comments = _rows(path, text, above, way)
@@ -415,7 +422,7 @@ def _heads(
     data: list[Row],
     comments: list[Row],
     is_unit: IsUnit,
-    reading: Reading,
+    reading: SheetReading,
 ) -> _Heads:
     """Find the names of columns above the numbers. Raises _Fault."""
     if not data:
@@ -603,7 +610,7 @@ def _signs(way: _Way) -> str:
 # ---------------------------------------------------------------- names that are given
 
 
-def _named(sheet: Sheet, reading: Reading) -> Sheet:
+def _named(sheet: Sheet, reading: SheetReading) -> Sheet:
     """Give columns the names that the caller has for them. Raises SimulationError."""
     heads = list(sheet.heads)
     for asked in reading.columns:
@@ -615,7 +622,7 @@ def _named(sheet: Sheet, reading: Reading) -> Sheet:
     return replace(sheet, heads=tuple(heads))
 
 
-def _column(sheet: Sheet, asked: Named) -> int:
+def _column(sheet: Sheet, asked: NamedColumn) -> int:
     names = [name for name, _ in sheet.heads]
     for same in (str.strip, str.casefold):
         found = [k for k, name in enumerate(names) if same(name) == same("".join(asked.head.split()))]

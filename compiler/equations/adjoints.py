@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
-from mechc.runtime.interface import Offer
+from mechc.runtime.interface import OfferedFunction
 
 from ..graph import Node
 from ..graph.differentiate import vjp
@@ -82,8 +82,13 @@ class _Adjoints:
                 *made,
             ),
             offers=(
-                Offer(entry.name, "goal", made[0].doc, (), ((entry.name, unit),), (), True, "adjoint"),
-                *(Offer(f.name, f.name, f.doc, (len(rows),), labels, (), True, "adjoint") for f in made[1:]),
+                OfferedFunction(
+                    entry.name, "goal", made[0].doc, (), ((entry.name, unit),), (), True, "adjoint"
+                ),
+                *(
+                    OfferedFunction(f.name, f.name, f.doc, (len(rows),), labels, (), True, "adjoint")
+                    for f in made[1:]
+                ),
             ),
         )
 

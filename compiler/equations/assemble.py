@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.interface import Assertion, Constraint, Origin
+from mechc.runtime.interface import AssertionEntry, ConstraintEntry, Origin
 
 from ..graph import DivisionByZero, Node
 from ..graph.elimination.path_elimination import ZeroPivot
@@ -26,7 +26,7 @@ from .reported.entries import Layout, layout_of
 from .reported.found import found_at_start
 from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
-from .rows.crowd import Member, check_crowd, forces_by_name, set_apart
+from .rows.crowd import CrowdMember, check_crowd, forces_by_name, set_apart
 from .rows.prescribed_slips import with_prescribed_slips
 from .rows.without_mass import with_balances, with_combined_balances
 from .solve.accelerations import Undetermined, massless
@@ -83,7 +83,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
 def _begun(
     system: MechanicalSystem,
     solved: Solved,
-    members: tuple[Member, ...],
+    members: tuple[CrowdMember, ...],
     reporter: Reporter,
     parts: frozenset[str],
 ) -> Draft:
@@ -130,7 +130,9 @@ def _equations(draft: Draft) -> Equations:
         needs=facts,
         choices=choices(system, solved, facts, draft.parts),
         rotations=_rotations(system),
-        assertions=tuple(Assertion(a.message, origin(a.origin.shown)) for a in _asserted(system, solved)),
+        assertions=tuple(
+            AssertionEntry(a.message, origin(a.origin.shown)) for a in _asserted(system, solved)
+        ),
         energy_balance=listed.energy_balance,
         dependent=_dependent(draft.found.starts),
         found_states=draft.found.states,
@@ -205,9 +207,9 @@ def _dependent(starts: Sequence[InitialValue]) -> tuple[int, ...]:
     return tuple(k for k, b in enumerate(starts) if b.by_others is not None)
 
 
-def _constraint_entries(solved: Solved) -> tuple[Constraint, ...]:
+def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:
     return tuple(
-        Constraint(
+        ConstraintEntry(
             row.title,
             "velocity" if row.position is None else "position",
             row.constraint.units[row.component],

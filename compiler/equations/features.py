@@ -27,13 +27,13 @@ from .reported.assembly import assembly
 from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
-from .reported.found import Found
+from .reported.found import FoundStart
 from .reported.matter import matter_of
 from .reported.outputs import OutputList
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
 from .reported.sought import systems_of
-from .rows.crowd import Member, check_askers
+from .rows.crowd import CrowdMember, check_askers
 from .sensitivities import passing_on
 from .solve.shares import check_derivatives
 from .solve.solved import Solved
@@ -47,8 +47,8 @@ class Draft(Struct, eq=False):
     solved: Solved
     layout: Layout
     listed: OutputList
-    found: Found
-    members: tuple[Member, ...]
+    found: FoundStart
+    members: tuple[CrowdMember, ...]
     crowd: Crowd | None
     reporter: Reporter
     parts: frozenset[str]

@@ -69,8 +69,15 @@ def _reads(equations: Equations) -> Reads:
     def read(target: Slot, nodes: Iterable[Node]) -> None:
         reads.setdefault(target, set()).update(_places(equations, nodes))
 
-    for i, rate in enumerate(functions.get("rhs", ())):
-        read(Slot("y", i), [rate])
+    rates, moving = functions.get("rhs", ()), equations.nq + equations.nv
+    motion = _places(
+        equations, rates[:moving]
+    )  # what one of them reads, the motion needs: they are asked together
+    for i, rate in enumerate(rates):
+        if i < moving:
+            reads[Slot("y", i)] = set(motion)
+        else:
+            read(Slot("y", i), [rate])
     if hybrid is None:
         return reads
     indicators, conditions = functions.get("indicators", ()), functions.get("conditions", ())

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from mechc.lang.source import Span
-from mechc.runtime.interface import Branch, Delay, ModelInterface, Quantity, SoughtOutputs
+from mechc.runtime.interface import Delay, HybridBranch, ModelInterface, Quantity, SoughtOutputs
 
 from ..graph import Graph, Node
 from .crowd_plan import CrowdPlan
@@ -74,7 +74,7 @@ class BranchPlan(Struct, frozen=True):
 
     event: int
     function: str
-    shown: Branch
+    shown: HybridBranch
 
 
 class RowPlan(Struct, frozen=True):

@@ -39,7 +39,7 @@ FACTS = {
 """What may be needed, in words."""
 
 
-class Part(Struct, frozen=True):
+class BuiltPart(Struct, frozen=True):
     """Something that can be built whether it is needed or not: ``words``, the facts that need it, and what is said
     where it is left out. ``studied``: no run needs it, only questions of another kind, or a method
     that some models refuse."""
@@ -51,80 +51,82 @@ class Part(Struct, frozen=True):
 
 
 PARTS = {
-    "jacobian": Part(
+    "jacobian": BuiltPart(
         "the Jacobian of implicit methods",
         ("jacobian",),
         "no implicit method is asked for; one that is brings it",
     ),
-    "momenta": Part(
+    "momenta": BuiltPart(
         "momenta, forces and the mass matrix as functions",
         ("momenta",),
         "no structure-preserving method for constraints is asked for; one that is brings them",
     ),
-    "series": Part(
+    "series": BuiltPart(
         "Taylor series of the rates",
         (),
         "the method 'taylor' is not asked for; it brings them",
         studied=True,
     ),
-    "local_derivatives": Part(
+    "local_derivatives": BuiltPart(
         "derivatives of rates, outputs and constraints at a state",
         (),
         "no study asks for them; one that does brings them",
         studied=True,
     ),
-    "second_order": Part(
+    "second_order": BuiltPart(
         "derivatives of the equations of motion before they are solved",
         (),
         "no study asks for them; one that does brings them",
         studied=True,
     ),
-    "phase": Part(
+    "phase": BuiltPart(
         "momenta, energy and outputs with their rates and gradients",
         (),
         "no study that looks for what is constant is asked for; one that is brings them",
         studied=True,
     ),
-    "matter": Part(
+    "matter": BuiltPart(
         "masses and inertias where they are",
         (),
         "no study asks for them; one that does brings them",
         studied=True,
     ),
-    "functions": Part(
+    "functions": BuiltPart(
         "mass matrix, bias, inverse dynamics, energies and Jacobians as functions for others",
         (),
         "nobody asks for them; `model.functions` brings them",
         studied=True,
     ),
-    "bends": Part(
+    "bends": BuiltPart(
         "kinks of tables as they stand, where runs would stop",
         (),
         "a run stops at kinks of tables",
         studied=True,
     ),
-    "projection": Part(
+    "projection": BuiltPart(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
     ),
-    "events": Part("the search for events in each step", ("events",), "nothing switches"),
-    "accounts": Part(
+    "events": BuiltPart("the search for events in each step", ("events",), "nothing switches"),
+    "accounts": BuiltPart(
         "accounts of supplied and dissipated energy",
         ("supply", "dissipation"),
         "nothing supplies energy, or nothing dissipates it",
     ),
-    "reactions": Part("the multipliers as outputs", (), "what is not asked for is not reported"),
-    "positions": Part("the place of every mass as an output", (), "what is not asked for is not reported"),
-    "scene": Part("places and sizes of what is drawn", (), "nothing asks for a picture"),
-    "constants": Part(
+    "reactions": BuiltPart("the multipliers as outputs", (), "what is not asked for is not reported"),
+    "positions": BuiltPart(
+        "the place of every mass as an output", (), "what is not asked for is not reported"
+    ),
+    "scene": BuiltPart("places and sizes of what is drawn", (), "nothing asks for a picture"),
+    "constants": BuiltPart(
         "formulas of parameters in each evaluation", (), "they are computed once, before the run"
     ),
-    "exchanged": Part(
+    "exchanged": BuiltPart(
         "a curve over a parameter, with its independent variable as a coordinate",
         (),
         "no slope is infinite; where one is, the search for the curve brings it",
         studied=True,
     ),
-    "structure": Part(
+    "structure": BuiltPart(
         "factorisation of the mass matrix as a whole",
         (),
         "the accelerations are eliminated along the structure",

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from mechc.lang.units import parse_unit
-from mechc.runtime.interface import Offer, Quantity
+from mechc.runtime.interface import OfferedFunction, Quantity
 
 from ..graph import Node
 from ..graph.differentiate import jacobian, jvp
@@ -30,7 +30,7 @@ class Offered(Struct, frozen=True):
     ``inverse_dynamics`` reads behind the discrete variables, described by ``entries``."""
 
     functions: tuple[Function, ...]
-    offers: tuple[Offer, ...]
+    offers: tuple[OfferedFunction, ...]
     seeds: tuple[Node, ...]
     entries: tuple[Quantity, ...]
 
@@ -66,7 +66,7 @@ def offered(
     )
 
 
-Made = Iterator[tuple[Function, Offer]]
+Made = Iterator[tuple[Function, OfferedFunction]]
 
 
 def _dynamics(system: MechanicalSystem, solved: Solved, layout: Layout, seeds: Sequence[Node]) -> Made:
@@ -90,9 +90,11 @@ def _dynamics(system: MechanicalSystem, solved: Solved, layout: Layout, seeds: S
         rows: Labels,
         columns: Labels | None = None,
         given: bool = False,
-    ) -> tuple[Function, Offer]:
+    ) -> tuple[Function, OfferedFunction]:
         shape = (len(rows),) if columns is None else (len(rows), len(columns))
-        return Function(name, doc, tuple(nodes)), Offer(name, name, doc, shape, rows, columns or (), given)
+        return Function(name, doc, tuple(nodes)), OfferedFunction(
+            name, name, doc, shape, rows, columns or (), given
+        )
 
     yield one(
         "accelerations",
@@ -103,7 +105,7 @@ def _dynamics(system: MechanicalSystem, solved: Solved, layout: Layout, seeds: S
     yield one("mass_matrix", "M of M a + h = K^T lam", substitute(graph, mass, still), forces, accelerations)
     yield (
         bias(system, solved),
-        Offer(
+        OfferedFunction(
             "bias",
             "bias",
             "h of M a + h = K^T lam: inertia at rest of the accelerations, less all forces but those of constraints",
@@ -136,7 +138,7 @@ def _constraints(
     residuals = (*positions, *velocities)
     yield (
         named["constraints"],
-        Offer(
+        OfferedFunction(
             "constraints",
             "constraints",
             "phi of positions, then K v + b",
@@ -148,7 +150,7 @@ def _constraints(
     )
     yield (
         named["constraint_jacobian"],
-        Offer(
+        OfferedFunction(
             "constraint_jacobian",
             "constraint_jacobian",
             "K of K v + b = 0",
@@ -164,7 +166,7 @@ def _constraints(
     doc = "gamma of K a + gamma = 0"
     yield (
         Function("constraint_bias", doc, tuple(gamma)),
-        Offer("constraint_bias", "constraint_bias", doc, (len(rows),), units, (), False),
+        OfferedFunction("constraint_bias", "constraint_bias", doc, (len(rows),), units, (), False),
     )
 
 
@@ -177,7 +179,7 @@ def _energies(solved: Solved, layout: Layout) -> Made:
     ):
         yield (
             Function(name, doc, solved.resolve([node])),
-            Offer(name, name, doc, (), ((name, layout.energy),), (), False),
+            OfferedFunction(name, name, doc, (), ((name, layout.energy),), (), False),
         )
 
 
@@ -187,7 +189,10 @@ def _state(layout: Layout, functions: Sequence[Function], solved: Solved) -> Mad
     rates = tuple(
         (f"der({s.name})", _per_second(s.unit) if not layout.dimensionless else "") for s in layout.states
     )
-    yield rhs, Offer("rates", "rhs", "time derivative of the state", (len(states),), rates, (), False)
+    yield (
+        rhs,
+        OfferedFunction("rates", "rhs", "time derivative of the state", (len(states),), rates, (), False),
+    )
     by_index = {slot.index: n for n, slot in layout.slots.items() if slot.array == "y"}
     wrt = [by_index[k] for k in range(len(states))]
     zero = solved.graph.zero
@@ -195,7 +200,9 @@ def _state(layout: Layout, functions: Sequence[Function], solved: Solved) -> Mad
     doc = "derivatives of the rates by the state, row by row"
     yield (
         Function("rates_jacobian", doc, tuple(dense)),
-        Offer("rates_jacobian", "rates_jacobian", doc, (len(states), len(states)), rates, states, False),
+        OfferedFunction(
+            "rates_jacobian", "rates_jacobian", doc, (len(states), len(states)), rates, states, False
+        ),
     )
 
 
@@ -221,7 +228,7 @@ def _outputs(
         doc = entries[members[0]].doc or f"output {name}"
         yield (
             Function(f"output_{number}", doc, tuple(nodes)),
-            Offer(name, f"output_{number}", doc, shape, units, (), False, "output"),
+            OfferedFunction(name, f"output_{number}", doc, shape, units, (), False, "output"),
         )
         moves = not set(velocities).isdisjoint(graph.support(*nodes))
         moved = nodes if moves else jvp(graph, nodes, along)
@@ -238,7 +245,9 @@ def _outputs(
         )
         yield (
             Function(f"jacobian_{number}", doc, tuple(dense)),
-            Offer(name, f"jacobian_{number}", doc, (*shape, len(rates)), units, rates, False, "jacobian"),
+            OfferedFunction(
+                name, f"jacobian_{number}", doc, (*shape, len(rates)), units, rates, False, "jacobian"
+            ),
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import prod
 
-from mechc.runtime.interface import Curve, Quantity
+from mechc.runtime.interface import CurveInterface, Quantity
 
 from ..graph import Node
 from ..graph import verify as graphs
@@ -260,7 +260,7 @@ class _Check:
 
     # ------------------------------------------------------------ curves
 
-    def curve(self, c: Curve) -> None:
+    def curve(self, c: CurveInterface) -> None:
         """Functions have the results that the plan promises, and patterns stay inside of their matrices."""
         columns = c.coordinates * (c.order + 1) + len(c.shared)
         numbers = c.unknown + len(c.numbers)

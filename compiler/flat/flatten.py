@@ -28,7 +28,7 @@ from .model import FlatModel, Role
 from .names.classes import Class, Classes
 from .names.files import search_path
 from .names.instance import Instance, VariableMember, let_go
-from .names.namespace import Library, Namespace
+from .names.namespace import Namespace, SourceLibrary
 from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
 from .statements.drawings import drawings, is_quiet
@@ -36,7 +36,7 @@ from .statements.elaborate import run
 from .statements.energies import note_fields
 from .statements.experiments import experiments
 from .statements.initial_values import all_stationary
-from .statements.record import Record
+from .statements.record import StatementRecord
 from .statements.relations import hold_released_drives
 from .statements.servo import check_impacts, find_inputs
 from .statements.studies import studies
@@ -63,7 +63,7 @@ def flatten(
     uses it.
     Raises CompileError with everything found.
     """
-    library = Library(search_path(file, search), reporter)
+    library = SourceLibrary(search_path(file, search), reporter)
     namespace = library.register(file)
     namespace.resolve()
     chosen = _choose(file, namespace, model, reporter)
@@ -147,7 +147,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     _name_independent(instance)
     check_known(instance, reporter)
     look_ahead(flattening, cls)
-    record = Record()
+    record = StatementRecord()
     run(instance, record)
     hold_released_drives(record)
     note_fields(record, flattening.reporter)
@@ -224,7 +224,7 @@ def _name_independent(instance: Instance) -> None:
                 instance.flattening.reporter.stop_on_errors()  # all else would be told of a motion
 
 
-def _add_integrals(flattening: Flattening, record: Record) -> None:
+def _add_integrals(flattening: Flattening, record: StatementRecord) -> None:
     """Make a hidden state of each running integral."""
     for name, body, type, origin in flattening.integrals:
         record.equations.append(model.StateEquation(name, (), body, origin))
@@ -233,7 +233,7 @@ def _add_integrals(flattening: Flattening, record: Record) -> None:
         record.hidden.append(model.Variable(name, Role.STATE, type, origin, start=start))
 
 
-def _variables(record: Record) -> tuple[model.Variable, ...]:
+def _variables(record: StatementRecord) -> tuple[model.Variable, ...]:
     result: list[model.Variable] = []
     for member in record.variables:
         try:
@@ -243,7 +243,7 @@ def _variables(record: Record) -> tuple[model.Variable, ...]:
     return tuple(result)
 
 
-def _joints(record: Record) -> tuple[model.Joint, ...]:
+def _joints(record: StatementRecord) -> tuple[model.Joint, ...]:
     """Return the joints with their targets followed through connections to the frame that is meant."""
     values = {d.name: d.value for d in record.definitions if d.role is model.DefinitionRole.FRAME}
     result = []
@@ -270,7 +270,7 @@ def _structural(flattening: Flattening) -> dict[str, Fraction | bool | str]:
     }
 
 
-def _check_gravity(instance: Instance, record: Record) -> None:
+def _check_gravity(instance: Instance, record: StatementRecord) -> None:
     """Warn of a field that reaches no mass."""
     if instance.gravity_span is not None and id(instance) not in record.reached:
         instance.flattening.reporter.warning(

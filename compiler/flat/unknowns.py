@@ -15,7 +15,7 @@ _ANSWERS = ("definitions", "assertions", "exacts", "draws", "implicit", "unknown
 """Fields of a model on which its motion does not depend."""
 
 
-class Group(Struct, frozen=True):
+class UnknownGroup(Struct, frozen=True):
     """Unknowns that share equations; ``count`` of numbers, ``rows`` of equations between numbers."""
 
     unknowns: tuple[UnknownOutput, ...]
@@ -85,7 +85,7 @@ def _unknown_parts(value: object) -> list[Unknown]:
     return found
 
 
-def groups(model: FlatModel) -> tuple[Group, ...]:
+def groups(model: FlatModel) -> tuple[UnknownGroup, ...]:
     """Return the systems of equations, each with its unknowns, in the order of declaration."""
     definitions = {d.name: d.value for d in model.definitions}
     sizes = {d.name: prod(d.type.shape) for d in model.definitions}
@@ -109,5 +109,7 @@ def groups(model: FlatModel) -> tuple[Group, ...]:
             e for e, names in zip(model.implicit, entering, strict=True) if names and first(names[0]) == head
         )
         count = sum(sizes[u.name] for u in members)
-        result.append(Group(members, equations, count, sum(prod(e.left.type.shape) for e in equations)))
+        result.append(
+            UnknownGroup(members, equations, count, sum(prod(e.left.type.shape) for e in equations))
+        )
     return tuple(result)

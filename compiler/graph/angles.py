@@ -9,11 +9,11 @@ from .field import Angle, circle, constant_angle, opaque_angle, symbol_angle
 from .operations import ADD, CONST, MUL, NEG, SUB, SYMBOL
 
 if TYPE_CHECKING:
-    from .interning import Store
+    from .interning import NodeStore
     from .reached import Node
 
 
-def point_of(store: Store, n: Node) -> tuple[int, int]:
+def point_of(store: NodeStore, n: Node) -> tuple[int, int]:
     """Return (cosine, sine) of an angle in the field."""
     point = store._points.get(n)
     if point is None:
@@ -25,7 +25,7 @@ def point_of(store: Store, n: Node) -> tuple[int, int]:
     return point
 
 
-def angle_of(store: Store, n: Node) -> Angle:
+def angle_of(store: NodeStore, n: Node) -> Angle:
     """Return the angle that a node stands for: linear in symbols, opaque below anything else."""
     angles, code, left, right = store._angles, store._code, store._left, store._right
     stack = [n]

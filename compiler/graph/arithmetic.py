@@ -1,4 +1,4 @@
-"""Sums and products: most nodes of every graph, so that what ``Store`` does for all is written out here."""
+"""Sums and products: most nodes of every graph, so that what ``NodeStore`` does for all is written out here."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from .field import HALF, P
 from .fold import is_short
-from .interning import Store
+from .interning import NodeStore
 from .operations import ADD, CONST, DIV, MUL, NEG, SINGULAR, SQRT, SUB
 from .reached import Node
 
@@ -19,7 +19,7 @@ class DivisionByZero(ZeroDivisionError):
         self.numerator = numerator
 
 
-class Arithmetic(Store):
+class Arithmetic(NodeStore):
     """The four operations, and what is made of them."""
 
     __slots__ = ()

@@ -18,7 +18,7 @@ _BYTES = 16
 """Of a value in the field."""
 
 
-class Columns(Struct, frozen=True, array_like=True):
+class GraphColumns(Struct, frozen=True, array_like=True):
     """One row for each node, ascending; arguments are numbers of rows, -1 for none.
 
     ``third`` holds the last argument of each SELECT, ``names``, ``constants`` and ``lookups`` what the leaves and
@@ -38,13 +38,13 @@ class Columns(Struct, frozen=True, array_like=True):
     values: bytes
 
 
-def columns(graph: Graph, outputs: Iterable[Node]) -> tuple[Columns, dict[Node, int]]:
+def columns(graph: Graph, outputs: Iterable[Node]) -> tuple[GraphColumns, dict[Node, int]]:
     """Return what outputs depend on, and the row of each node."""
     kept = graph.reach([*outputs, graph.zero, graph.one, graph.minus_one, graph.two, graph.half])
     row: dict[Node, int] = {n: k for k, n in enumerate(kept)}
     row[NONE] = -1
     code = graph._code
-    made = Columns(
+    made = GraphColumns(
         graph.by_value,
         graph.seed,
         bytes(code[n] for n in kept),
@@ -61,7 +61,7 @@ def columns(graph: Graph, outputs: Iterable[Node]) -> tuple[Columns, dict[Node, 
     return made, row
 
 
-def graph_of(made: Columns) -> Graph:
+def graph_of(made: GraphColumns) -> Graph:
     """Return the graph, in which expressions can be built as in the one that was written."""
     graph = Graph(by_value=made.by_value, seed=made.seed)
     codes, left, right, raw = made.codes, made.left, made.right, made.values

@@ -24,7 +24,7 @@ from typing import Final, Self
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
 from .overlay_dict import Above
-from .reached import Answers, Node, depends_on, few_reached, marked, marked_within, within
+from .reached import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .table import Samples, Table
 
 NONE: Final = Node(-1)
@@ -34,7 +34,7 @@ ASKED: Final = 16
 """Sets of nodes whose traits are remembered: those of all velocities, say, are asked about for each statement."""
 
 
-class Store:
+class NodeStore:
     """Nodes and what is known about them; ``Graph`` (node.py) adds the constructors of expressions.
 
     ``by_value=False`` interns by structure only (for comparison); ``seed`` chooses the point of the field.
@@ -93,7 +93,7 @@ class Store:
         self._angles: dict[Node, Angle] = {}
         self._points: dict[Node, tuple[int, int]] = {}
         self._inverses: dict[Node, int] = {}
-        self._reached = Answers()
+        self._reached = ReachCache()
         self._asked: dict[frozenset[Node], bytes] = {}
         self._used = {ADD, SUB, MUL}
         """Operations that some node has, and perhaps these."""
@@ -279,11 +279,11 @@ class Store:
     def trial(self) -> Self:
         """Return a copy that is right as long as nothing is added here; it takes less memory than a fork."""
         other = object.__new__(type(self))
-        for slot in Store.__slots__:
+        for slot in NodeStore.__slots__:
             held = getattr(self, slot)
             if slot == "_classes":
                 held = Above(held)
-            elif isinstance(held, (list, dict, set, bytearray, Answers)):
+            elif isinstance(held, (list, dict, set, bytearray, ReachCache)):
                 held = held.copy()
             setattr(other, slot, held)
         return other
@@ -294,7 +294,7 @@ class Store:
             raise ValueError("the graph has changed since it was forked")
         if isinstance(fork._classes, Above):
             fork._classes = fork._classes.put_down()
-        for slot in Store.__slots__:
+        for slot in NodeStore.__slots__:
             setattr(self, slot, getattr(fork, slot))
 
     # ------------------------------------------------------------------ interning

@@ -30,7 +30,7 @@ class Arguments(Protocol):
     def args(self, n: Node) -> tuple[Node, ...]: ...
 
 
-class Answers:
+class ReachCache:
     """What the last large questions found, by the nodes that were asked for."""
 
     __slots__ = ("_found",)
@@ -38,8 +38,8 @@ class Answers:
     def __init__(self, found: Mapping[frozenset[Node], bytearray] | None = None) -> None:
         self._found = dict(found or {})
 
-    def copy(self) -> Answers:
-        return Answers(self._found)
+    def copy(self) -> ReachCache:
+        return ReachCache(self._found)
 
     def to(self, graph: Arguments, wanted: Collection[Node]) -> bytearray:
         """Return ``marked``, remembered, or found beside what some of the nodes are known to reach."""

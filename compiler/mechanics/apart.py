@@ -15,7 +15,7 @@ from ..flat.model import DefinitionRole
 from ..graph import Graph, Node
 from ..graph.rewrite import substitute
 from ..graph.vector import Vector, transpose, unit_vector
-from .kinematics.frames import Frame, Kinematics, Point, displaced
+from .kinematics.frames import Frame, FrameKinematics, Point, displaced
 from .kinematics.planar import Planar
 from .kinematics.pose import Pose, Rotate, Translate, Turn
 from .kinematics.rates import TotalDerivative
@@ -24,7 +24,7 @@ from .system import MechanicalSystem
 WORLD = "world"
 
 
-class Body(Struct, frozen=True):
+class FreeFrame(Struct, frozen=True):
     """A free frame: ``joined`` where joints place it, ``apart`` at the place ``x`` and turned by small angles ``e`` about the
     axes of the world (in the plane, by its whole angle); ``v`` and ``w`` are their rates. ``axes``: of a general orientation."""
 
@@ -52,11 +52,11 @@ class Apart:
     def __init__(self, system: MechanicalSystem) -> None:
         self._system = system
         self._graph: Graph = system.graph
-        self._kinematics: Kinematics = system.kinematics
+        self._kinematics: FrameKinematics = system.kinematics
         self._chain = TotalDerivative(self._graph, {})
         self._still: dict[Node, Node] = {}
         known = system.lowering.known
-        self.bodies: dict[str, Body] = {}
+        self.bodies: dict[str, FreeFrame] = {}
         for d in system.model.definitions:
             frame = known.get(d.name)
             if d.role is DefinitionRole.FRAME and d.value is None and isinstance(frame, Frame):
@@ -64,7 +64,7 @@ class Apart:
         self._names = {id(frame): name for name, body in self.bodies.items() for frame in _steps(body.apart)}
         self.motions = frozenset(n for body in self.bodies.values() for n in body.motion)
 
-    def _body(self, name: str, joined: Frame) -> Body:
+    def _body(self, name: str, joined: Frame) -> FreeFrame:
         graph, size = self._graph, self._kinematics.size
         turns = 1 if size == 2 else 3
 
@@ -78,7 +78,7 @@ class Apart:
         pose: Pose = (Translate(x), *(Rotate(2 if size == 2 else k, angle) for k, angle in enumerate(e)))
         if axes:
             pose = (*pose, Turn((axes[:3], axes[3:6], axes[6:]), None))
-        return Body(name, joined, displaced(graph, self._kinematics.world, pose), x, e, v, w, axes)
+        return FreeFrame(name, joined, displaced(graph, self._kinematics.world, pose), x, e, v, w, axes)
 
     @contextmanager
     def lowered(self) -> Iterator[None]:
@@ -161,7 +161,7 @@ class Apart:
                 values |= zip(body.axes, (x for row in axes for x in row), strict=True)
         return tuple(substitute(graph, nodes, values))
 
-    def origin(self, body: Body) -> Vector:
+    def origin(self, body: FreeFrame) -> Vector:
         return self.position(Point(body.joined, (self._graph.zero,) * self._kinematics.size))
 
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector, add, scale, subtract
-from .kinematics.frames import Frame, Kinematics
+from .kinematics.frames import Frame, FrameKinematics
 from .kinematics.pose import Rotate, Step, Translate
 from .kinematics.reactions import only_virtual
 from .system import PointMass, RotaryInertia
@@ -21,7 +21,7 @@ class Massive(Protocol):
     @property
     def rate(self) -> Callable[[Node], Node]: ...
     @property
-    def kinematics(self) -> Kinematics: ...
+    def kinematics(self) -> FrameKinematics: ...
     @property
     def masses(self) -> tuple[PointMass, ...]: ...
     @property

@@ -11,7 +11,7 @@ from .kinematics.frames import displaced
 from .meaning.lower import Lowering
 from .meaning.quaternions import quaternion_of
 from .meaning.questions import title
-from .meaning.symbols import Coordinate, Scalar, Symbols
+from .meaning.symbols import CoordinateSymbols, Scalar, Symbols
 from .meaning.values import Placement, elements
 from .system import DriveRow
 
@@ -111,7 +111,7 @@ def _row(lowering: Lowering, drive: Drive, symbols: Symbols) -> DriveRow | None:
     return None
 
 
-def _places(lowering: Lowering, target: Expression, coordinate: Coordinate) -> tuple[int, ...] | None:
+def _places(lowering: Lowering, target: Expression, coordinate: CoordinateSymbols) -> tuple[int, ...] | None:
     """Return which velocities of a coordinate the target of a drive means."""
     value = lowering.value(target)
     if isinstance(value, Placement):
@@ -124,7 +124,7 @@ def _places(lowering: Lowering, target: Expression, coordinate: Coordinate) -> t
 
 
 def _values(
-    lowering: Lowering, drive: Drive, coordinate: Coordinate, count: int, of_rate: bool
+    lowering: Lowering, drive: Drive, coordinate: CoordinateSymbols, count: int, of_rate: bool
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """Return the formulas of the positions (none for a driven rate) and of the velocities."""
     value = lowering.value(drive.value)

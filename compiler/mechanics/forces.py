@@ -13,12 +13,14 @@ from .kinematics.frames import Frame, Point
 from .kinematics.reactions import undisplaced, virtual_rates
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols
-from .system import Effort
+from .system import EffortPairs
 
 Pairs = list[tuple[Node, Node]]
 
 
-def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> tuple[Effort, ...]:
+def efforts(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[EffortPairs, ...]:
     """Return every force and torque of a model."""
     graph = lowering.graph
     outside = {symbols.time, *(s.node for s in symbols.inputs)}
@@ -45,7 +47,7 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 load.origin.shown,
                 help="a drag is written 'damping c on q', or as a force with the opposite sign",
             )
-        result.append(Effort(load.name, tuple(pairs), not brakes, load.origin))
+        result.append(EffortPairs(load.name, tuple(pairs), not brakes, load.origin))
     return tuple(result)
 
 

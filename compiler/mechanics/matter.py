@@ -15,7 +15,7 @@ from .contacts import gap_parts, part_names, switched_names
 from .drives import drive_rows
 from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
 from .forces import damping_power, virtual_power
-from .kinematics.frames import Frame, Kinematics
+from .kinematics.frames import Frame, FrameKinematics
 from .kinematics.pose import numbers_of
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import virtual_rates
@@ -53,7 +53,7 @@ class Matter:
         return self._lowering.rate
 
     @property
-    def kinematics(self) -> Kinematics:
+    def kinematics(self) -> FrameKinematics:
         return self._lowering.kinematics
 
     @property

@@ -6,7 +6,7 @@ h s, with the slip s, it stands for h > 0 of a slip forwards, and for h < 0 of o
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from ..graph import Graph, Node
 from ..graph import operations as ops
@@ -21,14 +21,16 @@ def sides_of(
     """Return the limits of slips forwards and backwards; None where the limit does not ask for the direction."""
     graph = lowering.graph
     asked = [n for n in graph.reach([limit]) if graph.op(n) in (ops.LESS, ops.LESS_EQUAL, ops.SIGN)]
+    moving = sorted(set(velocities).intersection(graph.support(slip)))
+    asked = [n for n in asked if not set(moving).isdisjoint(graph.support(n))]
     if not asked:
-        return None
+        return None  # before a node is made, whose number would reorder formulas
     forward: dict[Node, Node] = {}
     backward: dict[Node, Node] = {}
     for n in asked:
         arguments = graph.args(n)
         tested = arguments[0] if graph.op(n) == ops.SIGN else graph.sub(arguments[1], arguments[0])
-        factor = _factor(graph, tested, slip, velocities)
+        factor = _factor(graph, tested, slip, moving)
         if factor is None:
             continue
         if graph.op(n) == ops.SIGN:
@@ -45,9 +47,8 @@ def sides_of(
     return ahead, behind
 
 
-def _factor(graph: Graph, tested: Node, slip: Node, velocities: Collection[Node]) -> Node | None:
+def _factor(graph: Graph, tested: Node, slip: Node, moving: Sequence[Node]) -> Node | None:
     """Return h of tested = h slip; None where it is nothing like that."""
-    moving = sorted(set(velocities).intersection(graph.support(slip)))
     (shares,) = jacobian(graph, [slip], moving)
     (rates,) = jacobian(graph, [tested], moving)
     for k, share in shares.items():

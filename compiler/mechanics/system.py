@@ -13,14 +13,14 @@ from msgspec import Struct
 from ..flat.model import Definition, FlatModel, Origin, Query, StartValue
 from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector
-from .kinematics.frames import Frame, Kinematics, Point
+from .kinematics.frames import Frame, FrameKinematics, Point
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import VirtualDisplacement
 from .kinematics.topology import Topology
 from .meaning.delays import Delayed
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols
-from .meaning.unknowns import System
+from .meaning.unknowns import UnknownSystem
 from .modes import BranchRow, Mode
 
 
@@ -41,7 +41,7 @@ class RotaryInertia(Struct, frozen=True):
     origin: Origin
 
 
-class Effort(Struct, frozen=True):
+class EffortPairs(Struct, frozen=True):
     """Generalised forces by virtual power: ``pairs`` of (rate, effort), each product a power [W].
 
     ``supplied``: their work counts as supplied energy, unless they brake whatever the motion, as a drag: then it counts
@@ -190,7 +190,7 @@ class MechanicalSystem(Struct, frozen=True):
     model: FlatModel
     graph: Graph
     symbols: Symbols
-    kinematics: Kinematics
+    kinematics: FrameKinematics
     rate: TotalDerivative
     lowering: Lowering
     topology: Topology
@@ -205,7 +205,7 @@ class MechanicalSystem(Struct, frozen=True):
     potential: Node
     lagrangian: Node
     dissipation: Node
-    efforts: tuple[Effort, ...]
+    efforts: tuple[EffortPairs, ...]
     constraints: tuple[ConstraintRows, ...]
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
@@ -220,6 +220,6 @@ class MechanicalSystem(Struct, frozen=True):
     queries: Mapping[Node, Query]
     virtual: Mapping[str, VirtualDisplacement]
     branches: tuple[BranchRow, ...] = ()
-    sought: tuple[System, ...] = ()
+    sought: tuple[UnknownSystem, ...] = ()
     """Balances on coordinates without mass that steps solve; beside those of outputs, of which the lowering knows."""
     curve: Curve | None = None

@@ -9,7 +9,7 @@ from random import Random
 from ..flat import types
 from ..flat.model import Apply, Derivative, Expression, FlatModel, Literal, Query
 from ..flat.operands import children
-from .asked import RATES, Facts, expressions, parts
+from .asked import RATES, ModelFacts, expressions, parts
 from .energies import energy_of_bodies, energy_of_weights
 from .rewriting import number, rewritten, total, undrawn
 from .twin import NotApplicable, Seen, Twin
@@ -22,7 +22,7 @@ def answers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> 
     asked = {p.function for p in parts(expressions(model)) if isinstance(p, Query)} & WRITTEN
     if not asked:
         raise NotApplicable("nothing asks for its energies")
-    facts = Facts(model)
+    facts = ModelFacts(model)
     own = [e.value for e in model.energies]
     if any(f"{q}?" in facts.within(*own) for q in WRITTEN):
         raise NotApplicable("an energy asks for another")

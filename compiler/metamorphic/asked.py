@@ -59,7 +59,7 @@ def _asks(part: Expression, wanted: Collection[str]) -> bool:
     return isinstance(part, Query) and part.function in wanted
 
 
-class Facts:
+class ModelFacts:
     """What expressions of a model hold, through its definitions."""
 
     def __init__(self, model: FlatModel) -> None:

@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat import types
 from ..flat.model import Apply, Array, Expression, FlatModel, Joint, Name, Query, Role, Switch, Variable
 from ..mechanics.kinematics.topology import TreeEdge, classify, root_of
-from .asked import Facts, defined_by, expressions, felt, parts
+from .asked import ModelFacts, defined_by, expressions, felt, parts
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
 from .starts import begun, rate_name
@@ -103,7 +103,7 @@ def _fits(model: FlatModel, edge: TreeEdge, seen: Seen, held: set[str]) -> bool:
         and not joint.cut
         and joint.name not in switched
         and not asked & set(joint.coordinates)
-        and not Facts(model).within(*expressions(model.equations)) & set(joint.coordinates)
+        and not ModelFacts(model).within(*expressions(model.equations)) & set(joint.coordinates)
         and not held & set(joint.coordinates)
         and all(seen.largest[n] < HALF_TURN for n in angles)
     )

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from ..flat import types
 from ..flat.model import Derivative, Energy, Expression, FlatModel, Load
-from .asked import ENERGIES, Facts, defined_by, felt
+from .asked import ENERGIES, ModelFacts, defined_by, felt
 from .rewriting import apply, dotted, half, measured, negative, number, product, squared, undrawn
 from .twin import NotApplicable, Seen, Twin
 
@@ -21,7 +21,7 @@ def energies_as_forces(model: FlatModel, seen: Seen | None, random: Random) -> T
     """Write potentials of places as the force -1 along the energy itself, weights as forces, dampings as forces."""
     if felt(model, ENERGIES):
         raise NotApplicable("its motion feels its own energies, of which forces are no part")
-    facts = Facts(model)
+    facts = ModelFacts(model)
     energies, loads = [], list(model.loads)
     said: dict[str, None] = {}
     for k, one in enumerate(model.energies):
@@ -73,7 +73,7 @@ def bodies_as_energies(model: FlatModel, seen: Seen | None, random: Random) -> T
     """Write masses and inertias as kinetic and potential energies, which Lagrange's operator takes."""
     if felt(model, ENERGIES | BODIES):
         raise NotApplicable("its motion feels its own energies or bodies")
-    facts = Facts(model)
+    facts = ModelFacts(model)
     masses = tuple(m for m in model.masses if facts.constant(m.value))
     inertias = tuple(i for i in model.inertias if facts.constant(i.value))
     if not masses and not inertias:

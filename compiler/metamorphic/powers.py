@@ -20,7 +20,7 @@ from ..flat.model import (
     Query,
     Variable,
 )
-from .asked import Facts
+from .asked import ModelFacts
 from .rewriting import apply, dotted, measured, product, undrawn
 from .twin import NotApplicable, Seen, Twin
 
@@ -28,7 +28,7 @@ from .twin import NotApplicable, Seen, Twin
 def powers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Let outputs tell the power of each force that asks about the motion, and the rate of each such state, as mechc answers it;
     in the twin as the formula that it stands for."""
-    facts = Facts(model)
+    facts = ModelFacts(model)
     pairs = [(x, load_power(model, facts, x)) for x in model.loads if _asks(facts, x.value)]
     power = types.real(types.NUMBER.dimension if model.dimensionless else types.POWER)
     told: list[tuple[str, Expression, Expression]] = [
@@ -61,11 +61,11 @@ def _output(model: FlatModel, name: str, value: Expression) -> Definition:
     return Definition(name, DefinitionRole.OUTPUT, types.numeric(value.type), value, model.origin)
 
 
-def _asks(facts: Facts, value: Expression) -> bool:
+def _asks(facts: ModelFacts, value: Expression) -> bool:
     return any(name.endswith("?") for name in facts.within(value))
 
 
-def load_power(model: FlatModel, facts: Facts, load: Load) -> Expression | None:
+def load_power(model: FlatModel, facts: ModelFacts, load: Load) -> Expression | None:
     """Return the power of a load that acts in world components and on one thing; None of any other."""
     if load.source is not None or load.at is not None or load.frame is not None:
         return None

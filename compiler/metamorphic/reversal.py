@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from ..flat.model import Apply, Derivative, Drive, Expression, FlatModel, Kind, Load, Name, Query, Role
 from ..flat.operands import stated
-from .asked import RATES, Facts, defined_by, felt, parts
+from .asked import RATES, ModelFacts, defined_by, felt, parts
 from .rewriting import Rewriting, everywhere, measured, negative, number, total, undrawn
 from .starts import begun
 from .twin import NotApplicable, Seen, Twin
@@ -27,7 +27,7 @@ def time_reversed(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
         raise NotApplicable("its end is not known")
     end = number(seen.begin + seen.stop, measured(model, "time"), model.origin.span)
     back = Rewriting(lambda e: _reversed(e, end))
-    facts = Facts(model)
+    facts = ModelFacts(model)
     old = undrawn(model)
     made = everywhere(replace(old, loads=(), drives=(), equations=()), back)
     made = replace(
@@ -67,7 +67,7 @@ def _refuse(model: FlatModel) -> None:
     if any(isinstance(p, Query) for x in model.loads for p in parts([x.on])):
         raise NotApplicable("a force acts along the answer to a question")
     inputs = {v.name for v in model.variables if v.role is Role.INPUT}
-    facts = Facts(model)
+    facts = ModelFacts(model)
     if any(facts.bends(c.left, c.right) for c in model.constraints):
         raise NotApplicable("what a bend of a constraint takes has no way back")
     if any(facts.jumps(e.value) for e in model.equations):
@@ -90,7 +90,7 @@ def _reversed(e: Expression, end: Expression) -> Expression:
             return e
 
 
-def _load(load: Load, facts: Facts, back: Callable[[Expression], Expression]) -> Load:
+def _load(load: Load, facts: ModelFacts, back: Callable[[Expression], Expression]) -> Load:
     """Return a load whose power counts by the rates themselves, not by those turned round."""
     made = everywhere(load, back)
     along = load.on.type.kind in (Kind.REAL, Kind.INTEGER)

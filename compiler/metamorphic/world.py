@@ -25,7 +25,7 @@ from ..flat.model import (
     Query,
 )
 from ..flat.operands import children
-from .asked import Facts, defined_by, felt
+from .asked import ModelFacts, defined_by, felt
 from .rewriting import apply, everywhere, measured, number, total, undrawn, with_operands
 from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
@@ -53,7 +53,7 @@ def turned_world(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
 
 def _brought_by_weights(model: FlatModel) -> frozenset[str]:
     """Return the accounts of energy where a weight changes: what that brings depends on the height above the world."""
-    facts = Facts(model)
+    facts = ModelFacts(model)
     weights = ((m.value, m.gravity) for m in model.masses if m.gravity is not None)
     changes = any(not facts.constant(e) for weight in weights for e in weight)
     return ACCOUNTS if changes else frozenset()

@@ -25,8 +25,10 @@ class _Classes:
         return i
 
     def join(self, one: int | None, other: int | None) -> int | None:
-        if one is None or other is None:
-            return one if other is None else other
+        if one is None or one == other:
+            return other
+        if other is None:
+            return one
         a, b = self.of(one), self.of(other)
         if a == b:
             return a
@@ -60,6 +62,11 @@ def _class_of(
     accounts: Collection[int],
 ) -> int | None:
     match statement:
+        case Operate(operands=operands):  # most are
+            joined: int | None = None
+            for operand in operands:
+                joined = classes.join(joined, found[operand])
+            return joined
         case Load(array="y", index=i):
             return i
         case Load(array="w", index=i):
@@ -69,11 +76,6 @@ def _class_of(
                 classes.join(i, found[value])
         case Store(array="w", index=i, value=value):
             kept[i] = found[value]
-        case Operate(operands=operands):
-            joined: int | None = None
-            for operand in operands:
-                joined = classes.join(joined, found[operand])
-            return joined
         case _:
             for operand in operands_of(statement):
                 return found[operand]

@@ -79,6 +79,12 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
     )
 
 
+def lower_functions(equations: Equations, program: Program, functions: Sequence[Function]) -> Program:
+    """Return a program of other functions of the same arguments alone, which hoist nothing."""
+    made = tuple(_lowered(equations.graph, equations.layout, f, {})[0] for f in functions)
+    return replace(program, tables=tuple(equations.graph.tables), functions=made, switching=None)
+
+
 def _derived_by(functions: Sequence[ProgramFunction], codes: Set[int]) -> bool:
     """Whether derivatives hold one of some operations, or a table, of what changes during a run."""
     wanted = {*codes, LOOKUP}

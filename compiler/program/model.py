@@ -118,13 +118,13 @@ class LongBody(Sequence[Statement]):
         for statement in statements:
             parts: tuple[int, ...]
             match statement:
+                case Operate(kind, operands):  # most are
+                    parts = operands
                 case Load(name, index):
                     kind, parts = LOAD, (ARRAYS.index(name), index)
                 case Literal(number):
                     kind, parts = LITERAL, (len(numbers),)
                     numbers.append(number)
-                case Operate(kind, operands):
-                    parts = operands
                 case Lookup(table, order, operand):
                     kind, parts = LOOKUP, (operand, table, order)
                 case Store(name, index, value, guarded):

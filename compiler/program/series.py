@@ -28,7 +28,7 @@ from ..graph.rewrite import substitute
 from .coupled import Coupled, coupled
 from .lower import lower_function
 from .model import Load, Program, ProgramFunction, SeriesPlan
-from .slots import HALF, Form, NoSeries, rates_of
+from .slots import HALF, NoSeries, SlotGraph, rates_of
 
 LANES: Final = 8
 """Numbers that the kernel adds at once."""
@@ -87,7 +87,7 @@ def _with_roots(graph: Graph, results: Sequence[Node]) -> tuple[Node, ...]:
 class _Series:
     """The coefficients of order k of every node, as formulas in those of the state and the sums of the slots."""
 
-    def __init__(self, form: Form, rates: Sequence[Node]) -> None:
+    def __init__(self, form: SlotGraph, rates: Sequence[Node]) -> None:
         self.form = form
         self.graph = graph = form.graph
         self.rates = rates

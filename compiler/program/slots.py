@@ -19,19 +19,19 @@ class NoSeries(Exception):
 
 def rates_of(
     function: ProgramFunction, tables: Sequence[Table | Samples], *, located: bool
-) -> tuple[Form, list[Node]]:
+) -> tuple[SlotGraph, list[Node]]:
     """Return the rates of a function of one body; states whose rates are zero, as the spin of a symmetric top, count as constants.
     Raises NoSeries."""
-    form = Form(tables, located=located)
+    form = SlotGraph(tables, located=located)
     rates = form.read(function)
     still = {i for i, rate in enumerate(rates) if form.graph.is_constant(rate) and not form.graph.value(rate)}
     if still:
-        form = Form(tables, still, located=located)
+        form = SlotGraph(tables, still, located=located)
         rates = form.read(function)
     return form, rates
 
 
-class Form:
+class SlotGraph:
     """A graph of its own, without the rules by which others recognise equal values: here the form is the purpose.
 
     ``symbols``: of the arrays of the function that is read; what depends on p, z and the states that are ``still`` alone is

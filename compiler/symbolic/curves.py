@@ -16,7 +16,7 @@ from ..graph import Graph, Node
 from ..graph.differentiate import gradient
 from ..mechanics.energies import total_energy
 from ..mechanics.system import Curve, MechanicalSystem
-from .equations import SHOW_LIMIT, Account, Section, Statement, decimals
+from .equations import SHOW_LIMIT, EquationLine, EquationList, EquationSection, decimals
 from .express import express
 from .factored import factored
 from .names import latex_name, symbols_of
@@ -26,24 +26,24 @@ SIMPLIFY_LIMIT = 400
 
 Moments = tuple[Sequence[Node], Sequence[Node]]
 """dF/dq' - d/dx dF/dq'', and dF/dq'', of each coordinate."""
-Write = Callable[[str, Node], Statement]
+Write = Callable[[str, Node], EquationLine]
 
 
-def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Account:
+def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> EquationList:
     """Return what there is to write about a curve, with symbols named for text or for LaTeX."""
     graph = system.graph
     forms = forms_of(system, curve)
     found = conditions_of(system, curve, forms, Reporter())
     symbols = _symbols(system, curve, forms, found, latex)
 
-    def write(left: str, node: Node) -> Statement:
+    def write(left: str, node: Node) -> EquationLine:
         (expression,) = express(graph, [node], symbols)
         operations = graph.count_operations([node])
         if operations > SHOW_LIMIT:
-            return Statement(left, None, operations)
+            return EquationLine(left, None, operations)
         if sp.count_ops(expression) <= SIMPLIFY_LIMIT:
             expression = factored(shorten(sp.nsimplify(expression, rational=True)))
-        return Statement(left, decimals(expression), operations)
+        return EquationLine(left, decimals(expression), operations)
 
     whole = density(system, found)
     for k, m in enumerate(found.densities):  # multipliers vary along the curve
@@ -60,18 +60,18 @@ def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Acc
         for w in kept
     )  # fmt: skip
     sections = (
-        Section("Stationary", (write("J", curve.functional),)),
-        Section("Integrands", integrands),
-        Section("Conditions", tuple(write(row.name, g) for row, g in found.wholes), "each expression vanishes"),
-        Section("Constraints at every place", tuple(write(row.name, g) for row, g in found.points), "each expression vanishes, or is not negative where it is an inequality"),
-        Section("Euler-Lagrange equations", euler),
+        EquationSection("Stationary", (write("J", curve.functional),)),
+        EquationSection("Integrands", integrands),
+        EquationSection("Conditions", tuple(write(row.name, g) for row, g in found.wholes), "each expression vanishes"),
+        EquationSection("Constraints at every place", tuple(write(row.name, g) for row, g in found.points), "each expression vanishes, or is not negative where it is an inequality"),
+        EquationSection("Euler-Lagrange equations", euler),
         *_natural(system, curve, forms, found, (firsts, seconds), write),
         _shared_ends(system, curve, found, symbols, write, latex),
         _corners(system, curve, forms, found, write),
-        Section("First integrals", tuple(write(row.name, n) for row, n in first_integrals(system, curve, forms, found)), "each is the same all along the curve"),
+        EquationSection("First integrals", tuple(write(row.name, n) for row, n in first_integrals(system, curve, forms, found)), "each is the same all along the curve"),
     )  # fmt: skip
-    empty = Account(
-        system.model.name, system.model.doc, Statement("L", None, 0), None, (), (), (), (), (), (), (), 0
+    empty = EquationList(
+        system.model.name, system.model.doc, EquationLine("L", None, 0), None, (), (), (), (), (), (), (), 0
     )
     return replace(empty, further=tuple(s for s in sections if s.statements))
 
@@ -124,7 +124,7 @@ def _total(system: MechanicalSystem, found: Conditions) -> Node:
 
 def _natural(
     system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, moments: Moments, write: Write
-) -> list[Section]:
+) -> list[EquationSection]:
     """Return what holds at ends that are free, or on which something else depends than that they are given."""
     graph, total = system.graph, _total(system, found)
     sections = []
@@ -141,7 +141,7 @@ def _natural(
         word = "upper" if upper else "lower"
         kept = _without_mere_multipliers(graph, found, rows)
         sections.append(
-            Section(f"Natural conditions at the {word} end", tuple(write("0", node) for node in kept))
+            EquationSection(f"Natural conditions at the {word} end", tuple(write("0", node) for node in kept))
         )
     return sections
 
@@ -184,7 +184,7 @@ def _shared_ends(
     symbols: dict[Node, sp.Symbol],
     write: Write,
     latex: bool,
-) -> Section:
+) -> EquationSection:
     """Return what holds because both ends of the range move with a number that is to be found."""
     graph = system.graph
     energies = [graph.symbol(f"?energy at the {word} end") for word in ("lower", "upper")]
@@ -198,7 +198,7 @@ def _shared_ends(
         (explicit,) = gradient(graph, _total(system, found), [scalar.node])
         passed = [graph.mul(m, e) for m, e in zip(moves, energies, strict=True)]
         rows.append(write("0", graph.add(graph.sub(passed[0], passed[1]), explicit)))
-    return Section(
+    return EquationSection(
         "Ends that move together",
         tuple(rows),
         "the energy is q' dF/dq' - F of the integrand with its multipliers",
@@ -207,7 +207,7 @@ def _shared_ends(
 
 def _corners(
     system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, write: Write
-) -> Section:
+) -> EquationSection:
     """Return by what momenta leap inside of the range, as at a point load."""
     graph, total = system.graph, _total(system, found)
     over, names = system.model.independent, symbols_of(system, False)
@@ -224,4 +224,4 @@ def _corners(
                 primes = "'" * level
                 statements.append(write(f"leap of p[{scalar.name}{primes}] at {over} = {place}", leap))
     meaning = "p = dF/dq' of the integrand with its multipliers, and with second derivatives what follows it"
-    return Section("Corner conditions", tuple(statements), meaning)
+    return EquationSection("Corner conditions", tuple(statements), meaning)

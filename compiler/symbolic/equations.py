@@ -54,7 +54,7 @@ SHOW_LIMIT = 5000
 """Where there are more operations than this in all expressions, with names for parts, none is shown but its size."""
 
 
-class Statement(Struct, frozen=True):
+class EquationLine(Struct, frozen=True):
     """``left = right``; ``right`` None where the expression is too large to be shown (``operations``)."""
 
     left: str
@@ -62,15 +62,15 @@ class Statement(Struct, frozen=True):
     operations: int
 
 
-class Section(Struct, frozen=True):
+class EquationSection(Struct, frozen=True):
     """Statements under a title, and in ``meaning`` what they say if that is not plain."""
 
     title: str
-    statements: tuple[Statement, ...]
+    statements: tuple[EquationLine, ...]
     meaning: str = ""
 
 
-class Account(Struct, frozen=True):
+class EquationList(Struct, frozen=True):
     """What is written about a model: ``equations`` are residuals that vanish, one for each free velocity.
 
     ``constraints`` vanish always, ``switched`` are gaps and the velocities on which dry friction acts.
@@ -80,38 +80,40 @@ class Account(Struct, frozen=True):
 
     name: str
     doc: str
-    lagrangian: Statement
-    dissipation: Statement | None
-    equations: tuple[Statement, ...]
-    states: tuple[Statement, ...]
-    prescribed: tuple[Statement, ...]
-    constraints: tuple[Statement, ...]
-    switched: tuple[Section, ...]
-    momenta: tuple[Statement, ...]
+    lagrangian: EquationLine
+    dissipation: EquationLine | None
+    equations: tuple[EquationLine, ...]
+    states: tuple[EquationLine, ...]
+    prescribed: tuple[EquationLine, ...]
+    constraints: tuple[EquationLine, ...]
+    switched: tuple[EquationSection, ...]
+    momenta: tuple[EquationLine, ...]
     cyclic: tuple[str, ...]
     events: int
-    abbreviations: tuple[Statement, ...] = ()
-    further: tuple[Section, ...] = ()
+    abbreviations: tuple[EquationLine, ...] = ()
+    further: tuple[EquationSection, ...] = ()
 
-    def sections(self) -> tuple[Section, ...]:
+    def sections(self) -> tuple[EquationSection, ...]:
         """Return what is written, in its order; nothing is empty. ``further``: all there is of a curve."""
         if self.further:
             return self.further
         listed = (
-            Section("Lagrangian", (self.lagrangian,) if self.equations or self.prescribed else ()),
-            Section("Dissipation function", (self.dissipation,) if self.dissipation is not None else ()),
-            Section("Equations of motion", self.equations),
-            Section("Equations of further states", self.states),
-            Section("Prescribed motion", self.prescribed),
-            Section("Constraints", self.constraints, "each expression vanishes"),
+            EquationSection("Lagrangian", (self.lagrangian,) if self.equations or self.prescribed else ()),
+            EquationSection(
+                "Dissipation function", (self.dissipation,) if self.dissipation is not None else ()
+            ),
+            EquationSection("Equations of motion", self.equations),
+            EquationSection("Equations of further states", self.states),
+            EquationSection("Prescribed motion", self.prescribed),
+            EquationSection("Constraints", self.constraints, "each expression vanishes"),
             *self.switched,
-            Section("Momenta", self.momenta),
-            Section("Abbreviations", self.abbreviations),
+            EquationSection("Momenta", self.momenta),
+            EquationSection("Abbreviations", self.abbreviations),
         )
         return tuple(section for section in listed if section.statements)
 
 
-def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
+def account_of(system: MechanicalSystem, *, latex: bool) -> EquationList:
     """Return what there is to write, with symbols named for text or for LaTeX."""
     graph = system.graph
     symbols = symbols_of(system, latex)
@@ -133,12 +135,12 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     momenta = [energy.momenta[i] for i in free]
     shown = [lagrangian, system.dissipation, *r, *positions, *state_rates, *(n for _, n in given)]
     write = _Writer(system, [*shown, *(m for m in momenta if m is not None)], symbols, latex=latex)
-    kinds: dict[str, list[Statement]] = {"constraint": [], **{kind: [] for kind in SWITCHED}}
+    kinds: dict[str, list[EquationLine]] = {"constraint": [], **{kind: [] for kind in SWITCHED}}
     for row, position, title in zip(constraints, positions, titles, strict=True):
         kinds[_kind(row.constraint.mode)].append(write(title, position))
     cyclic = tuple(system.v[i].of for i in energy.cyclic)
     has_dissipation = not graph.is_constant(system.dissipation)
-    return Account(
+    return EquationList(
         system.model.name,
         system.model.doc,
         write("L", lagrangian),
@@ -147,7 +149,9 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         tuple(write(name, n) for (name, _), n in zip(rates, state_rates, strict=True)),
         tuple(write(name, n) for name, n in given),
         tuple(kinds["constraint"]),
-        tuple(Section(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()),
+        tuple(
+            EquationSection(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()
+        ),
         tuple(
             write(_momentum_name(system.v[i].of, latex), m)
             for i, m in zip(free, momenta, strict=True)
@@ -182,18 +186,18 @@ class _Writer:
         if not self.plain or short.size(nodes) < sum(sizes):
             self.short = short
 
-    def __call__(self, left: str, node: Node) -> Statement:
+    def __call__(self, left: str, node: Node) -> EquationLine:
         operations = self.graph.count_operations([node])
         if self.short is not None:
-            return Statement(left, decimals(self.short.express(node)), operations)
-        return Statement(left, decimals(self.plain[node]) if self.plain else None, operations)
+            return EquationLine(left, decimals(self.short.express(node)), operations)
+        return EquationLine(left, decimals(self.plain[node]) if self.plain else None, operations)
 
-    def abbreviations(self) -> tuple[Statement, ...]:
+    def abbreviations(self) -> tuple[EquationLine, ...]:
         """Return what the names stand for."""
         if self.short is None:
             return ()
         count = self.graph.count_operations
-        return tuple(Statement(name, decimals(e), count([node])) for name, node, e in self.short.defined)
+        return tuple(EquationLine(name, decimals(e), count([node])) for name, node, e in self.short.defined)
 
 
 def _momentum_name(name: str, latex: bool) -> str:

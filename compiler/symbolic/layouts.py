@@ -10,7 +10,7 @@ import sympy as sp
 
 from ..mechanics.system import MechanicalSystem
 from .curves import curve_account
-from .equations import Account, Statement, account_of
+from .equations import EquationLine, EquationList, account_of
 from .mathml import mathml
 from .names import latex_name
 
@@ -50,13 +50,13 @@ def write_equations(system: MechanicalSystem, layout: str) -> str:
             raise ValueError(layout)
 
 
-def _account(system: MechanicalSystem, *, latex: bool) -> Account:
+def _account(system: MechanicalSystem, *, latex: bool) -> EquationList:
     if system.curve is not None:
         return curve_account(system, system.curve, latex=latex)
     return account_of(system, latex=latex)
 
 
-def _sized(statement: Statement, printer: Callable[[sp.Expr], str]) -> str:
+def _sized(statement: EquationLine, printer: Callable[[sp.Expr], str]) -> str:
     if statement.right is None:
         return f"... {statement.operations} operations, too long to be shown"
     return printer(statement.right)
@@ -66,7 +66,7 @@ def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def _not_written(account: Account) -> str:
+def _not_written(account: EquationList) -> str:
     """Say what else happens, or that nothing does; empty if all is written."""
     if not account.events:
         return "" if account.sections() else "nothing moves: there are no equations of motion"
@@ -74,7 +74,7 @@ def _not_written(account: Account) -> str:
     return f"this holds between events: {branches} of 'when' not written here"
 
 
-def _text(account: Account) -> str:
+def _text(account: EquationList) -> str:
     lines = [f"{account.name}: {account.doc}" if account.doc else account.name, ""]
     for section in account.sections():
         title = section.title if section.title == "Lagrangian" else section.title.lower()
@@ -97,7 +97,7 @@ def _escaped(text: str) -> str:
     return text.translate(_LATEX)
 
 
-def _latex(account: Account) -> str:
+def _latex(account: EquationList) -> str:
     lines = [rf"\section*{{{_escaped(account.name)}}}"]
     if account.doc:
         lines.append(_escaped(account.doc))
@@ -147,7 +147,7 @@ def sections_html(system: MechanicalSystem) -> str:
     return "".join(f"{line}\n" for line in _sections(_account(system, latex=True)))
 
 
-def _html(account: Account) -> str:
+def _html(account: EquationList) -> str:
     parts = [
         "<!DOCTYPE html>",
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(account.name)}</title>',
@@ -160,7 +160,7 @@ def _html(account: Account) -> str:
     return "\n".join([*parts, "</body></html>"])
 
 
-def _sections(account: Account, heading: str = "h2") -> list[str]:
+def _sections(account: EquationList, heading: str = "h2") -> list[str]:
     parts: list[str] = []
     for section in account.sections():
         parts.append(f"<{heading}>{section.title}</{heading}>")

@@ -114,6 +114,14 @@ def emit_c(
         return "\n".join(_File(program, loops, turns, double_double).lines()) + "\n"
 
 
+def emit_functions(program: Program) -> str:
+    """Return the C text of the functions of a program alone, each exported, without the struct of a model."""
+    file = _File(program, {}, turns=False)
+    return (
+        "\n".join((*file.beginning(), *(line for f in program.functions for line in file.function(f)))) + "\n"
+    )
+
+
 def _with_turns(program: Program, loops: Collection[str]) -> Program:
     functions = (f if f.name in loops else with_turns_ahead(f) for f in program.functions)
     return replace(program, functions=tuple(functions))
@@ -138,6 +146,12 @@ class _File:
         self.names = identifiers(program, {*_WORDS.split(), *library, *CALLED.values()})
 
     def lines(self) -> Iterator[str]:
+        yield from self.beginning()
+        yield from self.code()
+        yield from self.model()
+
+    def beginning(self) -> Iterator[str]:
+        """Yield what functions call."""
         program = self.program
         yield from header(program)
         if self.double_double:
@@ -161,6 +175,10 @@ class _File:
             yield f"static const mech_real table_{i}[n_table_{i}]{c_tables.width(table)} = {{"
             yield from c_tables.rows(table, literal)
             yield "};\n"
+
+    def code(self) -> Iterator[str]:
+        """Yield the functions of a model."""
+        program = self.program
         if self.crowd:
             yield CROWD_INCLUDED
         if self.readers:
@@ -183,7 +201,6 @@ class _File:
         if self.crowd:
             yield MODEL_AHEAD
             yield CROWD_FUNCTIONS
-        yield from self.model()
 
     def has_turns(self) -> bool:
         """Whether sines and cosines stand in groups somewhere."""
@@ -252,6 +269,7 @@ class _File:
             yield f"    {' '.join(f'(void){a};' for a in unused)}"
 
     def body(self, body: Body, parameters: bool, *, workspace: bool, named: bool) -> Iterator[str]:
+        body = tuple(body)  # each look at a long one makes its statements anew
         loads = {(s.array, s.index) for s in body if type(s) is Load}
         touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
         if any(type(s) is Store and s.guarded for s in body):

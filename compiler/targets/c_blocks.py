@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec import Struct
 
 from ..graph.operations import ADD, DIV, MUL, NEG, SQRT, SUB
-from ..program.loops.rolled import Compute, Index, Item, Kept, Local, Loop, Read, Rolled
+from ..program.loops.rolled import Compute, Index, Item, Local, Loop, LoopRegister, Read, Rolled
 from ..program.model import Operate
 
 COSTLY = (DIV, SQRT)
@@ -62,7 +62,8 @@ def are_sums(loop: Loop) -> bool:
     return bool(kept) and all(
         isinstance(item.statement, Operate)
         and (
-            item.statement.code == ADD or (item.statement.code == SUB and isinstance(item.operands[0], Kept))
+            item.statement.code == ADD
+            or (item.statement.code == SUB and isinstance(item.operands[0], LoopRegister))
         )
         for item in kept
     )

@@ -8,7 +8,7 @@ from typing import Final
 
 from .c_forms import literal
 from .c_header import comment
-from .model_data import Array, Function, Record, Rows, Value, Word
+from .model_data import ArrayPointer, FunctionPointer, NamedNumber, StructArray, StructPointer, Value
 
 CROWD_INCLUDED: Final = '#include "crowd.h"\n'
 
@@ -33,10 +33,16 @@ static void outputs_of_all(mech_real t, const mech_real *y, const mech_real *u, 
 """
 
 
-def record_text(record: Record) -> Iterator[str]:
+def record_text(record: StructPointer) -> Iterator[str]:
     """Yield the lines of a struct, behind what its pointers point to: rows, arrays, then further structs."""
-    pointed = [value for value in record.fields.values() if isinstance(value, Rows | Array | Record)]
-    for value in sorted(pointed, key=lambda value: (Rows, Array, Record).index(type(value))):
+    pointed = [
+        value
+        for value in record.fields.values()
+        if isinstance(value, StructArray | ArrayPointer | StructPointer)
+    ]
+    for value in sorted(
+        pointed, key=lambda value: (StructArray, ArrayPointer, StructPointer).index(type(value))
+    ):
         yield from _pointed(value)
     yield f"static const {record.struct.c_name} {record.name} = {{"
     for name, field in record.fields.items():
@@ -44,10 +50,10 @@ def record_text(record: Record) -> Iterator[str]:
     yield "};\n"
 
 
-def _pointed(value: Rows | Array | Record) -> Iterator[str]:
-    if isinstance(value, Record):
+def _pointed(value: StructArray | ArrayPointer | StructPointer) -> Iterator[str]:
+    if isinstance(value, StructPointer):
         yield from record_text(value)
-    elif isinstance(value, Array):
+    elif isinstance(value, ArrayPointer):
         if value.values or value.never_null:
             entries = ", ".join(map(_field, value.values)) or "0"
             yield f"static const {value.kind} {value.name}[] = {{{entries}}};\n"
@@ -64,13 +70,13 @@ def _field(value: Value | Fraction | float) -> str:
     match value:
         case None:
             return "NULL"
-        case Word() | Function():
+        case NamedNumber() | FunctionPointer():
             return value.name
-        case Record():
+        case StructPointer():
             return f"&{value.name}"
-        case Rows():
+        case StructArray():
             return value.name if value.rows else "NULL"
-        case Array():
+        case ArrayPointer():
             return value.name if value.values or value.never_null else "NULL"
         case Fraction():
             return literal(value)[0]

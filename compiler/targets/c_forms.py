@@ -14,7 +14,7 @@ from ..graph.operations import LOOKUP, OPERATIONS
 from ..program.model import Store
 from .c_tables import lookup
 from .expressions import Dialect, multiple_of_pi
-from .literal import Form as LiteralForm
+from .literal import LiteralForm as LiteralForm
 from .literal import constant
 from .sincos_batch import WIDTH
 

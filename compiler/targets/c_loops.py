@@ -14,10 +14,10 @@ from ..program.loops.rolled import (
     Compute,
     Index,
     Item,
-    Kept,
     Local,
     Loop,
-    Number,
+    LoopNumber,
+    LoopRegister,
     Operand,
     Put,
     Read,
@@ -171,7 +171,7 @@ class _Loops:
         if operands is None:
             operands = [self.text(operand) for operand in item.operands]
         if type(item.statement) is Operate:
-            second = len(operands) == 2 and type(item.operands[1]) is Number
+            second = len(operands) == 2 and type(item.operands[1]) is LoopNumber
             value = applied(item.statement.code, operands, second, DIALECT)
         else:
             assert type(item.statement) is Lookup
@@ -270,7 +270,7 @@ class _Loops:
             if isinstance(one, Compute):
                 operands = tuple([self.staged(o, c, gathered) for o in one.operands])
                 if one.kept:
-                    (k,) = (k for k, o in enumerate(one.operands) if type(o) is Kept)
+                    (k,) = (k for k, o in enumerate(one.operands) if type(o) is LoopRegister)
                     addend = self.shown(operands[1 - k])
                     addends.append(f"a{one.number}")
                     inside.append(f"a{one.number}[i{c} - b{c}] = {addend.text};")
@@ -343,7 +343,7 @@ class _Loops:
         """Return the statement that adds to a number in a register."""
         assert isinstance(one.statement, Operate)
         parts = [addend, Text(f"s{one.number}", ATOM)]
-        first = 1 if type(one.operands[0]) is Kept else 0
+        first = 1 if type(one.operands[0]) is LoopRegister else 0
         added = applied(one.statement.code, [parts[first], parts[1 - first]], False, DIALECT)
         return f"s{one.number} = {added.text};"
 
@@ -376,11 +376,11 @@ class _Loops:
                 return Text(f"{array}[{self.index(index)}]", ATOM)
             case Local(number):
                 return Text(f"v{number}", ATOM, number in self.conditions)
-            case Kept(number):
+            case LoopRegister(number):
                 return Text(f"s{number}", ATOM)
             case Carried(number):
                 return Text(f"before{number}", ATOM)
-            case Number(value):
+            case LoopNumber(value):
                 return Text(*DIALECT.literal(value))
 
     def index(self, index: Index) -> str:

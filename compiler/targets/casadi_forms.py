@@ -19,7 +19,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
 }
 """Functions of the library, of ``casadi_module.py``, or own ones of Python. All else is written with the signs of Python."""
 
-COPIED: Final[Mapping[int, python_forms.Named]] = {
+COPIED: Final[Mapping[int, python_forms.NamedForm]] = {
     row.code: python_forms.FUNCTIONS[row.code] for row in OPERATIONS if row.casadi is None
 }
 """Own functions of Python that hold for this library, too."""

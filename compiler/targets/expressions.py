@@ -15,7 +15,7 @@ from msgspec import Struct
 from ..graph.operation import ATOM, PRODUCT, UNARY, Form
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, Value, operands_of
-from .literal import Constant
+from .literal import LiteralText
 from .sincos_batch import turn_groups, turn_places
 
 INLINE = 46
@@ -153,7 +153,7 @@ def fitting(value: Text, need: int, condition: bool, dialect: Dialect) -> str:
     return text if form.binds >= need else f"({text})"
 
 
-def multiple_of_pi(c: Constant, name: str) -> tuple[str, int]:
+def multiple_of_pi(c: LiteralText, name: str) -> tuple[str, int]:
     """Return n pi / d as text, with ``name`` for pi, and how strongly it binds."""
     signed = c.text in ("", "-")
     text = f"{c.text}{name}" if signed else f"{c.text} * {name}"

@@ -21,7 +21,7 @@ FUNCTIONS: Final[Mapping[int, str]] = {
 }
 """Functions of the library, of ``jax_module.py``, or own ones of Python. All else is written with the signs of Python."""
 
-COPIED: Final[Mapping[int, python_forms.Named]] = {
+COPIED: Final[Mapping[int, python_forms.NamedForm]] = {
     row.code: python_forms.FUNCTIONS[row.code] for row in OPERATIONS if row.jax is None
 }
 """Own functions of Python that hold for this library, too."""

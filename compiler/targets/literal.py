@@ -25,23 +25,23 @@ _POWERS: Final = (1, 2, -1, 3, -2, 4)
 PI_DIGITS: Final = "3.1415926535897932384626433832795028841972"
 
 
-class Form(Enum):
+class LiteralForm(Enum):
     DOUBLE = "double"  # the text of a number that a double holds exactly
     DECIMAL = "decimal"  # a decimal to be rounded in the working precision
     RATIO = "ratio"  # two whole numbers, to be divided in the working precision
     PI = "pi"  # a whole number times pi, divided by another one
 
 
-class Constant(Struct, frozen=True):
+class LiteralText(Struct, frozen=True):
     """``text`` of the number, or of a factor of pi; ``divisor`` of a ratio, "" for one."""
 
-    form: Form
+    form: LiteralForm
     text: str
     divisor: str = ""
 
 
 @lru_cache(maxsize=4096)
-def constant(number: Fraction) -> Constant:
+def constant(number: Fraction) -> LiteralText:
     """Return the form in which to write an exact constant.
 
     Multiples of the double nearest to pi stand for multiples of pi, which is what the language means by
@@ -50,18 +50,18 @@ def constant(number: Fraction) -> Constant:
     turns = number / _PI
     if number and max(abs(turns.numerator), turns.denominator) < _LARGEST_FACTOR:
         n, d = turns.numerator, turns.denominator
-        return Constant(Form.PI, {1: "", -1: "-"}.get(n, f"{n}.0"), f"{d}.0" if d != 1 else "")
+        return LiteralText(LiteralForm.PI, {1: "", -1: "-"}.get(n, f"{n}.0"), f"{d}.0" if d != 1 else "")
     nearest = float(number)
     if nearest == number:
-        return Constant(Form.DOUBLE, repr(nearest))
+        return LiteralText(LiteralForm.DOUBLE, repr(nearest))
     number = with_true_pi(number)
     nearest = float(number)
     decimal = _finite_decimal(number)
     if decimal is not None:
-        return Constant(Form.DECIMAL, decimal)
+        return LiteralText(LiteralForm.DECIMAL, decimal)
     if max(abs(number.numerator), number.denominator) < 1 << 53:
-        return Constant(Form.RATIO, f"{number.numerator}.0", f"{number.denominator}.0")
-    return Constant(Form.DECIMAL, _rounded_decimal(number, nearest))
+        return LiteralText(LiteralForm.RATIO, f"{number.numerator}.0", f"{number.denominator}.0")
+    return LiteralText(LiteralForm.DECIMAL, _rounded_decimal(number, nearest))
 
 
 def with_true_pi(number: Fraction, pi: Fraction = Fraction(PI_DIGITS)) -> Fraction:

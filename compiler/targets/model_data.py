@@ -76,20 +76,20 @@ OF_SHARES: Final = "_of_shares"
 """Behind the name of a function that reads shares of loads: what is called by its name finds them first (``shares.h``)."""
 
 
-class Word(Struct, frozen=True):
+class NamedNumber(Struct, frozen=True):
     """A number that the headers have a name for."""
 
     name: str
     value: int
 
 
-class Function(Struct, frozen=True):
+class FunctionPointer(Struct, frozen=True):
     """A pointer to a function of the program, or of the kernel."""
 
     name: str
 
 
-class Array(Struct, frozen=True):
+class ArrayPointer(Struct, frozen=True):
     """A pointer to numbers: NULL where there are none, or, where the kernel wants a place, one 0 that nobody reads."""
 
     name: str
@@ -98,16 +98,16 @@ class Array(Struct, frozen=True):
     never_null: bool = False
 
 
-class Rows(Struct, frozen=True):
+class StructArray(Struct, frozen=True):
     """A pointer to structs, by their fields in order; NULL where there are none. ``notes``: what readers call them."""
 
     name: str
     struct: type[Contract]
-    rows: Sequence[Sequence[int | float | Word | Function]]
+    rows: Sequence[Sequence[int | float | NamedNumber | FunctionPointer]]
     notes: Sequence[str] = ()
 
 
-class Record(Struct, frozen=True):
+class StructPointer(Struct, frozen=True):
     """A pointer to one struct."""
 
     name: str
@@ -115,21 +115,21 @@ class Record(Struct, frozen=True):
     fields: Mapping[str, Value]
 
 
-Value = int | Word | Function | Array | Rows | Record | None
+Value = int | NamedNumber | FunctionPointer | ArrayPointer | StructArray | StructPointer | None
 
 ROW_KINDS: Final = {
-    "contact": Word("MECH_CONTACT", 0),
-    "friction": Word("MECH_FRICTION", 1),
-    "freewheel": Word("MECH_CONTACT", 0),
-    "constraint": Word("MECH_BILATERAL", 2),
-    "step": Word("MECH_STEP_ROW", 3),
+    "contact": NamedNumber("MECH_CONTACT", 0),
+    "friction": NamedNumber("MECH_FRICTION", 1),
+    "freewheel": NamedNumber("MECH_CONTACT", 0),
+    "constraint": NamedNumber("MECH_BILATERAL", 2),
+    "step": NamedNumber("MECH_STEP_ROW", 3),
 }
 
 
 SOURCES: Final = "yuzt"
 """Arrays that delays look back at, as enum mech_source numbers them."""
 
-FREEWHEEL: Final = Word("MECH_FREEWHEEL", -2)
+FREEWHEEL: Final = NamedNumber("MECH_FREEWHEEL", -2)
 """In the place of the sign of a friction that never gives way backwards."""
 
 
@@ -138,11 +138,11 @@ def is_emitted(function: ProgramFunction) -> bool:
     return bool(function.n_out) or function.name == "jacobian" or function.name not in MODEL_FUNCTIONS
 
 
-def model_data(program: Program, expanded: bool) -> Record:
+def model_data(program: Program, expanded: bool) -> StructPointer:
     """Return ``mech_model`` of a program; ``expanded``: its Taylor series are formed by ``EXPAND``."""
     pattern = program.jacobian_pattern
     fields: dict[str, Value] = {
-        "version": Word("MECH_MODEL_VERSION", MODEL_VERSION),
+        "version": NamedNumber("MECH_MODEL_VERSION", MODEL_VERSION),
         "nq": program.nq,
         "nv": program.nv,
         "nx": program.nx,
@@ -157,7 +157,7 @@ def model_data(program: Program, expanded: bool) -> Record:
         "n_jacobian": len(pattern),
         "jac_row": _indices("jacobian_rows", [row for row, _ in pattern]),
         "jac_col": _indices("jacobian_columns", [column for _, column in pattern]),
-        "parameters": Function("parameters"),
+        "parameters": FunctionPointer("parameters"),
         "n_position": sum(row.level == "position" for row in program.constraints),
         "n_velocity": len(program.constraints),
         "separable": int(program.separable),
@@ -165,44 +165,48 @@ def model_data(program: Program, expanded: bool) -> Record:
     }
     for name in MODEL_FUNCTIONS:
         function = program.function(name)
-        fields[name] = Function(name) if function and is_emitted(function) else None
+        fields[name] = FunctionPointer(name) if function and is_emitted(function) else None
     if program.switching is not None:
         if program.switching.crowd is not None:
-            fields |= {"rhs": Function(RATES_OF_ALL), "outputs": Function(OUTPUTS_OF_ALL)}
+            fields |= {"rhs": FunctionPointer(RATES_OF_ALL), "outputs": FunctionPointer(OUTPUTS_OF_ALL)}
         fields["hybrid"] = _hybrid(program, program.switching)
     series = program.series
     if series is not None:
-        given = {"next": None, "expand": Function(EXPAND)} if expanded else {"next": Function(NEXT)}
+        given = (
+            {"next": None, "expand": FunctionPointer(EXPAND)} if expanded else {"next": FunctionPointer(NEXT)}
+        )
         sizes = {"n_slots": series.n_slots, "n_kept": series.n_kept}
-        fields["series"] = Record("series", SeriesStruct, {**sizes, "start": Function(START), **given})
+        fields["series"] = StructPointer(
+            "series", SeriesStruct, {**sizes, "start": FunctionPointer(START), **given}
+        )
     facts = start_facts(program)
     if facts is not None:
         fields["start"] = _start(program, facts)
-    return Record("model", ModelStruct, fields)
+    return StructPointer("model", ModelStruct, fields)
 
 
-def _start(program: Program, facts: StartFacts) -> Record:
+def _start(program: Program, facts: StartFacts) -> StructPointer:
     """Return what an initial state must fulfil."""
     some, dependent = bool(facts.rows), bool(facts.dependent)
     names = [row.name for row in program.assembly]
     rows = [(stage, int(hard), measure) for stage, hard, measure in facts.rows]
     sizes = [Fraction(size) for size in facts.size]
-    return Record(
+    return StructPointer(
         "start",
         StartStruct,
         {
             "n_rows": len(facts.rows),
             "n_lengths": len(facts.lengths),
             "n_dependent": len(facts.dependent),
-            "rows": Rows("start_rows", StartRowStruct, rows, names),
-            "known": Array("known", "unsigned char", [*map(int, facts.known)], never_null=True),
-            "partner": Array("partner", "int", facts.partner, never_null=True),
-            "size": Array("size", "mech_real", sizes, never_null=True),
+            "rows": StructArray("start_rows", StartRowStruct, rows, names),
+            "known": ArrayPointer("known", "unsigned char", [*map(int, facts.known)], never_null=True),
+            "partner": ArrayPointer("partner", "int", facts.partner, never_null=True),
+            "size": ArrayPointer("size", "mech_real", sizes, never_null=True),
             "lengths": _indices("lengths", facts.lengths),
             "dependent": _indices("dependent", facts.dependent),
-            "assembly": Function("assembly") if some else None,
-            "assembly_jacobian": Function("assembly_jacobian") if some else None,
-            "others": Function("initial_of_others") if dependent else None,
+            "assembly": FunctionPointer("assembly") if some else None,
+            "assembly_jacobian": FunctionPointer("assembly_jacobian") if some else None,
+            "others": FunctionPointer("initial_of_others") if dependent else None,
             **(_found(program) if program.found else {}),
         },
     )
@@ -211,17 +215,17 @@ def _start(program: Program, facts: StartFacts) -> Record:
 def _found(program: Program) -> dict[str, Value]:
     """Return the fields of parameters that the start finds."""
     places = _indices("found_parameters", program.found)
-    return {"n_found": len(program.found), "found": places, "find": Function("found")}
+    return {"n_found": len(program.found), "found": places, "find": FunctionPointer("found")}
 
 
-def _hybrid(program: Program, plan: HybridPlan) -> Record:
+def _hybrid(program: Program, plan: HybridPlan) -> StructPointer:
     """Return what the kernel needs to know of switches, branches and rows."""
     branches = [
         (
             branch.event,
             len(branch.shown.checks),
             int(branch.shown.message is not None),
-            Function(branch.function),
+            FunctionPointer(branch.function),
         )
         for branch in plan.branches
     ]
@@ -233,7 +237,7 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
         )
         for row in plan.rows
     ]
-    return Record(
+    return StructPointer(
         "hybrid",
         HybridStruct,
         {
@@ -251,10 +255,10 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
             "switches": _indices("switches", [s.index for s in plan.switches]),
             "times": _indices("times", [n for s in plan.times for n in (s.index, s.after)]),
             "clocks": _indices("clocks", [n for clock in plan.clocks for n in clock]),
-            "branches": Rows("branches", BranchStruct, branches),
-            "rows": Rows("rows", RowStruct, rows, [row.name for row in plan.rows]),
+            "branches": StructArray("branches", BranchStruct, branches),
+            "rows": StructArray("rows", RowStruct, rows, [row.name for row in plan.rows]),
             **({"slides": _indices("slides", plan.slides)} if plan.slides else {}),
-            **{name: Function(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
+            **{name: FunctionPointer(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
             **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
             **({"crowd": _crowd(plan.crowd)} if plan.crowd is not None else {}),
             **({"shares": _shares(plan)} if plan.shares else {}),
@@ -262,10 +266,10 @@ def _hybrid(program: Program, plan: HybridPlan) -> Record:
     )
 
 
-def _delays(plan: DelayPlan) -> Record:
+def _delays(plan: DelayPlan) -> StructPointer:
     """Return what looks back."""
     sources = [n for array, index in plan.sources for n in (SOURCES.index(array), index)]
-    return Record(
+    return StructPointer(
         "delays",
         DelaysStruct,
         {
@@ -274,14 +278,14 @@ def _delays(plan: DelayPlan) -> Record:
             "n_delayed": len(plan.delayed),
             "sources": _indices("delay_sources", sources),
             "delayed": _indices("delayed", [n for row in plan.delayed for n in row]),
-            "times": Function("delay_times"),
+            "times": FunctionPointer("delay_times"),
         },
     )
 
 
-def _shares(plan: HybridPlan) -> Rows:
+def _shares(plan: HybridPlan) -> StructArray:
     rows = [(share.rests, share.beside, share.sort) for share in plan.shares]
-    return Rows("shares", ShareRowStruct, rows, [row.name for row in plan.rows])
+    return StructArray("shares", ShareRowStruct, rows, [row.name for row in plan.rows])
 
 
 def readers(program: Program) -> dict[str, int]:
@@ -296,15 +300,15 @@ def readers(program: Program) -> dict[str, int]:
     }
 
 
-def _crowd(plan: CrowdPlan) -> Record:
+def _crowd(plan: CrowdPlan) -> StructPointer:
     """Return the tables of a crowd of contacts."""
-    kinds = [(k.leaves, k.normal, k.slip, int(k.friction), Function(k.function)) for k in plan.kinds]
+    kinds = [(k.leaves, k.normal, k.slip, int(k.friction), FunctionPointer(k.function)) for k in plan.kinds]
     table: list[int] = []
     at: list[int] = []
     for row in plan.rows:
         at.append(len(table))
         table += (*row.leaves, *row.normal, *row.slip)
-    return Record(
+    return StructPointer(
         "crowd",
         CrowdStruct,
         {
@@ -314,18 +318,18 @@ def _crowd(plan: CrowdPlan) -> Record:
             "n_asked": len(plan.asked),
             "n_values": max(crowd_values(kind) for kind in plan.kinds),
             "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
-            "kinds": Rows("crowd_kinds", CrowdKindStruct, kinds),
+            "kinds": StructArray("crowd_kinds", CrowdKindStruct, kinds),
             "kind": _indices("crowd_kind", [row.kind for row in plan.rows]),
             "at": _indices("crowd_at", at),
             "table": _indices("crowd_table", table),
             "group": _indices("crowd_group", plan.groups),
             "asked": _indices("crowd_asked", [n for pair in plan.asked for n in pair]),
-            "rhs": Function("rhs"),
-            "outputs": Function("outputs"),
-            "push": Function("crowd_push"),
+            "rhs": FunctionPointer("rhs"),
+            "outputs": FunctionPointer("outputs"),
+            "push": FunctionPointer("crowd_push"),
         },
     )
 
 
-def _indices(name: str, values: Sequence[int]) -> Array:
-    return Array(name, "int", values)
+def _indices(name: str, values: Sequence[int]) -> ArrayPointer:
+    return ArrayPointer(name, "int", values)

@@ -23,9 +23,9 @@ from .alone import check_stands_alone, standing_alone
 from .c_tables import asked_of, questions, used_tables
 from .differentiable import Begin
 from .expressions import lines
-from .literal import Form as LiteralForm
+from .literal import LiteralForm as LiteralForm
 from .literal import constant
-from .python_forms import DIALECT, FUNCTIONS, TABLES, Named, table_text
+from .python_forms import DIALECT, FUNCTIONS, TABLES, NamedForm, table_text
 from .python_text import function_lines, quantities, quoted, returned, string, strings
 
 _RESERVED: Final = frozenset(
@@ -87,7 +87,7 @@ def _over_places(function: Callable[..., list[Any]]) -> ModelFunction:
     return evaluate
 
 
-def _called(program: Program, functions: Sequence[ProgramFunction]) -> list[Named]:
+def _called(program: Program, functions: Sequence[ProgramFunction]) -> list[NamedForm]:
     """Return what functions call by a name."""
     statements = [s for f in functions for body in f.bodies for s in body]
     used = {s.code for s in statements if type(s) is Operate}

@@ -14,11 +14,11 @@ from ..graph.operations import LOOKUP, OPERATIONS
 from ..graph.table import ELEMENT, Samples, Table, question
 from ..program.model import Store
 from .expressions import Dialect, multiple_of_pi
-from .literal import Form as LiteralForm
+from .literal import LiteralForm as LiteralForm
 from .literal import constant
 
 
-class Named(Struct, frozen=True):
+class NamedForm(Struct, frozen=True):
     """A function by which an operation is called in the text.
 
     ``own``: what it is copied from, None if it stands in ``math``. ``array``: the NumPy form. ``condition``:
@@ -36,14 +36,14 @@ def _text(row: Operation) -> str | Form:
     return row.python if isinstance(row.python, str | Form) else row.python.__name__
 
 
-def _named(row: Operation) -> Named:
+def _named(row: Operation) -> NamedForm:
     own = None if isinstance(row.python, str | Form) else row.python
     name = str(_text(row) or row.name)
     array = f"np.vectorize({name}, otypes=[float])" if row.array is None else row.array or f"np.{row.name}"
-    return Named(name, array, own, row.condition, row.calls if own else ())
+    return NamedForm(name, array, own, row.condition, row.calls if own else ())
 
 
-FUNCTIONS: Final[Mapping[int, Named]] = {
+FUNCTIONS: Final[Mapping[int, NamedForm]] = {
     row.code: _named(row)
     for row in OPERATIONS
     if row.arity and row.code != LOOKUP and not isinstance(row.python, Form) and (row.python or not row.form)
@@ -76,14 +76,14 @@ def _store(statement: Store, expression: str) -> str:
     return f"if not given[{statement.index}]:\n        {line}" if statement.guarded else line
 
 
-TABLES: Final[Mapping[str, Named]] = {
-    "lookup": Named(
+TABLES: Final[Mapping[str, NamedForm]] = {
+    "lookup": NamedForm(
         "lookup", "np.vectorize(lookup, otypes=[float], excluded=[0, 1])", scalar_functions.lookup
     ),
-    "element": Named(
+    "element": NamedForm(
         "element", "np.vectorize(element, otypes=[float], excluded=[0])", scalar_functions.element
     ),
-    "cell": Named("cell", "np.vectorize(cell, otypes=[float], excluded=[0])", scalar_functions.cell),
+    "cell": NamedForm("cell", "np.vectorize(cell, otypes=[float], excluded=[0])", scalar_functions.cell),
 }
 """The functions that look into tables, by what is asked."""
 

@@ -15,7 +15,7 @@ from ..ast import Comment
 from ..diagnostics import CompileError, Reporter
 from ..source import SourceFile, Span
 from ..units import unit_end
-from .tables import END, Tables
+from .tables import END, ParserTables
 
 
 class Token(NamedTuple):
@@ -74,7 +74,7 @@ _QUOTED = re.compile(r"'[^'\n]*'|[\u201c\u201d\u201e][^\u201c\u201d\u201e\"\n]*[
 
 
 def tokenise(
-    source: SourceFile, tables: Tables, reporter: Reporter
+    source: SourceFile, tables: ParserTables, reporter: Reporter
 ) -> tuple[list[Token], tuple[Comment, ...]]:
     """Return the tokens, with one of kind ``$END`` last, and the comments.
 
@@ -100,7 +100,7 @@ def _refuse_reordering(source: SourceFile, reporter: Reporter) -> None:
         raise CompileError(reporter.diagnostics)
 
 
-def _pattern(tables: Tables) -> re.Pattern[str]:
+def _pattern(tables: ParserTables) -> re.Pattern[str]:
     patterns = tables.patterns
     signs = sorted(tables.punctuation, key=lambda s: (-len(s), s))
     groups = [f"(?P<{name}>{patterns[name]})" for name in ("COMMENT", "NAME", "NUMBER", "STRING")]
@@ -112,7 +112,7 @@ def _pattern(tables: Tables) -> re.Pattern[str]:
 
 
 class _Lexer:
-    def __init__(self, source: SourceFile, tables: Tables, reporter: Reporter) -> None:
+    def __init__(self, source: SourceFile, tables: ParserTables, reporter: Reporter) -> None:
         self.source = source
         self.text = source.text
         self.reporter = reporter

@@ -24,7 +24,7 @@ END = "$END"
 """The terminal after the last token."""
 
 
-class Mode(IntEnum):
+class LexerMode(IntEnum):
     """What reducing a production does with the values of its symbols."""
 
     CALL = 0  # the action of that name makes the value
@@ -39,12 +39,12 @@ class Production(Struct, frozen=True):
 
     origin: str
     size: int
-    mode: Mode
+    mode: LexerMode
     action: str
     slots: tuple[int | None, ...] | None
 
 
-class Tables(Struct, frozen=True):
+class ParserTables(Struct, frozen=True):
     """``moves[state][terminal]`` is a state to shift to, or ``~p`` to reduce production ``p``;
     ``gotos[state][nonterminal]`` is the state after it. ``keywords`` and ``punctuation`` map words and
     signs to terminals, ``patterns`` the other terminals, those with a unit left out, to expressions."""
@@ -59,7 +59,7 @@ class Tables(Struct, frozen=True):
     patterns: Mapping[str, str]
 
 
-_LISTS = {"empty": Mode.EMPTY, "first": Mode.FIRST, "append": Mode.APPEND}
+_LISTS = {"empty": LexerMode.EMPTY, "first": LexerMode.FIRST, "append": LexerMode.APPEND}
 _WITH_UNITS = ("QUANTITY", "UNITTAG")
 """Terminals that the lexer finds without their patterns, by ``unit_end``."""
 
@@ -75,7 +75,7 @@ def grammar_text() -> str:
     return text.replace("@UNIT@", UNIT_PATTERN.replace("/", r"\/"))
 
 
-def build_tables(grammar: str) -> Tables:
+def build_tables(grammar: str) -> ParserTables:
     """Construct the tables. Raises ``lark.exceptions.GrammarError`` on any conflict."""
     from lark import Lark
     from lark.lexer import Lexer, LexerState, Token
@@ -115,7 +115,7 @@ def build_tables(grammar: str) -> Tables:
                 productions.append(_production(argument))
             moves[-1][str(symbol)] = ~number[id(argument)]
     keywords, punctuation, patterns = _terminals(parser)
-    return Tables(
+    return ParserTables(
         tuple(moves),
         tuple(gotos),
         tuple(productions),
@@ -157,17 +157,17 @@ def _production(rule: Any) -> Production:
     """Translate a rule of Lark."""
     origin, size, alias = str(rule.origin.name), len(rule.expansion), rule.alias
     if rule.options.expand1 and alias is None and size == 1:
-        return Production(origin, size, Mode.PASS, "", None)
+        return Production(origin, size, LexerMode.PASS, "", None)
     action = str(alias or origin)
     slots: tuple[int | None, ...] | None = None
     if rule.options.empty_indices:
         present = iter(range(size))
         slots = tuple(None if absent else next(present) for absent in rule.options.empty_indices)
-    return Production(origin, size, _LISTS.get(action, Mode.CALL), action, slots)
+    return Production(origin, size, _LISTS.get(action, LexerMode.CALL), action, slots)
 
 
 @cache
-def load_tables() -> Tables:
+def load_tables() -> ParserTables:
     """Return the tables, from beside the grammar or from the cache folder where they are there and fit this version."""
     name = _file_name()
     tables = _read(_INSTALLED / name) or _read(_cache_folder() / name)
@@ -182,12 +182,12 @@ def lay_beside_the_grammar() -> None:
     _keep(build_tables(grammar_text()), _INSTALLED / _file_name())
 
 
-def _read(path: Path) -> Tables | None:
+def _read(path: Path) -> ParserTables | None:
     try:
         content = path.read_bytes()
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
         if hashlib.sha256(data).digest() == checksum:
-            return msgpack.decode(data, type=Tables)
+            return msgpack.decode(data, type=ParserTables)
     except Exception:  # absent, unreadable or damaged: whatever it is, the tables can be made again
         pass
     return None
@@ -212,12 +212,12 @@ def kept_tables() -> dict[str, bytes]:
     return {_file_name(): _content(load_tables())}
 
 
-def _content(tables: Tables) -> bytes:
+def _content(tables: ParserTables) -> bytes:
     data = msgpack.encode(tables)
     return hashlib.sha256(data).digest() + data
 
 
-def _keep(tables: Tables, path: Path) -> None:
+def _keep(tables: ParserTables, path: Path) -> None:
     """Write under a temporary name and rename, so that a second run never reads half a file.
 
     The tables of a few other versions stay beside it.

@@ -16,7 +16,7 @@ from .mjcf import read_mjcf
 from .urdf import read_urdf
 from .wishes import Wishes
 from .writing import Writer
-from .xml import Element, NotRead, read_xml
+from .xml import NotRead, XmlElement, read_xml
 
 
 class Imported(Struct, frozen=True):
@@ -28,7 +28,7 @@ class Imported(Struct, frozen=True):
     copies: Mapping[str, Path]
 
 
-Reader = Callable[[Element, Wishes], tuple[Writer, tuple[str, ...]]]
+Reader = Callable[[XmlElement, Wishes], tuple[Writer, tuple[str, ...]]]
 READERS: Mapping[str, tuple[str, Reader]] = {"robot": ("URDF", read_urdf), "mujoco": ("MJCF", read_mjcf)}
 """By the first element of a file: the format, and what reads it."""
 

@@ -26,7 +26,7 @@ from .writing import (
     turned_by_quaternion,
     vector,
 )
-from .xml import Element, NotRead
+from .xml import NotRead, XmlElement
 
 MADE_OF = ("Body", "Revolute", "Prismatic", "Spherical", "Free", "Weld")
 FREE, BALL, SLIDE, HINGE = range(4)
@@ -42,7 +42,7 @@ DRAWN_GROUPS = 3
 """Groups of shapes that are shown, from 0 on; the others are for contacts."""
 
 
-def read_mjcf(root: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
+def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
     """Write the statements of a robot; returns the parts of the library that they use. Raises NotRead."""
     if wishes.floating:
         raise NotRead("the file says itself what moves freely", help="leave --floating out")
@@ -67,7 +67,7 @@ def read_mjcf(root: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
 
 
 class _Robot:
-    def __init__(self, root: Element, wishes: Wishes, model: Any, mujoco: Any) -> None:
+    def __init__(self, root: XmlElement, wishes: Wishes, model: Any, mujoco: Any) -> None:
         self.root, self.wishes, self.m, self.mj = root, wishes, model, mujoco
         self.writer = Writer((*MADE_OF, "stops"))
         self.meshes = Meshes(wishes)
@@ -309,11 +309,9 @@ class _Robot:
             part = "Revolute" if kind == HINGE else "Prismatic"
             coordinate, unit = UNITS[kind][:2]
             self.moved[joint] = f"{name}.{coordinate}"
-            axis = vector(m.jnt_axis[joint].tolist())
-            self._part(
-                part,
-                f"{part} {name}({moved(pose, at)} -> {moved(to, at)}, axis = {axis}, {coordinate} {self.sign} {quantity(0, unit)});",
-            )
+            own = [f"axis = {vector(m.jnt_axis[joint].tolist())}"]
+            own += [f"{coordinate} {self.sign} {quantity(0, unit)}", *self._own(joint, kind)]
+            self._part(part, f"{part} {name}({moved(pose, at)} -> {moved(to, at)}, {', '.join(own)});")
             if reference := self._reference(joint):
                 self.writer.leave_out(
                     f"the zero of '{name}': it counts from its reference, {quantity(reference, unit)}",
@@ -326,10 +324,26 @@ class _Robot:
         """Return what a joint of one freedom measures where its coordinate is zero."""
         return float(self.m.qpos0[int(self.m.jnt_qposadr[joint])])
 
+    def _own(self, joint: int, kind: int) -> list[str]:
+        """Return what a joint of one freedom has beside that, as settings; what is zero is not there."""
+        m = self.m
+        d, a = int(m.jnt_dofadr[joint]), int(m.jnt_qposadr[joint])
+        _, unit, force, inertia, resistance, spring = UNITS[kind]
+        stiffness = float(m.jnt_stiffness[joint])
+        rest = float(m.qpos_spring[a]) - float(m.qpos0[a]) if stiffness else 0.0
+        amounts = (
+            ("damping", float(m.dof_damping[d]), resistance),
+            ("friction", float(m.dof_frictionloss[d]), force),
+            ("stiffness", stiffness, spring),
+            ("rest", rest, unit),
+            ("armature", float(m.dof_armature[d]), inertia),
+        )
+        return [f"{what} = {quantity(amount, unit)}" for what, amount, unit in amounts if amount]
+
     def _passive(self, joint: int, kind: int, name: str) -> None:
         """Write what a joint has beside its freedom."""
         m = self.m
-        d, a = int(m.jnt_dofadr[joint]), int(m.jnt_qposadr[joint])
+        d = int(m.jnt_dofadr[joint])
         armature, damping, friction = (
             float(getattr(m, f"dof_{what}")[d]) for what in ("armature", "damping", "frictionloss")
         )
@@ -340,20 +354,10 @@ class _Robot:
             if value is not None and value[d if array.startswith("dof") else joint].any():
                 self.writer.leave_out(f"{array.partition('_')[2]} of '{name}'", line)
         if kind in UNITS:
-            q = self.moved[joint]
-            _, unit, force, inertia, resistance, spring = UNITS[kind]
-            if armature:
-                self.writer.say(f"kinetic 1/2*{quantity(armature, inertia)}*der({q})^2;")
-            if damping:
-                self.writer.say(f"damping {quantity(damping, resistance)} on {q};")
-            if stiffness:
-                rest = float(m.qpos_spring[a]) - float(m.qpos0[a])
-                from_rest = f"({q} - {_signed(rest, unit)})" if rest else q
-                self.writer.say(f"potential 1/2*{quantity(stiffness, spring)}*{from_rest}^2;")
-            if friction:
-                self.writer.say(f"friction {quantity(friction, force)} on {q};")
+            q, unit = self.moved[joint], UNITS[kind][1]
             if m.jnt_limited[joint]:
-                self._stop(name, q, [float(x) - float(m.qpos0[a]) for x in m.jnt_range[joint]], unit)
+                zero = self._reference(joint)
+                self._stop(name, q, [float(x) - zero for x in m.jnt_range[joint]], unit)
             if getattr(m, "jnt_actfrclimited", None) is not None and m.jnt_actfrclimited[joint]:
                 self.writer.leave_out(f"the largest force of actuators on '{name}'", line)
             return
@@ -679,7 +683,7 @@ class _Robot:
         return f"clamp({state}, {_bounds(m.actuator_actrange[k])})" if m.actuator_actlimited[k] else state
 
 
-def _within(element: Element) -> Iterator[Element]:
+def _within(element: XmlElement) -> Iterator[XmlElement]:
     yield element
     for child in element.children:
         yield from _within(child)

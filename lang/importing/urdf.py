@@ -25,7 +25,7 @@ from .writing import (
     turned,
     vector,
 )
-from .xml import Element, NotRead
+from .xml import NotRead, XmlElement
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 MADE_OF = ("Body", "Revolute", "Prismatic", "Planar", "Free", "Spherical")
@@ -40,13 +40,13 @@ UNITS = {
 MOVES = {"revolute": "angle", "continuous": "angle", "prismatic": "position"}
 
 
-def read_urdf(robot: Element, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
+def read_urdf(robot: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
     """Write the statements of a robot; returns the parts of the library that they use. Raises NotRead."""
     return _Robot(robot, wishes).written()
 
 
 class _Robot:
-    def __init__(self, robot: Element, wishes: Wishes) -> None:
+    def __init__(self, robot: XmlElement, wishes: Wishes) -> None:
         self.robot, self.wishes = robot, wishes
         self.writer = Writer((*MADE_OF, "stops"))
         self.meshes = Meshes(wishes)
@@ -61,8 +61,8 @@ class _Robot:
         }
         self.links = _named(robot, "link")
         self.joints = _named(robot, "joint")
-        self.below: dict[str, list[Element]] = {}
-        carried: dict[str, Element] = {}
+        self.below: dict[str, list[XmlElement]] = {}
+        carried: dict[str, XmlElement] = {}
         for joint in self.joints.values():
             ends = [joint.one(tag) for tag in ("parent", "child")]
             for tag, end in zip(("parent", "child"), ends, strict=True):
@@ -173,7 +173,7 @@ class _Robot:
             self.writer.say(statement)
         self.meshes.drawn |= bool(drawn)
 
-    def _drawn(self, link: str, shape: Element, *, tell: bool) -> str:
+    def _drawn(self, link: str, shape: XmlElement, *, tell: bool) -> str:
         """Return the statement that draws a shape; empty where it cannot be drawn."""
         try:
             return self._shape(link, shape, tell=tell)
@@ -181,7 +181,7 @@ class _Robot:
             self.writer.leave_out(f"a shape: {wrong.message}", wrong.line)
             return ""
 
-    def _shape(self, link: str, shape: Element, *, tell: bool) -> str:
+    def _shape(self, link: str, shape: XmlElement, *, tell: bool) -> str:
         geometry = shape.one("geometry")
         if geometry is None or not geometry.children:
             raise NotRead(f"a shape of the link '{link}' has no geometry", shape.line)
@@ -219,7 +219,7 @@ class _Robot:
 
     # ------------------------------------------------------------ joints
 
-    def _joint(self, joint: Element) -> str:
+    def _joint(self, joint: XmlElement) -> str:
         """Write a joint with the link that it carries; returns that link."""
         kind, given = joint.need("type"), joint.need("name")
         parent, child = (
@@ -263,7 +263,7 @@ class _Robot:
         self.used.add(part)
         self.writer.say(statement)
 
-    def _moving(self, joint: Element, moves: str, child: str, carrier: str, axis: Vector) -> None:
+    def _moving(self, joint: XmlElement, moves: str, child: str, carrier: str, axis: Vector) -> None:
         """Write a joint of one freedom."""
         given = joint.need("name")
         name = self.writer.name("joint", given)
@@ -272,6 +272,7 @@ class _Robot:
         low, high, effort, speed = _limits(joint, limit)
         begins = 0.0 if low is None or high is None else min(max(0.0, low), high)
         about = text(f"at most {number(speed)} {unit}/s") if speed else ""
+        passive = _dynamics(joint, resistance, strength)
         if mimic is not None:
             leader, kind = self._leader(mimic)
             factor = mimic.number("multiplier", 1.0)
@@ -298,10 +299,11 @@ class _Robot:
             coordinate = f"{name}.{moves}"
             part = "Revolute" if moves == "angle" else "Prismatic"
             self._body(child, "")
-            start = f", {moves} = {quantity(begins, unit)}"
+            own = [f"axis = {vector(axis)}", f"{moves} = {quantity(begins, unit)}"]
+            own += [f"{what} = {amount}" for what, amount in passive]
             self._part(
                 part,
-                f"{part} {name}({carrier} -> {self.frames[child]}, axis = {vector(axis)}{start}) {about};".replace(
+                f"{part} {name}({carrier} -> {self.frames[child]}, {', '.join(own)}) {about};".replace(
                     " ;", ";"
                 ),
             )
@@ -316,12 +318,9 @@ class _Robot:
         drive = self.writer.name(load.lower(), f"{load.lower()}_{name}")
         self.writer.say(f"input {load} {drive}{bounds} = {quantity(0, strength)};")
         self.writer.say(f"force {drive} on {coordinate};")
-        dynamics = joint.one("dynamics")
-        if dynamics is not None:
-            if damping := dynamics.number("damping", 0.0):
-                self.writer.say(f"damping {quantity(damping, resistance)} on {coordinate};")
-            if friction := dynamics.number("friction", 0.0):
-                self.writer.say(f"friction {quantity(friction, strength)} on {coordinate};")
+        if mimic is not None:  # it has no joint that could say it
+            for what, amount in passive:
+                self.writer.say(f"{what} {amount} on {coordinate};")
         if low is not None and high is not None:
             upper, lower = (self.writer.name("contact", f"{name}_{end}") for end in ("upper", "lower"))
             self.stops += [
@@ -338,7 +337,7 @@ class _Robot:
         if mimic is None:
             self._looks(child)
 
-    def _mimic(self, joint: Element) -> Element | None:
+    def _mimic(self, joint: XmlElement) -> XmlElement | None:
         """Return what a joint follows; None where it follows none that there is. Raises NotRead for one that follows itself."""
         first, seen = joint.one("mimic"), {joint.get("name")}
         mimic = first
@@ -359,7 +358,7 @@ class _Robot:
             mimic = self.joints[leader].one("mimic")
         return first
 
-    def _leader(self, mimic: Element) -> tuple[str, str]:
+    def _leader(self, mimic: XmlElement) -> tuple[str, str]:
         """Return the coordinate that a joint follows, as it is written, and what it is."""
         leader = self.joints[mimic.need("joint")]
         name, moves = self.writer.name("joint", leader.get("name")), MOVES[leader.need("type")]
@@ -368,22 +367,31 @@ class _Robot:
         free = above is None or above.need("type") not in MOVES
         return (f"{name}.{moves}" if free else name), moves
 
-    def _ignore_limits(self, joint: Element) -> None:
+    def _ignore_limits(self, joint: XmlElement) -> None:
         """Mark what means nothing of a fixed joint."""
         for tag in ("axis", "limit", "dynamics"):
             if (element := joint.one(tag)) is not None:
                 _mark(element)
 
 
-def _mark(element: Element) -> None:
+def _dynamics(joint: XmlElement, resistance: str, strength: str) -> list[tuple[str, str]]:
+    """Return damping and dry friction of a joint, each with its unit; what is zero is not there."""
+    dynamics = joint.one("dynamics")
+    if dynamics is None:
+        return []
+    found = (("damping", resistance), ("friction", strength))
+    return [(what, quantity(amount, unit)) for what, unit in found if (amount := dynamics.number(what, 0.0))]
+
+
+def _mark(element: XmlElement) -> None:
     """Take an element as read."""
     element.seen |= {*element.attributes, *(child.tag for child in element.children)}
     for child in element.children:
         _mark(child)
 
 
-def _named(robot: Element, tag: str) -> dict[str, Element]:
-    found: dict[str, Element] = {}
+def _named(robot: XmlElement, tag: str) -> dict[str, XmlElement]:
+    found: dict[str, XmlElement] = {}
     for element in robot.all(tag):
         name = element.need("name")
         if name in found:
@@ -395,7 +403,7 @@ def _named(robot: Element, tag: str) -> dict[str, Element]:
     return found
 
 
-def _colour(material: Element) -> str | None:
+def _colour(material: XmlElement) -> str | None:
     colour, _ = material.one("color"), material.get("name")
     if colour is None:
         return None
@@ -403,7 +411,7 @@ def _colour(material: Element) -> str | None:
     return "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in rgba[:3])
 
 
-def _placed(frame: str, element: Element) -> str:
+def _placed(frame: str, element: XmlElement) -> str:
     """Return the frame at the origin of an element."""
     origin = element.one("origin")
     if origin is None:
@@ -414,7 +422,7 @@ def _placed(frame: str, element: Element) -> str:
 class _Inertial:
     """Mass, mass centre and inertia about it in the axes of the link; ``remark``: why no body has them."""
 
-    def __init__(self, element: Element, mass: float) -> None:
+    def __init__(self, element: XmlElement, mass: float) -> None:
         self.line, self.need_mass, self.remark = element.line, mass, ""
         origin, inertia = element.one("origin"), element.one("inertia")
         self.centre = origin.numbers("xyz", 3, ZERO) if origin is not None else ZERO
@@ -436,7 +444,7 @@ class _Inertial:
             self.J = (ZERO, ZERO, ZERO)
 
 
-def _inertial(link: Element) -> _Inertial | None:
+def _inertial(link: XmlElement) -> _Inertial | None:
     """Return the inertial of a link; None for a link without mass."""
     element = link.one("inertial")
     if element is None:
@@ -451,7 +459,7 @@ def _inertial(link: Element) -> _Inertial | None:
     return found if value or any(map(any, found.J)) else None
 
 
-def _limits(joint: Element, limit: Element | None) -> tuple[float | None, float | None, float, float]:
+def _limits(joint: XmlElement, limit: XmlElement | None) -> tuple[float | None, float | None, float, float]:
     """Return the range of a joint (None for none), the largest effort and speed (0 for none)."""
     if limit is None:
         return None, None, 0.0, 0.0

@@ -16,20 +16,20 @@ class NotRead(Exception):
         self.message, self.line, self.help = message, line, help
 
 
-class Element(Struct):
+class XmlElement(Struct):
     """An element; ``seen``: the attributes and children that somebody asked for, the rest was not carried over."""
 
     tag: str
     attributes: dict[str, str]
     line: int
-    children: list[Element] = field(default_factory=list)
+    children: list[XmlElement] = field(default_factory=list)
     seen: set[str] = field(default_factory=set)
 
-    def all(self, tag: str) -> list[Element]:
+    def all(self, tag: str) -> list[XmlElement]:
         self.seen.add(tag)
         return [child for child in self.children if child.tag == tag]
 
-    def one(self, tag: str) -> Element | None:
+    def one(self, tag: str) -> XmlElement | None:
         """Return the only child of a name. Raises NotRead where there are several."""
         found = self.all(tag)
         if len(found) > 1:
@@ -83,14 +83,14 @@ class Element(Struct):
                 yield child.tag, child.line
 
 
-def read_xml(text: str) -> Element:
+def read_xml(text: str) -> XmlElement:
     """Return the root of a text. Raises NotRead."""
-    top = Element("", {}, 0)
+    top = XmlElement("", {}, 0)
     stack = [top]
     parser = expat.ParserCreate()
 
     def begin(tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag, attributes, parser.CurrentLineNumber)
+        element = XmlElement(tag, attributes, parser.CurrentLineNumber)
         stack[-1].children.append(element)
         stack.append(element)
 

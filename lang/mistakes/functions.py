@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from ..grammar.keywords import DEFINITIONS, STATEMENTS, STEPS
 from .expected import Finding, error
-from .recovery import Edit, Panic, Situation
+from .recovery import Panic, Situation, TokenEdit
 
 _STEPS = "a function holds 'let', 'var', ':=', 'for', 'if' and 'return'"
 
@@ -40,7 +40,7 @@ def function_step(s: Situation) -> Finding | None:
     if s.token.kind == "EQUAL" and s.accepts("ASSIGN"):
         help = "write ':='; a name for a value that stays is declared by 'let'"
         problem = error("E0118", "a variable gets a new value by ':='", s.span(s.token), help=help)
-        return problem, Edit(delete=1, insert=(("ASSIGN", ":="),))
+        return problem, TokenEdit(delete=1, insert=(("ASSIGN", ":="),))
     name = s.source.text[first.start : s.tokens[s.index - 1].end] if s.index > s.first else ""
     if (
         s.following.kind == "EQUAL"
@@ -122,10 +122,10 @@ def _ends_later(s: Situation) -> bool:
     return any(a.text == "end" and b.text == name.text for a, b in pairwise(tokens))
 
 
-def _without_loop(s: Situation) -> Edit | Panic:
+def _without_loop(s: Situation) -> TokenEdit | Panic:
     """Read on behind ``end while;``."""
     kinds = [t.text for t in s.tokens[s.index : s.index + 400]]
     for k in range(len(kinds) - 2):
         if kinds[k : k + 3] == ["end", "while", ";"]:
-            return Edit(delete=k + 3, insert=(("ASSIGN", ":="), ("NUMBER", "0"), ("SEMICOLON", ";")))
+            return TokenEdit(delete=k + 3, insert=(("ASSIGN", ":="), ("NUMBER", "0"), ("SEMICOLON", ";")))
     return Panic()

@@ -18,7 +18,7 @@ from ..grammar.tables import END
 from ..source import Span
 from ..units import NAMED_TYPES, suggest_unit, unit_end
 from .expected import OPERATORS, Finding, error, unexpected
-from .recovery import Edit, Panic, Situation
+from .recovery import Panic, Situation, TokenEdit
 
 _SUMMED = ("kinetic", "potential", "lagrangian", "dissipation", "gravity")
 _NAMED = ("force", "torque", "contact", "friction")
@@ -109,7 +109,7 @@ def assignment_sign(s: Situation) -> Finding | None:
             help="write '=': what a model states holds at all times",
         )
         if s.accepts("EQUAL"):
-            return problem, Edit(delete=1, insert=(("EQUAL", "="),))
+            return problem, TokenEdit(delete=1, insert=(("EQUAL", "="),))
         target = s.source.text[s.tokens[s.first].start : s.tokens[s.index - 1].end] if s.index else "n"
         help = f"for an abbreviation write 'let {target} = ..;', for a jump 'when .. then {target} := ..;'"
         return error("E0118", problem.message, s.span(s.token), help=help), Panic()
@@ -120,7 +120,7 @@ def assignment_sign(s: Situation) -> Finding | None:
             s.span(s.token),
             help="write ':=' for a discrete variable, 'reinit(x, ..)' for a coordinate or rate",
         )
-        return problem, Edit(delete=1, insert=(("ASSIGN", ":="),))
+        return problem, TokenEdit(delete=1, insert=(("ASSIGN", ":="),))
     return None
 
 
@@ -136,7 +136,7 @@ def equals_behind_keyword(s: Situation) -> Finding | None:
         problem = error(
             "E0110", f"'{first.text}' takes a value, no name and no '='", s.span(s.token), help=help
         )
-        return problem, Panic() if between else Edit(delete=1)
+        return problem, Panic() if between else TokenEdit(delete=1)
     if first.text in _NAMED and between == 1:
         help = f"a name stands before ':', as in '{first.text} {s.tokens[s.first + 1].text}: ..;'"
         return error("E0110", f"'{first.text}' takes no '='", s.span(s.token), help=help), Panic()
@@ -176,10 +176,10 @@ def comparison_sign(s: Situation) -> Finding | None:
             problem = error(
                 "E0119", "'=' does not compare", s.span(s.token), help="a comparison is written '=='"
             )
-            return problem, Edit(delete=1, insert=(("RELATION", "=="),))
+            return problem, TokenEdit(delete=1, insert=(("RELATION", "=="),))
     if s.token.text == "==" and s.accepts("EQUAL"):
         problem = error("E0119", "'==' gives no value", s.span(s.token), help="write '='")
-        return problem, Edit(delete=1, insert=(("EQUAL", "="),))
+        return problem, TokenEdit(delete=1, insert=(("EQUAL", "="),))
     if s.token.kind in ("SEMICOLON", "STRING", "RPAR") and s.accepts("EQUAL"):
         signs = [t for t in s.tokens[s.first : s.index] if t.text == "=="]
         if len(signs) == 1:
@@ -271,17 +271,17 @@ def braces_around_block(s: Situation) -> Finding | None:
     text, tokens = s.block_end
     where = s.span(s.token)
     if ends and s.following.text in ("else", "elseif", "elsewhen"):
-        return error("E0117", "blocks have no braces", where, help="leave it out"), Edit(delete=1)
+        return error("E0117", "blocks have no braces", where, help="leave it out"), TokenEdit(delete=1)
     if ends:
-        return error("E0117", "a block ends with a word, not with '}'", where, help=f"write '{text}'"), Edit(
-            delete=1, insert=tokens
-        )
+        return error(
+            "E0117", "a block ends with a word, not with '}'", where, help=f"write '{text}'"
+        ), TokenEdit(delete=1, insert=tokens)
     if begins:
         help = f"write '{begins.casefold()}' here, and 'end' with the word of the block at its end"
-        repair = Edit(delete=1, insert=((begins, begins.casefold()),))
+        repair = TokenEdit(delete=1, insert=((begins, begins.casefold()),))
         return error("E0117", "blocks have no braces", where, help=help), repair
     help = f"leave it out; the block ends with '{text}'"
-    return error("E0117", "blocks have no braces", where, help=help), Edit(delete=1)
+    return error("E0117", "blocks have no braces", where, help=help), TokenEdit(delete=1)
 
 
 def foreign_brackets(s: Situation) -> Finding | None:
@@ -317,7 +317,7 @@ def reserved_word(s: Situation) -> Finding | None:
         return None
     message = f"'{word}' is a word of the language and cannot be a name"
     problem = error("E0126", message, s.span(s.token), help=f"choose another name, for example '{word}_'")
-    return problem, Edit(delete=1, insert=(("NAME", f"{word}_"),))
+    return problem, TokenEdit(delete=1, insert=(("NAME", f"{word}_"),))
 
 
 def missing_operator(s: Situation) -> Finding | None:
@@ -347,7 +347,7 @@ def missing_operator(s: Situation) -> Finding | None:
         divided = before.text.removesuffix("%").strip() or ".."
         help = f"a remainder is written 'mod({divided}, {token.text})'"
     message = f"an operator is missing between '{before.text}' and '{token.text}'"
-    return error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
+    return error("E0110", message, s.span(token), help=help), TokenEdit(insert=(("STAR", "*"),))
 
 
 def _inverse_unit(s: Situation, before: Token, token: Token) -> str:
@@ -365,7 +365,7 @@ def unknown_unit(s: Situation) -> Finding | None:
     before, token = s.previous, s.token
     if before and before.kind == "NUMBER" and token.text == "in" and not s.accepts("IN"):
         help = f"write '{before.text} inch'"
-        return error("E0112", "the unit of inches is 'inch'", s.span(token), help=help), Edit(delete=1)
+        return error("E0112", "the unit of inches is 'inch'", s.span(token), help=help), TokenEdit(delete=1)
     if before is None or token.kind != "NAME" or s.begins_line or token.text in KEYWORDS:
         return None
     if before.kind not in ("NUMBER", "RPAR", "RBRACE") or not s.accepts("STAR"):
@@ -377,7 +377,7 @@ def unknown_unit(s: Situation) -> Finding | None:
     if end > token.start and before.end == token.start:
         message = f"a blank is missing between '{before.text}' and the unit '{token.text}'"
         problem = error("E0113", message, s.span(token), help=f"write '{before.text} {token.text}'")
-        return problem, Edit(delete=1, insert=(("UNITTAG", token.text),))
+        return problem, TokenEdit(delete=1, insert=(("UNITTAG", token.text),))
     if end > token.start and text.startswith("^", end):
         help = f"write '({before.text} {token.text})^..' for the power of the quantity"
         if before.kind != "NUMBER":
@@ -399,4 +399,4 @@ def unknown_unit(s: Situation) -> Finding | None:
     if before.kind == "NUMBER" and not meant:
         help = f"a product with a variable is written '{before.text}*{token.text}'"
     problem = error("E0112", f"unknown unit '{token.text}'", s.span(token), help=help)
-    return problem, Edit(delete=index - s.index + 1)
+    return problem, TokenEdit(delete=index - s.index + 1)

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from ..grammar.keywords import ACTIONS, DEFINITIONS, KEYWORDS, STATEMENTS, STEPS
 from ..grammar.lexer import Token
-from ..grammar.tables import END, Tables
+from ..grammar.tables import END, ParserTables
 from ..source import SourceFile, Span
 
 OPENERS = {"LPAR": ")", "LBRACE": "}", "LSQB": "]"}
@@ -23,7 +23,7 @@ _NAMED_BLOCKS = ("MODEL", "FUNCTION")
 _BEGINNINGS = frozenset((*STATEMENTS, *DEFINITIONS, *STEPS, *ACTIONS, "end", "elsewhen", "elseif", "else"))
 
 
-class Edit(Struct, frozen=True):
+class TokenEdit(Struct, frozen=True):
     """Put tokens in place of the next ``delete`` ones and try again."""
 
     delete: int = 0
@@ -43,7 +43,7 @@ class Panic(Struct, frozen=True):
     stray_end: bool = False
 
 
-Repair = Edit | Panic
+Repair = TokenEdit | Panic
 
 
 def words_of(kinds: frozenset[str]) -> list[str]:
@@ -54,7 +54,7 @@ def words_of(kinds: frozenset[str]) -> list[str]:
 class Situation(Struct, frozen=True, dict=True):
     """The automaton at a token that does not fit; nothing in here is changed."""
 
-    tables: Tables
+    tables: ParserTables
     source: SourceFile
     tokens: Sequence[Token]
     index: int

@@ -34,7 +34,7 @@ from .habits import (
     statement_without_keyword,
     unknown_unit,
 )
-from .recovery import CLOSERS, KIND_OF, OPENERS, Edit, Panic, Situation
+from .recovery import CLOSERS, KIND_OF, OPENERS, Panic, Situation, TokenEdit
 
 
 def diagnose(s: Situation) -> Finding:
@@ -56,7 +56,7 @@ def _open_bracket(s: Situation) -> Finding | None:
         if s.token.kind in CLOSERS:
             message = f"'{s.token.text}' closes nothing"
             help = f"delete it, or open it with '{CLOSERS[s.token.kind]}'"
-            return error("E0117", message, s.span(s.token), help=help), Edit(delete=1)
+            return error("E0117", message, s.span(s.token), help=help), TokenEdit(delete=1)
         return None
     closer = OPENERS[bracket.kind]
     wrong = s.token.kind in CLOSERS and s.token.text != closer
@@ -76,7 +76,7 @@ def _open_bracket(s: Situation) -> Finding | None:
         help=f"put '{closer}' where the part in brackets ends",
     )
     if s.accepts(KIND_OF[closer]):
-        return problem, Edit(delete=int(wrong), insert=((KIND_OF[closer], closer),))
+        return problem, TokenEdit(delete=int(wrong), insert=((KIND_OF[closer], closer),))
     return problem, Panic()
 
 
@@ -98,7 +98,7 @@ def _block_not_closed(s: Situation) -> Finding | None:
         problem = error(
             "E0115", f"{what} is not closed", opening, labels=labels, help=f"write '{text}' at its end"
         )
-        return problem, Edit(insert=tokens)
+        return problem, TokenEdit(insert=tokens)
     if s.at_beginning and s.token.text in ("model", "partial"):
         problem = error(
             "E0115",
@@ -107,7 +107,7 @@ def _block_not_closed(s: Situation) -> Finding | None:
             labels=(Label(s.span(s.token), "the next model begins here"),),
             help=f"write '{text}' before it",
         )
-        return problem, Edit(insert=tokens)
+        return problem, TokenEdit(insert=tokens)
     if s.at_beginning and s.token.text in ("elseif", "elsewhen", "else"):
         expected = {"elsewhen": "when"}.get(s.token.text, "if")
         message = f"'{s.token.text}' belongs to no '{expected}'"
@@ -123,7 +123,7 @@ def _block_not_closed(s: Situation) -> Finding | None:
         message = f"'end' does not say what it closes: {what}"
         labels = (Label(opening, "this begins here"),)
         problem = error("E0115", message, s.span(before), labels=labels, help=f"write '{text}'")
-        return problem, Edit(insert=(tokens[1],))
+        return problem, TokenEdit(insert=(tokens[1],))
     problem = error(
         "E0115",
         f"{what} is not closed",
@@ -132,8 +132,8 @@ def _block_not_closed(s: Situation) -> Finding | None:
         help=f"each '{word.text}' has its own '{text}'",
     )
     if s.token.text in ("for", "if", "when") and not _encloses(s, s.token.text, place):
-        return problem, Edit(delete=1, insert=(tokens[1],))
-    return problem, Edit(insert=(tokens[1], tokens[2], ("NAME", "end")))
+        return problem, TokenEdit(delete=1, insert=(tokens[1],))
+    return problem, TokenEdit(insert=(tokens[1], tokens[2], ("NAME", "end")))
 
 
 def _beginnings(s: Situation) -> Iterator[Token]:
@@ -165,7 +165,7 @@ def _misspelt(s: Situation) -> Finding | None:
         if meant is not None and not s.at_beginning and s.token.text not in s.tables.keywords:
             message = f"unknown word '{s.token.text}'"
             problem = error("E0123", message, s.span(s.token), help=f"did you mean '{meant}'?")
-            return problem, Edit(delete=1, insert=(("NAME", meant),))
+            return problem, TokenEdit(delete=1, insert=(("NAME", meant),))
     return None
 
 
@@ -179,7 +179,7 @@ def _missing_semicolon(s: Situation) -> Finding | None:
     if s.token.kind in OPERATORS or s.token.kind in ("EQUAL", "TILDE", "DOT", "COMMA"):
         return None
     problem = error("E0111", "';' is missing", behind(s), caption="a statement ends with ';'")
-    return problem, Edit(insert=(("SEMICOLON", ";"),))
+    return problem, TokenEdit(insert=(("SEMICOLON", ";"),))
 
 
 def _stray_end(s: Situation) -> Finding | None:

@@ -7,7 +7,7 @@ from typing import assert_never
 
 from .. import ast
 from ..units import unit_end
-from .layout import Bracket, Chain, Doc, Link, Row, flat
+from .layout import Bracketed, Chain, Doc, Link, Unbroken, flat
 
 # How tightly each form binds; an operand that binds less than its place asks for gets parentheses.
 _CONDITIONAL, _OR, _AND, _NOT, _RELATION, _SUM, _PRODUCT, _SIGNED, _POWER, _ATOM = range(10)
@@ -24,7 +24,7 @@ def print_expression(expression: ast.Expression) -> str:
 def document(expression: ast.Expression, level: int = _CONDITIONAL) -> Doc:
     """Return an expression as a document, in parentheses where it binds less than ``level``."""
     doc = _bare(expression)
-    return Bracket("(", (doc,), ")") if _level(expression) < level else doc
+    return Bracketed("(", (doc,), ")") if _level(expression) < level else doc
 
 
 def quote(text: str) -> str:
@@ -70,21 +70,21 @@ def _bare(e: ast.Expression) -> Doc:
             return reference(e)
         case ast.Derivative():
             order = () if e.order == 1 else (str(e.order),)
-            return Bracket("der(", (document(e.operand), *order), ")")
+            return Bracketed("der(", (document(e.operand), *order), ")")
         case ast.Previous():
-            return Bracket("pre(", (document(e.operand),), ")")
+            return Bracketed("pre(", (document(e.operand),), ")")
         case ast.Unary():
             if e.operator == "not":
-                return Row(("not ", document(e.operand, _NOT)))
-            return Row((e.operator, document(e.operand, _SIGNED)))
+                return Unbroken(("not ", document(e.operand, _NOT)))
+            return Unbroken((e.operator, document(e.operand, _SIGNED)))
         case ast.Binary():
             return _binary(e)
         case ast.Conditional():
             return _conditional(e)
         case ast.Vector():
-            return Bracket("{", tuple(document(x) for x in e.elements), "}", _unit(e.unit))
+            return Bracketed("{", tuple(document(x) for x in e.elements), "}", _unit(e.unit))
         case ast.Comprehension():
-            return Bracket("{", (_generated(e.element, e.generators),), "}", _unit(e.unit))
+            return Bracketed("{", (_generated(e.element, e.generators),), "}", _unit(e.unit))
         case ast.Aggregate():
             return _generated(e.element, e.generators)
         case ast.Range():
@@ -95,16 +95,16 @@ def _bare(e: ast.Expression) -> Doc:
         case ast.Result():
             return document(e.call)
         case ast.Call():
-            keywords = (Row((f"{k.name} = ", document(k.value))) for k in e.keywords)
+            keywords = (Unbroken((f"{k.name} = ", document(k.value))) for k in e.keywords)
             arguments = (*(document(a) for a in e.arguments), *keywords)
-            return Row((reference(e.function), Bracket("(", arguments, ")", _unit(e.unit))))
+            return Unbroken((reference(e.function), Bracketed("(", arguments, ")", _unit(e.unit))))
         case ast.Parenthesis():
-            return Bracket("(", (document(e.inner),), ")", _unit(e.unit))
+            return Bracketed("(", (document(e.inner),), ")", _unit(e.unit))
         case ast.Subscript():
             base = document(e.base)
             if not isinstance(e.base, _SUBSCRIPTABLE):
-                base = Bracket("(", (base,), ")")
-            return Row((base, indices(e.indices)))
+                base = Bracketed("(", (base,), ")")
+            return Unbroken((base, indices(e.indices)))
         case _:
             assert_never(e)
 
@@ -125,7 +125,7 @@ def reference(e: ast.Reference) -> Doc:
 
 def indices(values: Sequence[ast.Expression]) -> Doc:
     """Return ``[i, j]``."""
-    return Bracket("[", tuple(_index(v) for v in values), "]")
+    return Bracketed("[", tuple(_index(v) for v in values), "]")
 
 
 def _index(e: ast.Expression, level: int = _CONDITIONAL) -> str:
@@ -146,17 +146,18 @@ def _generated(element: ast.Expression, generators: Sequence[ast.Generator]) -> 
 def _conditional(e: ast.Conditional) -> Doc:
     first, *others = e.branches
     links = [
-        Link(" elseif ", "elseif ", Row((document(b.condition), " then ", document(b.value)))) for b in others
+        Link(" elseif ", "elseif ", Unbroken((document(b.condition), " then ", document(b.value))))
+        for b in others
     ]
     links.append(Link(" else ", "else ", document(e.otherwise)))
-    return Chain(Row(("if ", document(first.condition), " then ", document(first.value))), tuple(links))
+    return Chain(Unbroken(("if ", document(first.condition), " then ", document(first.value))), tuple(links))
 
 
 def _binary(e: ast.Binary) -> Doc:
     """Return a chain of the operators of one level, leftmost operand first."""
     level = _level(e)
     if level == _POWER:
-        return Row((document(e.left, _ATOM), "^", document(e.right, _SIGNED)))
+        return Unbroken((document(e.left, _ATOM), "^", document(e.right, _SIGNED)))
     links: list[Link] = []
     node: ast.Expression = e
     while isinstance(node, ast.Binary) and _level(node) == level:

@@ -15,7 +15,7 @@ WIDTH = 100
 CONTINUATION = 4
 
 
-class Bracket(Struct, frozen=True):
+class Bracketed(Struct, frozen=True):
     """``open item, item close``, then ``tail``: what must stay with the closing sign."""
 
     open: str
@@ -39,7 +39,7 @@ class Chain(Struct, frozen=True):
     links: tuple[Link, ...]
 
 
-class Row(Struct, frozen=True):
+class Unbroken(Struct, frozen=True):
     """Parts one behind the other, never broken between them."""
 
     parts: tuple[Doc, ...]
@@ -51,7 +51,7 @@ class Clauses(Struct, frozen=True):
     parts: tuple[Doc, ...]
 
 
-Doc = str | Bracket | Chain | Row | Clauses
+Doc = str | Bracketed | Chain | Unbroken | Clauses
 
 
 def flat(doc: Doc) -> str:
@@ -59,11 +59,11 @@ def flat(doc: Doc) -> str:
     match doc:
         case str():
             return doc
-        case Bracket(open, items, close, tail):
+        case Bracketed(open, items, close, tail):
             return open + ", ".join(flat(i) for i in items) + close + tail
         case Chain(first, links):
             return flat(first) + "".join(link.flat + flat(link.operand) for link in links)
-        case Row(parts):
+        case Unbroken(parts):
             return "".join(flat(p) for p in parts)
         case Clauses(parts):
             return " ".join(flat(p) for p in parts)
@@ -79,7 +79,7 @@ def lay_out(doc: Doc, column: int, after: int = 0) -> str:
     match doc:
         case str():
             return text
-        case Bracket(open, items, close, tail):
+        case Bracketed(open, items, close, tail):
             start = column + len(open)
             lines = open
             end = len(close) + len(tail) + after
@@ -99,7 +99,7 @@ def lay_out(doc: Doc, column: int, after: int = 0) -> str:
                     lines += "\n" + " " * column + link.broken
                     lines += lay_out(link.operand, column + len(link.broken), room)
             return lines
-        case Row(parts):
+        case Unbroken(parts):
             lines = ""
             for i, part in enumerate(parts):
                 rest = sum(len(flat(p)) for p in parts[i + 1 :])

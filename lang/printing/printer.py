@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 from .. import ast
 from .expressions import document, print_expression, quote
-from .layout import Clauses, Doc, Row, lay_out
+from .layout import Clauses, Doc, Unbroken, lay_out
 from .statements import Simple, function_head, statement_document
 
 __all__ = ["format_file", "print_expression"]
@@ -87,7 +87,7 @@ class _Printer:
                 after = self.block(s.body, indent, max(after, s.name_span.end))
                 self.close(f"end {s.name};", "end", indent, after, end)
             case ast.For():
-                head = Row((f"for {s.name} in ", document(s.range), " loop"))
+                head = Unbroken((f"for {s.name} in ", document(s.range), " loop"))
                 self.add(head, indent, start, s.range.span.end, opens=True)
                 after = self.block(s.body, indent, s.range.span.end)
                 self.close(f"end for{doc};", "end", indent, after, end)
@@ -119,7 +119,7 @@ class _Printer:
         after: int,
     ) -> int:
         """Add one branch of ``if`` or ``when`` and return where its body ends."""
-        head = Row((f"{word} ", document(condition), " then"))
+        head = Unbroken((f"{word} ", document(condition), " then"))
         if after == start:
             self.add(head, indent, start, condition.span.end, opens=True)
         else:

@@ -7,7 +7,7 @@ from typing import assert_never
 
 from .. import ast
 from .expressions import document, indices, quote, reference
-from .layout import Bracket, Clauses, Doc, Row, flat
+from .layout import Bracketed, Clauses, Doc, Unbroken, flat
 
 Simple = (
     ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
@@ -25,7 +25,7 @@ def statement_document(s: Simple) -> Doc:
     parts = _clauses(s)
     if s.doc:
         parts.append(quote(s.doc))
-    return Clauses((*parts[:-1], Row((parts[-1], ";"))))
+    return Clauses((*parts[:-1], Unbroken((parts[-1], ";"))))
 
 
 def dimensions(values: Sequence[ast.Dimension]) -> str:
@@ -41,7 +41,7 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Import():
             return [_import(s)]
         case ast.Extends():
-            return [Row((f"extends {s.base}", _modifications(s.modifications)))]
+            return [Unbroken((f"extends {s.base}", _modifications(s.modifications)))]
         case ast.Parameter(found=True, value=value) if value is not None:
             return _started("parameter", s, ast.Start(value=value, guess=True, span=value.span))
         case ast.Parameter():
@@ -61,20 +61,20 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Let():
             return _declared("let", s, s.value)
         case ast.Unpacked():
-            return [Bracket("let (", tuple(x.name for x in s.lets), ")"), *_clause("=", s.value)]
+            return [Bracketed("let (", tuple(x.name for x in s.lets), ")"), *_clause("=", s.value)]
         case ast.Var():
             return _declared("var", s, s.value)
         case ast.Return(values=(value,)):
             return _clause("return", value)
         case ast.Return():
-            return [Bracket("return (", tuple(document(x) for x in s.values), ")")]
+            return [Bracketed("return (", tuple(document(x) for x in s.values), ")")]
         case ast.Frame():
             return _declared("frame", s, s.value)
         case ast.Point():
             return _declared("point", s, s.value)
         case ast.Component():
             head = f"{'cut ' if s.cut else ''}{s.type} {s.name}{dimensions(s.dimensions)}"
-            parts: list[Doc] = [Row((head, _modifications(s.modifications)))]
+            parts: list[Doc] = [Unbroken((head, _modifications(s.modifications)))]
             return parts + _clause("if", s.condition)
         case ast.Energy() | ast.Gravity() | ast.Stationary():
             word = s.kind if isinstance(s, ast.Energy) else type(s).__name__.casefold()
@@ -127,13 +127,13 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.StationaryStart():
             return ["initial stationary", ", ".join(flat(document(t)) for t in s.targets)]
         case ast.Assert():
-            return [Row((*_pair("assert", s.condition), ",")), quote(s.message)]
+            return [Unbroken((*_pair("assert", s.condition), ",")), quote(s.message)]
         case ast.Experiment():
             name = f"experiment {s.name}" if s.name else "experiment"
-            return [Row((name, _modifications(s.settings) if s.settings else "()"))]
+            return [Unbroken((name, _modifications(s.settings) if s.settings else "()"))]
         case ast.Study():
             items = tuple(_study_setting(one) for one in s.settings)
-            return [f"study {s.name}", Bracket(f"= {s.kind}(", items, ")") if items else f"= {s.kind}()"]
+            return [f"study {s.name}", Bracketed(f"= {s.kind}(", items, ")") if items else f"= {s.kind}()"]
         case ast.Dimensionless():
             return ["dimensionless"]
         case ast.Independent():
@@ -142,7 +142,7 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Draw():
             return _with_options([_shape(s), *_clause("on", s.on), *_clause("at", s.at)], s.options)
         case ast.Reinit():
-            return [Bracket("reinit(", (document(s.target), document(s.value)), ")")]
+            return [Bracketed("reinit(", (document(s.target), document(s.value)), ")")]
         case ast.Assign():
             return [reference(s.target), *_clause(":=", s.value)]
         case ast.Terminate():
@@ -162,14 +162,14 @@ def _pair(word: str, value: ast.Expression) -> tuple[Doc, Doc]:
 
 
 def _clause(word: str, value: ast.Expression | None) -> list[Doc]:
-    return [] if value is None else [Row(_pair(word, value))]
+    return [] if value is None else [Unbroken(_pair(word, value))]
 
 
 def _labelled(word: str, label: ast.LabelName | None, value: ast.Expression) -> list[Doc]:
     if label is None:
         return _clause(word, value)
     subscript = flat(indices(label.indices)) if label.indices else ""
-    return [Row((f"{word} {label.name}{subscript}: ", document(value)))]
+    return [Unbroken((f"{word} {label.name}{subscript}: ", document(value)))]
 
 
 def _receivers(s: ast.Load | ast.Impulse) -> list[Doc]:
@@ -179,8 +179,8 @@ def _receivers(s: ast.Load | ast.Impulse) -> list[Doc]:
 def _with_options(clauses: list[Doc], options: Sequence[ast.Option]) -> list[Doc]:
     """Put the commas of the options behind the clauses before them."""
     for option in options:
-        clauses[-1] = Row((clauses[-1], ","))
-        clauses.append(Row((f"{option.name} = ", document(option.value))))
+        clauses[-1] = Unbroken((clauses[-1], ","))
+        clauses.append(Unbroken((f"{option.name} = ", document(option.value))))
     return clauses
 
 
@@ -193,7 +193,7 @@ def _head(word: str, s: ast.Declaration) -> Doc:
     if s.like is not None:
         kind = f"typeof({flat(document(s.like))}) "
     attributes = _modifications(s.attributes)
-    return Row((f"{word} {kind}{s.name}{dimensions(s.dimensions)}", attributes))
+    return Unbroken((f"{word} {kind}{s.name}{dimensions(s.dimensions)}", attributes))
 
 
 def _declared(word: str, s: ast.Declaration, value: ast.Expression | None) -> list[Doc]:
@@ -206,23 +206,23 @@ def _started(word: str, s: ast.Declaration, start: ast.Start | None) -> list[Doc
 
 def _study_setting(one: ast.StudySetting) -> Doc:
     parts: list[Doc] = [f"{one.name} = ", document(one.value)]
-    return Row((*parts, " in ", document(one.within)) if one.within is not None else tuple(parts))
+    return Unbroken((*parts, " in ", document(one.within)) if one.within is not None else tuple(parts))
 
 
 def _modifications(values: Sequence[ast.Modification]) -> Doc:
     if not values:
         return ""
-    items = (Row((document(m.target), f" {m.kind} ", document(m.value))) for m in values)
-    return Bracket("(", tuple(items), ")")
+    items = (Unbroken((document(m.target), f" {m.kind} ", document(m.value))) for m in values)
+    return Bracketed("(", tuple(items), ")")
 
 
 def _shape(s: ast.Draw) -> Doc:
     items: list[Doc] = [document(a) for a in s.arguments]
-    items += [Row((f"{k.name} = ", document(k.value))) for k in s.keywords]
-    items += [Row((f"{g.name} in ", document(g.range))) for g in s.samples]
+    items += [Unbroken((f"{k.name} = ", document(k.value))) for k in s.keywords]
+    items += [Unbroken((f"{g.name} in ", document(g.range))) for g in s.samples]
     if not items:
         return f"draw {s.shape}" if s.shape == "none" else f"draw {s.shape}()"
-    return Bracket(f"draw {s.shape}(", tuple(items), ")")
+    return Bracketed(f"draw {s.shape}(", tuple(items), ")")
 
 
 def _import(s: ast.Import) -> str:
@@ -238,7 +238,7 @@ def function_head(s: ast.Function) -> Doc:
     result = f" -> {s.result}{dimensions(s.result_dimensions)}" if s.result else ""
     if s.results:
         result = f" -> ({', '.join(_argument(a) for a in s.results)})"
-    return Bracket(f"function {s.name}(", tuple(_argument(a) for a in s.arguments), ")", result)
+    return Bracketed(f"function {s.name}(", tuple(_argument(a) for a in s.arguments), ")", result)
 
 
 def _argument(a: ast.Argument) -> str:

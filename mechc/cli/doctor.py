@@ -25,7 +25,7 @@ OPTIONAL = {
 }
 
 
-class Finding(Struct, frozen=True):
+class DoctorLine(Struct, frozen=True):
     """One line of the report. ``state``: good, optional (missing, but nothing needs it), bad."""
 
     topic: str
@@ -53,10 +53,10 @@ def command() -> int:
     return FAILED if any(finding.state == "bad" for finding in findings) else COMPLETED
 
 
-def examine() -> Iterator[Finding]:
+def examine() -> Iterator[DoctorLine]:
     """Look at everything that a run may need."""
-    yield Finding("mechc", __version__)
-    yield Finding("python", f"{platform.python_version()} ({sys.executable})")
+    yield DoctorLine("mechc", __version__)
+    yield DoctorLine("python", f"{platform.python_version()} ({sys.executable})")
     for name in REQUIRED:
         yield _package(name, "bad", "pip install mechc brings it; this installation is damaged")
     cache = (
@@ -68,14 +68,14 @@ def examine() -> Iterator[Finding]:
         yield _package(name, "optional", use)
 
 
-def _package(name: str, missing: str, help: str) -> Finding:
+def _package(name: str, missing: str, help: str) -> DoctorLine:
     try:
-        return Finding(name, version(name))
+        return DoctorLine(name, version(name))
     except PackageNotFoundError:
-        return Finding(name, "not installed", missing, help)
+        return DoctorLine(name, "not installed", missing, help)
 
 
-def _compiler() -> Finding:
+def _compiler() -> DoctorLine:
     """Find the C compiler and try it."""
     from ..runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
     from .failures import COMPILER_HELP
@@ -83,22 +83,22 @@ def _compiler() -> Finding:
     try:
         compiler = find_compiler()
         if compiler is None:
-            return Finding("C compiler", "none found: no model runs", "bad", COMPILER_HELP)
+            return DoctorLine("C compiler", "none found: no model runs", "bad", COMPILER_HELP)
         build_shared({"probe.c": "int mechc_probe(void) { return 1; }\n"}, model_flags(), name="probe")
     except (BuildError, CompilerMissing) as error:
-        return Finding(
+        return DoctorLine(
             "C compiler", str(error).split("\n", 1)[0], "bad", "the environment variable CC chooses another"
         )
     if compiler.in_process:
-        return Finding(
+        return DoctorLine(
             "C compiler",
             "libtcc, which comes with mechc; gcc or clang make code that is two to seven times faster",
         )
     said = compiler.version.splitlines()[0] if compiler.version else ""
-    return Finding("C compiler", f"{' '.join(compiler.command)}: {said}")
+    return DoctorLine("C compiler", f"{' '.join(compiler.command)}: {said}")
 
 
-def _cache() -> Finding:
+def _cache() -> DoctorLine:
     from ..runtime.native.cache import SUBFOLDER, cache_content, made, users_cache
     from ..runtime.native.trust import folder_doubt
     from .cache import size_text
@@ -111,7 +111,7 @@ def _cache() -> Finding:
             content = cache_content()
     except OSError as error:
         where = f"MECHC_CACHE={chosen}" if chosen else str(folder)
-        return Finding("cache", f"{where}: {error.strerror}", "bad", "MECHC_CACHE chooses another folder")
+        return DoctorLine("cache", f"{where}: {error.strerror}", "bad", "MECHC_CACHE chooses another folder")
     if doubt:
-        return Finding("cache", f"{folder}: {doubt}", "bad", "MECHC_CACHE chooses another folder")
-    return Finding("cache", f"{content.folder} ({content.entries} entries, {size_text(content.size)})")
+        return DoctorLine("cache", f"{folder}: {doubt}", "bad", "MECHC_CACHE chooses another folder")
+    return DoctorLine("cache", f"{content.folder} ({content.entries} entries, {size_text(content.size)})")

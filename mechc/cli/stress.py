@@ -12,7 +12,7 @@ from .failures import COMPLETED, DOUBTFUL, FAILED
 from .options import Compiling, model_argument, model_option, no_model, set_option
 
 if TYPE_CHECKING:
-    from ..measurement.stress_table import Row, Stress
+    from ..measurement.stress_table import Stress, StressRow
 
 GROUPS = (
     "as stated",
@@ -92,7 +92,7 @@ def command(file: str, **given: Any) -> int:
     aloud = given["json_file"] != "-"
     head = iter([line_of(None)])  # above the first row: there may be none
 
-    def tell(row: Row) -> None:
+    def tell(row: StressRow) -> None:
         for line in (*head, line_of(row)):
             click.echo(line)
 

@@ -24,7 +24,7 @@ from .options import (
 
 if TYPE_CHECKING:
     from ..api import Model
-    from ..runtime.settings import Setting
+    from ..runtime.settings import QuestionSetting
     from ..runtime.studies.study import Answer
     from ..runtime.studies.table import Kind
 
@@ -161,7 +161,7 @@ def command_of(kind: Kind) -> click.Command:
     return made
 
 
-def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def _option(setting: QuestionSetting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     if setting.kind == "data":  # files stand behind the model
         return click.argument(
             setting.name, metavar="DATA.csv...", nargs=-1, callback=data_files, shell_complete=files_here

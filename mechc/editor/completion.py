@@ -36,6 +36,7 @@ _UNIT = re.compile(
     r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?[ \t]+(?:[A-Za-z]\w*(?:\^-?\d+)?[./])*[A-Za-z]*$"
 )
 _BEGIN = re.compile(r"(?:^|[;\n]|\bthen|\bloop|\belse)[ \t]*\w*$")
+_INPUT = re.compile(r"\binput(?:[ \t]+[A-Za-z_][\w.]*)?$")
 _MODIFIED = re.compile(r"([A-Za-z_][\w.]*)[ \t]+\w+[ \t]*\(([^()]*(?:\([^()]*\)[^()]*)*)$")
 _SETTINGS = re.compile(r"\bexperiment\b[ \t]*\w*[ \t]*\([^()]*(?:\([^()]*\)[^()]*)*$")
 
@@ -84,6 +85,8 @@ def completions(document: Document, offset: int) -> list[Offer]:
         offers += [Offer(name, "property", insert=f"{name} = ") for name in _settings_of(kind)]
     elif (match := _MODIFIED.search(so_far)) and namespace is not None:
         offers += _modifications(match[1], namespace)
+        if _INPUT.search(so_far[: match.start()] + match[1]):
+            offers += [Offer(name, "property", insert=f"{name} = ") for name in ("interpolation", "filter")]
     function = function_at(document, offset)
     if _BEGIN.search(before) or not before.strip():
         words = STEPS if function is not None else (*STATEMENTS, *DEFINITIONS)

@@ -14,7 +14,7 @@ from pathlib import Path
 from ..compiler.flat.model import FlatModel
 from ..compiler.flat.names.classes import Class, Classes
 from ..compiler.flat.names.files import search_path
-from ..compiler.flat.names.namespace import Library, Namespace
+from ..compiler.flat.names.namespace import Namespace, SourceLibrary
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.source import SourceFile
@@ -116,7 +116,7 @@ class Document:
         if self.tree is None:
             return None
         if self._namespace is None:
-            library = Library(search_path(self.tree, (self.path.parent,)), Reporter())
+            library = SourceLibrary(search_path(self.tree, (self.path.parent,)), Reporter())
             try:
                 self._namespace = library.register(self.tree)
                 self._namespace.resolve()

@@ -12,7 +12,7 @@ from .pieces import Piece, pieces
 _ASIDE = re.compile(r'//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\[^\n])*"?', re.DOTALL)
 
 
-class Named(Struct, frozen=True):
+class NamedPath(Struct, frozen=True):
     """A name with those before it, ``path``; ``given``: it says what a component or a declaration is given."""
 
     piece: Piece
@@ -33,7 +33,7 @@ def code_before(text: str, offset: int) -> int | None:
     return begin
 
 
-def names(text: str) -> Iterator[Named]:
+def names(text: str) -> Iterator[NamedPath]:
     """Yield the names of a text with the dotted path that each ends."""
     path: tuple[str, ...] = ()  # of the name before, while it may go on
     outer: list[tuple[str, ...]] = []  # of the names before the brackets that are open
@@ -45,7 +45,7 @@ def names(text: str) -> Iterator[Named]:
             path = (*path, piece.text) if before == "." else (piece.text,)
             follows = parts[k + 1].text if k + 1 < len(parts) else ""
             given = bool(gives) and gives[-1] and before in ("(", ",") and follows in ("=", "~")
-            yield Named(piece, path, given)
+            yield NamedPath(piece, path, given)
             continue
         match piece.text:
             case "[":

@@ -31,7 +31,7 @@ from ..runtime.methods import KERNEL_METHODS, check_step, unknown_method
 from ..runtime.native.status import NEEDS
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
-from ..web.facts import Facts, Found, Settings, Span
+from ..web.facts import PageFacts, RunFigures, RunSpan, Settings
 from ..web.page import as_json, joined, module_of, program_of, refuse_curve
 from .completion import completions
 from .document import Document
@@ -51,11 +51,11 @@ class Playground:
     def __init__(self) -> None:
         self._document = Document(Path(FILE))
         self._model: CompiledModel | None = None
-        self._facts: Facts | None = None
+        self._facts: PageFacts | None = None
         self._linked: Linked | None = None
 
     def compile(self, text: str) -> str:
-        """Compile a text; return what is said of it and, where it can move, what its run needs to know (``Facts.of_run``)."""
+        """Compile a text; return what is said of it and, where it can move, what its run needs to know (``PageFacts.of_run``)."""
         self._model = self._facts = self._linked = None
         try:
             source = decode(FILE, text.encode(), Reporter())
@@ -104,7 +104,7 @@ class Playground:
         """Return the page of the last text without the module, from what its run has found: see ``_found``."""
         assert self._facts is not None and self._linked is not None
         run = msgspec.json.decode(told)
-        span = Span(**{**run["span"], "max_step": self._facts.span.max_step})
+        span = RunSpan(**{**run["span"], "max_step": self._facts.span.max_step})
         facts = msgspec.structs.replace(self._facts, span=span)
         return joined(facts, facts.info(_found(facts.problem, run)), {})
 
@@ -119,7 +119,7 @@ class Playground:
         return msgspec.json.encode(offers).decode()
 
 
-def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
+def facts_before_run(model: CompiledModel, method: str = "") -> PageFacts:
     """Return the facts of a model that has not run; ``method``: in the place of that of the experiment. Raises SimulationError."""
     model = model.for_experiment(None)
     problem = Problem(**interface_of(model.compilation.program))
@@ -141,20 +141,20 @@ def facts_before_run(model: CompiledModel, method: str = "") -> Facts:
     for setting in experiment.settings:
         if setting.array == "y":
             known[setting.index] = not setting.guess
-    return Facts(
+    return PageFacts(
         model=model,
         problem=problem,
         experiment=experiment,
         method=method,
         display=display,
         pictured=choose(model.angles) if model.angles and not display.chosen else display,
-        span=Span(),
+        span=RunSpan(),
         settings=Settings(),
         known=known,
     )
 
 
-def _found(problem: Problem, run: Mapping[str, Any]) -> Found:
+def _found(problem: Problem, run: Mapping[str, Any]) -> RunFigures:
     """Read what a run has found: ``p``, ``y0``, ``u``, ``nominal``; ``low`` and ``high`` of states and outputs; ``errors`` of states
     and the ``largest`` of them, None where they are unknown. None stands for what is no finite number."""
     columns = (*problem.states, *problem.outputs)
@@ -170,7 +170,7 @@ def _found(problem: Problem, run: Mapping[str, Any]) -> Found:
             _number(run["largest"]),
         )
     p, y0, u, nominal = ([_number(x) for x in run[name]] for name in ("p", "y0", "u", "nominal"))
-    return Found(p, y0, u, nominal, Extents({q.name: q.unit for q in columns}, ends, errors))
+    return RunFigures(p, y0, u, nominal, Extents({q.name: q.unit for q in columns}, ends, errors))
 
 
 def _number(value: float | None) -> float:

@@ -20,7 +20,7 @@ TRYING = 0.8
 """Seconds of processor time after which no further proposal is tried."""
 
 
-class Answers:
+class AnswerCache:
     """Answers by the names of their questions."""
 
     def __init__(self) -> None:
@@ -55,7 +55,7 @@ def main() -> None:
     """Answer until nobody asks any more; what the compiler prints goes to where errors go."""
     with os.fdopen(os.dup(0), "rb") as asked, os.fdopen(os.dup(1), "wb") as told:
         os.dup2(2, 1)
-        answers = Answers()
+        answers = AnswerCache()
         _write(told, b"")  # ready
         while True:
             try:

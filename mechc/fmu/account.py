@@ -22,7 +22,7 @@ INTERFACES = ("ModelExchange", "CoSimulation")
 WIDTH = 100
 
 
-class Account(Struct, frozen=True):
+class FmuAccount(Struct, frozen=True):
     """Bytes of the binary and of the source files by name; operations of the functions; true flags."""
 
     binary: int
@@ -31,7 +31,7 @@ class Account(Struct, frozen=True):
     capabilities: tuple[str, ...]
 
 
-def account(model: CompiledModel) -> Account:
+def account(model: CompiledModel) -> FmuAccount:
     """Build an FMU without running it. Raises CompileError, SimulationError, BuildError, CompilerMissing."""
     chosen = model.for_experiment(None)
     said = chosen.method(None)
@@ -41,7 +41,7 @@ def account(model: CompiledModel) -> Account:
     files = make_package(equations_for(chosen, method), start, fmi=3, method=method, parts=parts).files
     description = ElementTree.fromstring(files["modelDescription.xml"])
     flags = [(name, value) for e in description if e.tag in INTERFACES for name, value in e.items()]
-    return Account(
+    return FmuAccount(
         sum(len(data) for name, data in files.items() if name.startswith("binaries/")),
         {n.removeprefix("sources/"): len(data) for n, data in files.items() if n.endswith((".c", ".h"))},
         {f.name: f.operations for f in chosen.compilation.program.functions},

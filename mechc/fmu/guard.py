@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from msgspec import Struct
 
-from ..compiler.targets.fmu.inspect import Line, Part, Report, Stage, inspect, perform_stage
+from ..compiler.targets.fmu.inspect import CheckLine, CheckPart, CheckStage, Report, inspect, perform_stage
 from ..watchdog import Crashed, Hung, Watchdog
 
 Question = TypeVar("Question")
@@ -32,7 +32,7 @@ class Limits(Struct, frozen=True):
     memory: int = 8_000_000_000
 
 
-class Lost(Struct, frozen=True):
+class LostProcess(Struct, frozen=True):
     """There is no answer, and why."""
 
     text: str
@@ -43,17 +43,17 @@ def check_fmu(path: Path, *, run: bool = True, limits: Limits | None = None) -> 
     """Check a file as ``inspect`` does, each stage in a process that it can take with it."""
     with guarded(checker, limits or Limits(), path.absolute()) as ask:
 
-        def perform(stage: Stage) -> Part:
+        def perform(stage: CheckStage) -> CheckPart:
             reply = ask(stage)
-            if isinstance(reply, Lost):
+            if isinstance(reply, LostProcess):
                 detail = "; ".join(text for text in (reply.text, reply.help) if text)
-                return Part((Line(stage.what, False, detail, "process"),))
+                return CheckPart((CheckLine(stage.what, False, detail, "process"),))
             return reply
 
         return inspect(path, run=run, perform=perform)
 
 
-def checker(path: Path) -> Callable[[Stage], Part]:
+def checker(path: Path) -> Callable[[CheckStage], CheckPart]:
     """Return what goes through the stages of a check in the process that calls it."""
     return lambda stage: perform_stage(path, stage)
 
@@ -61,7 +61,7 @@ def checker(path: Path) -> Callable[[Stage], Part]:
 @contextmanager
 def guarded(
     make: Callable[..., Callable[[Question], Reply]], limits: Limits, *settings: object
-) -> Iterator[Callable[[Question], Reply | Lost]]:
+) -> Iterator[Callable[[Question], Reply | LostProcess]]:
     """Give what asks ``make(*settings)``, a function of a module, in another process, begun anew where it is lost.
 
     It works in a folder of its own, which goes with it.
@@ -69,16 +69,16 @@ def guarded(
     with tempfile.TemporaryDirectory(prefix="mechc-fmu-", ignore_cleanup_errors=True) as folder:
         dog: Watchdog[Question, Reply] = Watchdog(_confined, make, limits, folder, settings)
 
-        def ask(question: Question) -> Reply | Lost:
+        def ask(question: Question) -> Reply | LostProcess:
             try:
                 reply = dog.ask(question, limits.seconds)
             except MemoryError:
-                return Lost(_beyond_memory(limits), "--memory allows more")
+                return LostProcess(_beyond_memory(limits), "--memory allows more")
             match reply:
                 case Crashed(how):
-                    return Lost(f"the library ended its process {how}")
+                    return LostProcess(f"the library ended its process {how}")
                 case Hung(seconds):
-                    return Lost(f"no answer in {seconds:g} s", "--seconds allows more")
+                    return LostProcess(f"no answer in {seconds:g} s", "--seconds allows more")
             return reply
 
         with dog:

@@ -29,7 +29,7 @@ from ..runtime.results.evaluate import Columns
 from ..runtime.results.solution import Motion
 from ..runtime.results.verdict import Judged, Verdict
 from ..solution import Solution
-from .guard import Limits, Lost, guarded
+from .guard import Limits, LostProcess, guarded
 
 LONGEST_RUN = 600.0
 """Seconds."""
@@ -78,7 +78,7 @@ def run_fmu(
     order = Order(path.absolute(), kind, stop, every, values or {}, files)
     with guarded(simulator, limits) as ask:
         reply = ask(order)
-    if isinstance(reply, Lost):
+    if isinstance(reply, LostProcess):
         raise SimulationError(f"{path} cannot be run: {reply.text}", help=reply.help)
     return _solution(reply)
 

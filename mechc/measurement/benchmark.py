@@ -25,14 +25,22 @@ from ..runtime.methods import KERNEL_METHODS, parts_for
 from ..runtime.outcome import SimulationError
 from ..runtime.reference.high_precision import (
     FAST_PRECISION,
-    Reference,
+    PrecisionReference,
     ReferenceFailed,
     ReferenceTooLong,
     best_precision,
     has_precision,
 )
 from ..runtime.reference.reference_cache import kept_reference
-from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Peer, Point, Task, measure, time_to_reach
+from ..runtime.reference.work_precision import (
+    LONGEST,
+    TOLERANCES,
+    Peer,
+    Task,
+    WorkPrecisionPoint,
+    measure,
+    time_to_reach,
+)
 from ..runtime.results.evaluate import evaluate_rows
 from ..runtime.studies.runs.simulate import run as run_problem
 from .machine import described
@@ -65,10 +73,10 @@ class Benchmark(Struct, frozen=True):
 
     model: str
     experiment: str
-    reference: Reference
+    reference: PrecisionReference
     horizon: float
     stop: float
-    points: tuple[Point, ...]
+    points: tuple[WorkPrecisionPoint, ...]
     skipped: tuple[tuple[str, str], ...]
     closed: Mapping[str, float]
     """How far the reference is from each closed solution that the model states, over nominal + |value|."""
@@ -85,8 +93,8 @@ class Benchmark(Struct, frozen=True):
         doubt = float(np.nanmax(self.reference.doubt))
         return 33 if doubt == 0 else int(-math.log10(doubt))
 
-    def by_method(self) -> dict[str, list[Point]]:
-        methods: dict[str, list[Point]] = {}
+    def by_method(self) -> dict[str, list[WorkPrecisionPoint]]:
+        methods: dict[str, list[WorkPrecisionPoint]] = {}
         for point in self.points:
             methods.setdefault(point.method, []).append(point)
         return methods
@@ -191,7 +199,7 @@ def _as_it_runs(model: CompiledModel, experiment: str | None, stop: float | None
         return model
 
 
-def _softened(model: CompiledModel, case: Case, nominal: Array, seconds: float) -> Reference | None:
+def _softened(model: CompiledModel, case: Case, nominal: Array, seconds: float) -> PrecisionReference | None:
     """Solve a mechanism with multipliers of a small compliance, which no numbers of 113 bits make more exact: None where the processor
     has none of 64. Raises ReferenceFailed."""
     if not has_precision(FAST_PRECISION):
@@ -201,7 +209,7 @@ def _softened(model: CompiledModel, case: Case, nominal: Array, seconds: float) 
     return replace(made, doubt=np.maximum(made.doubt, SOFTENING))
 
 
-def _with_claim(point: Point, task: Task, options: SimulationOptions) -> Point:
+def _with_claim(point: WorkPrecisionPoint, task: Task, options: SimulationOptions) -> WorkPrecisionPoint:
     """Let a run of the same setting estimate its own error, and compare it with what that error is."""
     if point.error is None or point.seconds > LONGEST_CLAIMED:
         return point
@@ -270,7 +278,7 @@ def _power(level: float) -> str:
     return f"{level:.0e}".replace("e-0", "e-")
 
 
-def _times_to_reach(methods: Mapping[str, Sequence[Point]], level: float) -> dict[str, float]:
+def _times_to_reach(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) -> dict[str, float]:
     found = {name: time_to_reach(points, level) for name, points in methods.items()}
     return {name: seconds for name, seconds in found.items() if seconds is not None}
 
@@ -282,9 +290,9 @@ def _measured(
     enough: float,
     progress: Callable[[], None] | None,
     beside: Mapping[str, Peer],
-) -> tuple[tuple[Point, ...], tuple[tuple[str, str], ...]]:
+) -> tuple[tuple[WorkPrecisionPoint, ...], tuple[tuple[str, str], ...]]:
     """Measure methods; return the points, and those that do not fit the model with the reason."""
-    points: list[Point] = []
+    points: list[WorkPrecisionPoint] = []
     skipped: list[tuple[str, str]] = []
     for name in names:
         least = enough if name in beside else 0.0
@@ -295,7 +303,9 @@ def _measured(
     return tuple(points), tuple(skipped)
 
 
-def _agreement(exact: dict[int, tuple[str, Array]], truth: Reference, nominal: Array) -> dict[str, float]:
+def _agreement(
+    exact: dict[int, tuple[str, Array]], truth: PrecisionReference, nominal: Array
+) -> dict[str, float]:
     """Return how far a reference is from closed solutions at its times, over nominal + |value|, by state."""
     return {
         name: float(np.max(np.abs(values[: truth.t.size] - high) / (nominal[k] + np.abs(high))))
@@ -324,13 +334,13 @@ def closed_solutions(model: CompiledModel, case: Case) -> dict[int, tuple[str, A
 
 def _closed_reference(
     problem: Problem, case: Case, nominal: Array, exact: dict[int, tuple[str, Array]]
-) -> Reference:
+) -> PrecisionReference:
     """Return closed solutions as a reference; states without one are not-a-number, and not measured."""
     high = np.full((case.grid.size, problem.ny), np.nan)
     for k, (_, values) in exact.items():
         high[:, k] = values
     doubt = np.full(case.grid.size, float(np.finfo(float).eps))
-    return Reference(
+    return PrecisionReference(
         case.grid, high, np.zeros_like(high), doubt, nominal, "double", "closed solution", 0.0, 0.0, 0
     )
 
@@ -350,7 +360,7 @@ def _before_the_end(case: Case, nominal: Array) -> Case:
 
 def _reference(
     model: CompiledModel, case: Case, nominal: Array, methods: Sequence[str], seconds: float
-) -> Reference:
+) -> PrecisionReference:
     """Solve the case in higher precision; by radau5 if that is the only method asked for.
 
     Where the most precise numbers, computed by software, take too long, those of the processor do.
@@ -364,10 +374,10 @@ def _reference(
     best = compile_for_reference(model, precision)
     stiff = tuple(methods) == ("radau5",)
 
-    def make(code: ReferenceCode) -> Reference:
+    def make(code: ReferenceCode) -> PrecisionReference:
         return solve(code, case, nominal, case.grid, "radau5" if stiff else code.explicit, seconds)
 
-    def make_best() -> Reference:
+    def make_best() -> PrecisionReference:
         try:
             return make(best)
         except ReferenceTooLong:
@@ -389,7 +399,7 @@ def _reference(
 
 def reference_at(
     model: CompiledModel, times: Sequence[float], *, experiment: str | None = None, seconds: float = 60.0
-) -> Reference:
+) -> PrecisionReference:
     """Solve a model in higher precision at given times, with the numbers that it states taken as exact decimals.
 
     Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
@@ -402,7 +412,7 @@ def reference_at(
     return solve(code, case, nominal_of(case), np.array(times), code.explicit, seconds, decimals=True)
 
 
-def _first(truth: Reference, count: int) -> Reference:
+def _first(truth: PrecisionReference, count: int) -> PrecisionReference:
     return replace(
         truth, t=truth.t[:count], high=truth.high[:count], low=truth.low[:count], doubt=truth.doubt[:count]
     )

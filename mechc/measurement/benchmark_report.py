@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..runtime.reference.work_precision import Point
+    from ..runtime.reference.work_precision import WorkPrecisionPoint
     from .benchmark import Benchmark
 
 MARKERS = "osD^v<>pPX*hH"
@@ -217,11 +217,11 @@ def _claims(made: Benchmark, axes: Axes) -> dict[str, str]:
     return told
 
 
-def _setting(p: Point) -> str:
+def _setting(p: WorkPrecisionPoint) -> str:
     return f"step {p.setting:.3g}" if p.fixed else f"tolerance {p.setting:.0e}"
 
 
-def _told(p: Point) -> str:
+def _told(p: WorkPrecisionPoint) -> str:
     return f"{p.method}, {_setting(p)}: error {p.error:.1e}, {duration(p.seconds)}{f', {p.steps} steps' if p.steps else ''}"
 
 

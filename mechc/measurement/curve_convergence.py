@@ -26,7 +26,7 @@ RESOLVED = 1e-13
 """Relative error that is rounding."""
 
 
-class Mesh(Struct, frozen=True):
+class MeshError(Struct, frozen=True):
     """What equal elements give: ``error`` of the value relative to its size, ``order`` since the row of half as many; or why there is none."""
 
     degree: int
@@ -47,7 +47,7 @@ class Convergence(Struct, frozen=True):
     stationary: float
     error: float
     unit: str
-    meshes: tuple[Mesh, ...]
+    meshes: tuple[MeshError, ...]
 
     def summary(self) -> dict[str, Any]:
         found: dict[str, Any] = to_builtins(self)
@@ -68,11 +68,11 @@ def convergence(model: CompiledModel, experiment: str | None) -> Convergence:
                 f"'{model.name}' has no curve over '{problem.time.name}' to converge to: {failed.why}",
                 "'mechc run' says more, and takes both variables over a parameter where that helps",
             ) from None
-        meshes: list[Mesh] = []
+        meshes: list[MeshError] = []
         for degree in DEGREES:
             if degree < 2 * problem.curve.order:
                 continue
-            before: Mesh | None = None
+            before: MeshError | None = None
             for elements in ELEMENTS:
                 before = _on(posed, degree, elements, best, before)
                 meshes.append(before)
@@ -82,20 +82,20 @@ def convergence(model: CompiledModel, experiment: str | None) -> Convergence:
     )
 
 
-def _on(posed: Any, degree: int, elements: int, best: Any, before: Mesh | None) -> Mesh:
+def _on(posed: Any, degree: int, elements: int, best: Any, before: MeshError | None) -> MeshError:
     """Return what equal elements give, for which the guess is the same."""
     begun = time.process_time()
     try:
         found = search(posed, degree=degree, adapt=False, elements=elements)
     except Failed as failed:
-        return Mesh(degree, elements, failure=failed.why)
+        return MeshError(degree, elements, failure=failed.why)
     seconds = time.process_time() - begun
     size = max(abs(best.value), best.size, 1e-300)
     error = float(abs(found.value - best.value) / size)
     order = None
     if before is not None and before.error and error > RESOLVED and before.unknowns < found.count:
         order = math.log2(before.error / error)
-    return Mesh(degree, elements, found.count, found.steps, error, order, seconds)
+    return MeshError(degree, elements, found.count, found.steps, error, order, seconds)
 
 
 def report(made: Convergence) -> str:

@@ -17,7 +17,7 @@ from ..runtime.native.build import build_shared
 from ..runtime.native.compiler import NATIVE
 from ..runtime.reference.high_precision import (
     SERIES_PRECISION,
-    Reference,
+    PrecisionReference,
     ReferenceFailed,
     ReferenceTooLong,
     best_precision,
@@ -79,13 +79,13 @@ def solve(
     *,
     ladders: Mapping[str, Sequence[float]] | None = None,
     decimals: bool = False,
-) -> Reference:
+) -> PrecisionReference:
     """Solve a case as ``high_precision.reference`` does. Where Taylor series end at a singular place, another method goes on.
 
     Raises ReferenceFailed.
     """
 
-    def by(method: str) -> Reference:
+    def by(method: str) -> PrecisionReference:
         return reference(
             code.library,
             case,

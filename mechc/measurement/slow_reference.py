@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compiler.graph.evaluate import Tape, multiprecision
 from ..runtime.reference.extrapolation import NoConvergence, extrapolate
-from ..runtime.reference.high_precision import Reference, ReferenceFailed
+from ..runtime.reference.high_precision import PrecisionReference, ReferenceFailed
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
@@ -21,7 +21,7 @@ DIGITS = 36
 TOLERANCES = (1e-18, 1e-22)
 
 
-def slow_reference(model: CompiledModel, case: Case, nominal: Array, seconds: float) -> Reference:
+def slow_reference(model: CompiledModel, case: Case, nominal: Array, seconds: float) -> PrecisionReference:
     """Solve a case at the times of its grid. ``seconds``: how long one run may take.
 
     Raises ReferenceFailed for models with constraints, events or tables, which need the kernel, and where mpmath is not
@@ -63,7 +63,7 @@ def slow_reference(model: CompiledModel, case: Case, nominal: Array, seconds: fl
     (high, low), (best, rest) = runs
     doubt = (np.abs((high - best) + (low - rest)) / (nominal + np.abs(best))).max(axis=1)
     taken = time.process_time() - begun
-    return Reference(
+    return PrecisionReference(
         case.grid,
         best,
         rest,

@@ -36,7 +36,7 @@ from .metamorphic import Base, beside, compare, disturbed_twin, run_twin, twin_o
 from .own_ranges import lost
 from .references import compile_for_reference
 from .shaken import shaken
-from .stress_table import STATED, TWIN, Row, Stress
+from .stress_table import STATED, TWIN, Stress, StressRow
 from .stress_targets import REFUSALS, NotTried, answer_of
 from .truth import ROUNDING, true_errors
 
@@ -91,7 +91,7 @@ def stress(
     *,
     full: bool = False,
     only: Collection[str] = (),
-    progress: Callable[[Row], None] | None = None,
+    progress: Callable[[StressRow], None] | None = None,
 ) -> Stress:
     """Run all extremes and twins, each under a watchdog; ``only`` those of some groups.
 
@@ -101,20 +101,20 @@ def stress(
     stated = plan(model, asked(Simulate, {"experiment": subject.experiment}))
     made = extremes(stated, adaptive_methods(), full=full, targets=subject.targets)
     _compile(model)
-    rows: list[Row] = []
+    rows: list[StressRow] = []
     limit = 4 * subject.seconds + MARGIN
     with Watchdog(worker, subject) as dog:
         twins = [Extreme(TWIN, name) for name in TWINS]
         for extreme in (made.runs[0], *twins, *made.runs[1:]):
             if only and extreme.group not in only:
                 continue
-            reply: Row | Crashed | Hung = dog.ask(extreme, limit)
+            reply: StressRow | Crashed | Hung = dog.ask(extreme, limit)
             match reply:
                 case Crashed(how):
-                    reply = Row(extreme.group, extreme.text, "crashed", reason=how)
+                    reply = StressRow(extreme.group, extreme.text, "crashed", reason=how)
                 case Hung(seconds):
                     kind = "long" if extreme.group == TWIN else "hung"  # its equations may be many
-                    reply = Row(extreme.group, extreme.text, kind, reason=f"no answer in {seconds:g} s")
+                    reply = StressRow(extreme.group, extreme.text, kind, reason=f"no answer in {seconds:g} s")
             rows.append(reply)
             if progress is not None:
                 progress(reply)
@@ -135,12 +135,12 @@ def adaptive_methods() -> list[str]:
     return [kernel.mech_method_name(k).decode() for k in count if kernel.mech_method_is_adaptive(k)]
 
 
-def worker(subject: Subject) -> Callable[[Extreme], Row]:
+def worker(subject: Subject) -> Callable[[Extreme], StressRow]:
     """Return what makes and judges one run, in a process of its own."""
     model = subject.load()
-    stated: list[Base | Row] = []
+    stated: list[Base | StressRow] = []
 
-    def judged(extreme: Extreme) -> Row:
+    def judged(extreme: Extreme) -> StressRow:
         if extreme.group == TARGET:
             return _of_target(model, subject, extreme)
         if extreme.group == SIZES_GROUP:
@@ -150,46 +150,46 @@ def worker(subject: Subject) -> Callable[[Extreme], Row]:
         if not stated:
             stated.append(_stated(model, subject))
         base = stated[0]
-        return replace(base, text=extreme.text) if isinstance(base, Row) else _twin(base, extreme.text)
+        return replace(base, text=extreme.text) if isinstance(base, StressRow) else _twin(base, extreme.text)
 
     return judged
 
 
-def _stated(model: Model, subject: Subject) -> Base | Row:
+def _stated(model: Model, subject: Subject) -> Base | StressRow:
     """Make the run that twins are compared with, or say why there is none."""
     request = asked(Simulate, {"experiment": subject.experiment, "progress": _Limit(subject.seconds)})
     try:
         ran, solution = answered(model, request)
     except (SimulationError, UsageMistake, _OutOfTime) as error:
-        return Row(TWIN, "", "open", reason=f"the model itself: {error}")
+        return StressRow(TWIN, "", "open", reason=f"the model itself: {error}")
     assert isinstance(solution, Solution)
     if solution.accuracy.error is None:
-        return Row(TWIN, "", "open", reason=f"the model itself: {solution.accuracy.remark}")
+        return StressRow(TWIN, "", "open", reason=f"the model itself: {solution.accuracy.remark}")
     return Base.of(ran, request, solution)
 
 
-def _twin(base: Base, name: str) -> Row:
+def _twin(base: Base, name: str) -> StressRow:
     """Make a twin, run it, and compare."""
     limit = base.request.progress
     assert isinstance(limit, _Limit)
     try:
         twin = twin_of(name, base)
     except NotApplicable as why:
-        return Row(TWIN, name, "none", reason=str(why))
+        return StressRow(TWIN, name, "none", reason=str(why))
     limit.begin()
     try:
         base = beside(twin, base)
         made = run_twin(twin, base)
     except CompileError as error:
         first = next(d for d in error.diagnostics if d.code.startswith("E"))
-        return Row(TWIN, name, "none", reason=f"it is refused: {first.code}: {first.message}")
+        return StressRow(TWIN, name, "none", reason=f"it is refused: {first.code}: {first.message}")
     except (SimulationError, UsageMistake) as error:
-        return Row(TWIN, name, "refused", reason=str(error))
+        return StressRow(TWIN, name, "refused", reason=str(error))
     except _OutOfTime as late:
-        return Row(TWIN, name, "long", reason=str(late))
+        return StressRow(TWIN, name, "long", reason=str(late))
     solution, mine = made.solution, base.solution
     done = solution.statistics
-    row = Row(
+    row = StressRow(
         TWIN,
         name,
         "open",
@@ -229,7 +229,7 @@ def _twin(base: Base, name: str) -> Row:
     return replace(row, kind="same" if found.allowed < ROUGH else "rough")
 
 
-def _shaken(base: Base, twin: Twin, row: Row) -> Row:
+def _shaken(base: Base, twin: Twin, row: StressRow) -> StressRow:
     """Move the start of a twin, and see what becomes of it."""
     limit = base.request.progress
     assert isinstance(limit, _Limit)
@@ -254,11 +254,11 @@ def _shaken(base: Base, twin: Twin, row: Row) -> Row:
     return replace(row, kind="tied" if worst.tied else "parted", reason=worst.words())
 
 
-def _of_target(model: Model, subject: Subject, extreme: Extreme) -> Row:
+def _of_target(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
     """Compare what a target answers with the run that it stands for."""
     target = extreme.text.partition(":")[0]
     changed = model.with_values(extreme.values)
-    row = Row(TARGET, extreme.text, "open", target, against="the run")
+    row = StressRow(TARGET, extreme.text, "open", target, against="the run")
     try:
         run = _run(
             changed, asked(Simulate, {"experiment": subject.experiment, "progress": _Limit(subject.seconds)})
@@ -295,7 +295,7 @@ COMPLETED = frozenset({"right", "rough", "open"})
 """Kinds of rows whose run went to its end."""
 
 
-def _in_other_sizes(model: Model, subject: Subject, extreme: Extreme) -> Row:
+def _in_other_sizes(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
     """Judge the motion in other lengths, masses and times: it ends as the stated one does, if it is the same in other numbers."""
     row = _judged(model, subject, extreme)
     if not _is_the_same(model, subject, extreme):
@@ -338,7 +338,7 @@ def _is_the_same(model: Model, subject: Subject, extreme: Extreme) -> bool:
     return bool(np.allclose(sized.y0, factors * stated.y0, rtol=1e-6))
 
 
-def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
+def _judged(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
     changed = model.with_values(extreme.values)
     limit = _Limit(subject.seconds)
     around = {"experiment": subject.experiment, "progress": limit}
@@ -346,13 +346,13 @@ def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
     try:
         solution = _run(changed, request)
     except (SimulationError, UsageMistake) as refused:
-        return Row(extreme.group, extreme.text, "refused", reason=str(refused))
+        return StressRow(extreme.group, extreme.text, "refused", reason=str(refused))
     except _OutOfTime as late:
-        return Row(extreme.group, extreme.text, "long", reason=str(late))
+        return StressRow(extreme.group, extreme.text, "long", reason=str(late))
     kind, error, against, reason = _checked(changed, subject, request, solution)
     estimate, done = solution.accuracy.error, solution.statistics
     claim = estimate.largest if estimate else None
-    return Row(
+    return StressRow(
         extreme.group,
         extreme.text,
         kind,

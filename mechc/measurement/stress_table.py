@@ -31,7 +31,7 @@ STATED, TWIN = "as stated", "twin"
 """Groups: the run that the model states, and its twins."""
 
 
-class Row(Struct, frozen=True):
+class StressRow(Struct, frozen=True):
     """One run. ``kind``: a key of WORDS; ``error`` the true one, ``claim`` what the run reports, both the largest over the
     states relative to nominal + |value|; ``against`` what it was compared with."""
 
@@ -52,7 +52,7 @@ class Stress(Struct, frozen=True):
 
     model: str
     experiment: str
-    rows: tuple[Row, ...]
+    rows: tuple[StressRow, ...]
     left_out: tuple[str, ...]
 
     @property
@@ -92,7 +92,7 @@ def report(made: Stress) -> str:
     return "\n".join(rows)
 
 
-def line_of(row: Row | None) -> str:
+def line_of(row: StressRow | None) -> str:
     """Lay out one line of the table, or its head."""
     if row is None:
         cells: Sequence[str] = (

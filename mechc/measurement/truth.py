@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..runtime.outcome import Outcome
-from ..runtime.reference.high_precision import Reference, ReferenceFailed
+from ..runtime.reference.high_precision import PrecisionReference, ReferenceFailed
 from ..runtime.studies.runs.simulate import Plan
 from .references import EXPLICIT, SERIES, ReferenceCode, solve
 
@@ -106,7 +106,7 @@ def _even(time: Array) -> Rows:
     return rows
 
 
-def _clear(made: Reference, scaled: Array) -> int:
+def _clear(made: PrecisionReference, scaled: Array) -> int:
     """Count the leading times at which the reference is clearly nearer to the truth than the run."""
     allowed = CLEAR * np.maximum(scaled.max(axis=1), ROUNDING)
     unclear = np.flatnonzero(~(made.doubt <= allowed))

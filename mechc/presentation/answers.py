@@ -17,7 +17,7 @@ from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
 from ..solution import Solution
-from .axes import COLOURS, Diagram, drawn, figure_of, is_picture, legend
+from .axes import COLOURS, DrawnDiagram, drawn, figure_of, is_picture, legend
 from .numbers import number, unit_in_brackets, with_unit
 from .style import PLAIN, Style, pad, width
 
@@ -139,7 +139,7 @@ def plotted(
     return made
 
 
-def diagrams(answer: Answer) -> list[Diagram]:
+def diagrams(answer: Answer) -> list[DrawnDiagram]:
     """Return the diagrams of an answer. Raises SimulationError where there is nothing to draw."""
     match answer:
         case Ensemble():
@@ -158,7 +158,9 @@ def diagrams(answer: Answer) -> list[Diagram]:
         case _:
             raise AssertionError(f"no picture for {type(answer).__name__}")
     return [
-        Diagram(TALL if panel.tall or panel.equal else HEIGHT, partial(_draw, panel=panel, colours=COLOURS))
+        DrawnDiagram(
+            TALL if panel.tall or panel.equal else HEIGHT, partial(_draw, panel=panel, colours=COLOURS)
+        )
         for panel in panels
     ]
 

@@ -89,14 +89,14 @@ def is_picture(path: Path) -> bool:
     return path.suffix.lower().removeprefix(".") in FigureCanvasBase.get_supported_filetypes()
 
 
-class Diagram(NamedTuple):
+class DrawnDiagram(NamedTuple):
     """One of the diagrams of a picture: its height in inches, and what draws it into axes."""
 
     height: float
     draw: Callable[[Any], None]
 
 
-def drawn(diagrams: Sequence[Diagram], ax: Any = None, style: str = "") -> Any:
+def drawn(diagrams: Sequence[DrawnDiagram], ax: Any = None, style: str = "") -> Any:
     """Draw diagrams below one another and return the Matplotlib figure, or into the axes that are given, and return these."""
     import matplotlib
 
@@ -143,7 +143,7 @@ def figure_of(ax: Any) -> Any:
     return np.atleast_1d(ax).ravel()[0].figure
 
 
-class View:
+class SolutionView:
     """A solution at times that are dense enough for smooth curves, in the units to show.
 
     The rows of the solution stay as they are, both sides of each event among them.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..runtime.ensembles.result import QUANTILES, Ensemble
-from .axes import Diagram
+from .axes import DrawnDiagram
 from .numbers import number, unit_in_brackets
 from .style import PLAIN, Style, pad, width
 
@@ -79,7 +79,7 @@ def _errors(runs: Ensemble) -> str:
     )
 
 
-def diagrams(runs: Ensemble) -> list[Diagram]:
+def diagrams(runs: Ensemble) -> list[DrawnDiagram]:
     """Return the diagrams of an ensemble.
 
     Series: curves side by side, or bands of quantiles of many. Numbers: a map over two dimensions, a line over one, else
@@ -88,7 +88,7 @@ def diagrams(runs: Ensemble) -> list[Diagram]:
     panels = [*runs.scalars, *runs.series]
     height = SQUARE if panels and _square(runs) and not runs.series else HEIGHT
     return [
-        Diagram(
+        DrawnDiagram(
             height, partial(_over_time if column in runs.series else _number, runs=runs, name=column.name)
         )
         for column in panels

@@ -11,7 +11,7 @@ from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
-    from mechc.runtime.interface import Shape
+    from mechc.runtime.interface import ShapeEntry
     from mechc.runtime.problem import Array
     from mechc.solution import Solution
 
@@ -149,7 +149,7 @@ class Painter:
 
     # ------------------------------------------------------------ shapes
 
-    def _shape(self, shape: Shape, v: Array, ink: str, opacity: float) -> None:
+    def _shape(self, shape: ShapeEntry, v: Array, ink: str, opacity: float) -> None:
         small = SMALL * self.size
         match shape.kind:
             case "line":
@@ -183,7 +183,7 @@ class Painter:
             case _:
                 self._solid(shape, v, ink, opacity, small)
 
-    def _solid(self, shape: Shape, v: Array, ink: str, opacity: float, small: float) -> None:
+    def _solid(self, shape: ShapeEntry, v: Array, ink: str, opacity: float, small: float) -> None:
         match shape.kind:
             case "box":
                 edges = v[12:15] / 2
@@ -231,7 +231,7 @@ class Painter:
         points = profile[:, None, :1] * e + profile[:, None, 1:] * around[None]
         self._surface(_placed(v, points.reshape(-1, 3)).reshape(*points.shape), ink, opacity)
 
-    def _gauge(self, shape: Shape, value: float, ink: str, opacity: float, height: float) -> None:
+    def _gauge(self, shape: ShapeEntry, value: float, ink: str, opacity: float, height: float) -> None:
         """Paint a value as a bead between its smallest and largest one, or as a hand on a dial, in a row of the picture."""
         axes, place = self.axes, self.axes.transAxes
         axes.set_axis_off()
@@ -321,7 +321,7 @@ class Painter:
         self.axes.text(*(place[:2] if self.flat else place[:3]), f" {text}", fontsize=9, alpha=opacity)
 
 
-def _box_of(shape: Shape, values: Array) -> Array:
+def _box_of(shape: ShapeEntry, values: Array) -> Array:
     """Return the corners [n, 8, 3] of the box around a mesh, in its axes."""
     corners = np.array(triangles(shape.text)).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)

@@ -29,7 +29,7 @@ NOISE = 1e-9
 """Relative size below which a change is an error of the computation and no motion."""
 
 
-class Curves(Struct, frozen=True):
+class TimePanel(Struct, frozen=True):
     """A panel of quantities of one unit over time; ``left_out``: how many more there are."""
 
     title: str
@@ -38,7 +38,7 @@ class Curves(Struct, frozen=True):
     left_out: int = 0
 
 
-class Portrait(Struct, frozen=True):
+class PhasePanel(Struct, frozen=True):
     """A panel of one coordinate against its rate."""
 
     name: str
@@ -53,7 +53,7 @@ class Paths(Struct, frozen=True):
     left_out: int = 0
 
 
-class Energies(Struct, frozen=True):
+class EnergyPanel(Struct, frozen=True):
     """A panel of the energies, or of the error of their balance."""
 
     names: tuple[str, ...]
@@ -76,7 +76,7 @@ class Scenery(Struct, frozen=True):
     left_out: int = 0
 
 
-Panel = Changes | Curves | Portrait | Paths | Energies | Scenery
+Panel = Changes | TimePanel | PhasePanel | Paths | EnergyPanel | Scenery
 
 
 def panels_of(solution: Solution) -> list[Panel]:
@@ -98,7 +98,7 @@ def panels_of(solution: Solution) -> list[Panel]:
         rates = {q.name for q in problem.states if q.kind == "rate"}
         inside = _places(solution) if panels and isinstance(panels[0], Scenery) else []
         panels += [
-            Portrait(q.name, f"der({q.name})")
+            PhasePanel(q.name, f"der({q.name})")
             for q in moving
             if f"der({q.name})" in rates
             and not still.steady(f"der({q.name})")
@@ -149,10 +149,10 @@ def _energies(solution: Solution, still: Stillness) -> list[Panel]:
     total = [n for n in names if n.endswith(".total") and n not in changing]
     panels: list[Panel] = []
     if len(changing) > 1 or (changing and not total):
-        panels.append(Energies((*changing, *total), balance=False))
+        panels.append(EnergyPanel((*changing, *total), balance=False))
     drift = solution.accuracy.energy
     if drift is not None and drift.relative is not None and drift.relative > VISIBLE:
-        panels.append(Energies(tuple(names), balance=True))
+        panels.append(EnergyPanel(tuple(names), balance=True))
     return panels
 
 
@@ -163,11 +163,11 @@ def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
     for name in names:
         across, colon, up = name.partition(":")
         if colon:
-            chosen.append(Portrait(across, up))
+            chosen.append(PhasePanel(across, up))
         else:
             units.setdefault(solution.quantities[name].unit, []).append(name)
     chosen += [
-        Curves("", unit, tuple(group[i : i + MOST_CURVES]))
+        TimePanel("", unit, tuple(group[i : i + MOST_CURVES]))
         for unit, group in units.items()
         for i in range(0, len(group), MOST_CURVES)
     ]
@@ -226,7 +226,7 @@ def _by_unit(title: str, quantities: Sequence[Quantity]) -> list[Panel]:
     for quantity in quantities:
         units.setdefault(quantity.unit, []).append(quantity.name)
     return [
-        Curves(title, unit, tuple(_spread(names, MOST_CURVES)), max(0, len(names) - MOST_CURVES))
+        TimePanel(title, unit, tuple(_spread(names, MOST_CURVES)), max(0, len(names) - MOST_CURVES))
         for unit, names in units.items()
     ]
 

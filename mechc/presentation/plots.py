@@ -16,9 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..requests.parse_values import UsageMistake
-from .axes import COLOURS, SIZES, View, draw_on, equal_box, given_axes, legend, style_named, title
+from .axes import COLOURS, SIZES, SolutionView, draw_on, equal_box, given_axes, legend, style_named, title
 from .letters import axis_label, letters, unit_label
-from .panels import Changes, Curves, Energies, Panel, Paths, Portrait, Scenery, curves_of, element, panels_of
+from .panels import (
+    Changes,
+    EnergyPanel,
+    Panel,
+    Paths,
+    PhasePanel,
+    Scenery,
+    TimePanel,
+    curves_of,
+    element,
+    panels_of,
+)
 from .scenery import draw_scenery, point_name
 from .stillness import Stillness
 
@@ -41,7 +52,7 @@ def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> An
     from .notebook import Picture
 
     solution = solution.in_picture()
-    view = View(solution)
+    view = SolutionView(solution)
     panels = curves_of(solution, _chosen(solution, names)) if names else panels_of(solution)
     with matplotlib.rc_context(style_named(style)):
         places, columns, rows = _places(panels)
@@ -66,7 +77,7 @@ def draw_into(ax: Any, solution: Solution, names: Sequence[str], style: str = ""
     if not names:
         raise UsageMistake("what is drawn into given axes has no default", 'say it: plot("theta", ax=ax)')
     solution = solution.in_picture()
-    view, panels = View(solution), curves_of(solution, _chosen(solution, names))
+    view, panels = SolutionView(solution), curves_of(solution, _chosen(solution, names))
     for axes, panel in zip(given_axes(ax, len(panels)), panels, strict=True):
         draw_on(axes, partial(_draw, panel=panel, view=view), style)
     return ax
@@ -92,7 +103,7 @@ def _places(panels: Sequence[Panel]) -> tuple[list[tuple[Any, Any]], int, int]:
     free = [cell for cell in cells if cell not in taken][: len(panels) - 1]
     places: list[tuple[Any, Any]] = [(slice(0, tall), 0), *free]
     rows = max(row for row, _ in free) + 1
-    if free[-1][1] == 0 and isinstance(panels[-1], Changes | Curves | Energies):
+    if free[-1][1] == 0 and isinstance(panels[-1], Changes | TimePanel | EnergyPanel):
         places[-1] = (free[-1][0], slice(None))
     return places, 2, max(rows, tall)
 
@@ -135,23 +146,23 @@ def show(solution: Solution, names: Sequence[str] = ()) -> None:
     plt.show()
 
 
-def _draw(axes: Any, panel: Panel, view: View) -> None:
+def _draw(axes: Any, panel: Panel, view: SolutionView) -> None:
     match panel:
         case Changes():
             _draw_changes(axes, panel, view)
-        case Curves():
+        case TimePanel():
             _draw_curves(axes, panel, view)
-        case Portrait():
+        case PhasePanel():
             _draw_portrait(axes, panel, view)
         case Paths():
             _draw_paths(axes, panel, view)
         case Scenery():
             draw_scenery(axes, panel, view)
-        case Energies():
+        case EnergyPanel():
             _draw_energies(axes, panel, view)
 
 
-def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
+def _draw_curves(axes: Any, panel: TimePanel, view: SolutionView) -> None:
     mark = "o" if len(view.time) == 1 else None
     for name, colour in zip(panel.names, COLOURS, strict=False):
         axes.plot(view.time, view[name], color=colour, label=letters(name), marker=mark)
@@ -165,7 +176,7 @@ def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
     _time_axis(axes, view)
 
 
-def _draw_changes(axes: Any, panel: Changes, view: View) -> None:
+def _draw_changes(axes: Any, panel: Changes, view: SolutionView) -> None:
     """Draw derivatives, each with a band of its estimated error."""
     time = view.solution.time
     for one, colour in zip(panel.curves, COLOURS, strict=False):
@@ -183,7 +194,7 @@ def _draw_changes(axes: Any, panel: Changes, view: View) -> None:
     _time_axis(axes, view)
 
 
-def _draw_portrait(axes: Any, panel: Portrait, view: View) -> None:
+def _draw_portrait(axes: Any, panel: PhasePanel, view: SolutionView) -> None:
     position, rate = view[panel.name], view[panel.rate]
     axes.plot(position, rate, color=COLOURS[0], linewidth=1.1)
     axes.plot(position[:1], rate[:1], "o", color=COLOURS[0], markersize=4, markerfacecolor="white")
@@ -200,7 +211,7 @@ def _draw_portrait(axes: Any, panel: Portrait, view: View) -> None:
         axes.set_aspect("equal", adjustable="datalim")
 
 
-def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
+def _draw_paths(axes: Any, panel: Paths, view: SolutionView) -> None:
     unit = view.unit(element(panel.names[0], 1))
     for name, colour in zip(panel.names, COLOURS, strict=False):
         parts = [view[element(name, i)] for i in range(1, panel.dimension + 1)]
@@ -220,7 +231,7 @@ def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
         legend(axes)
 
 
-def _draw_energies(axes: Any, panel: Energies, view: View) -> None:
+def _draw_energies(axes: Any, panel: EnergyPanel, view: SolutionView) -> None:
     if panel.balance:
         error, unit = balance_error(view.solution)
         axes.plot(view.solution.time, error, color=COLOURS[1], linewidth=1.0)
@@ -265,7 +276,7 @@ def balance_error(solution: Solution) -> tuple[Array, str]:
     return (sum_ - sum_[0]) * factor, unit
 
 
-def _time_axis(axes: Any, view: View) -> None:
+def _time_axis(axes: Any, view: SolutionView) -> None:
     """Label the time axis and mark the events."""
     solution = view.solution
     time = solution.problem.time

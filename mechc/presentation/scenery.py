@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .axes import COLOURS, View, equal_box, legend, title
+from .axes import COLOURS, SolutionView, equal_box, legend, title
 from .letters import axis_label, letters
 from .painting import Painter
 from .panels import Scenery, element
@@ -20,7 +20,7 @@ GHOSTS = 4
 """How often what is drawn without a path is painted."""
 
 
-def draw_scenery(axes: Any, panel: Scenery, view: View) -> None:
+def draw_scenery(axes: Any, panel: Scenery, view: SolutionView) -> None:
     """Paint what is drawn, pale at the start and full at the end, over the paths of points."""
     solution = view.solution
     staged = solution.staged()
@@ -65,7 +65,7 @@ def draw_scenery(axes: Any, panel: Scenery, view: View) -> None:
         legend(axes)
 
 
-def _path(view: View, name: str, factor: float) -> Array:
+def _path(view: SolutionView, name: str, factor: float) -> Array:
     """Return the places of a point [n, 3] in SI."""
     parts = [view[element(name, i)] / factor for i in (1, 2)]
     third = element(name, 3)

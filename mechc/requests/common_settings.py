@@ -19,12 +19,14 @@ AROUND = ("experiment", "inputs", "progress", "to")
 
 def check_around(given: Mapping[str, Any]) -> None:
     """Raise UsageMistake for what stands around a question and is of a wrong kind."""
-    if not isinstance(given.get("inputs") or {}, Mapping):
+    inputs = given.get("inputs")
+    if inputs is not None and not isinstance(inputs, Mapping):
+        shown = repr(inputs) if isinstance(inputs, (str, int, float)) else f"a {type(inputs).__name__}"
         raise UsageMistake(
-            f"'inputs' are tables or functions by the names of inputs, not {given['inputs']!r}",
+            f"'inputs' are tables or functions by the names of inputs, not {shown}",
             'as in inputs={"push": "push.csv"}',
         )
-    for name, what in (given.get("inputs") or {}).items():
+    for name, what in (inputs or {}).items():
         if isinstance(what, (int, float)):
             raise UsageMistake(
                 f"the input '{name}' comes from a table or a function of the time, not from {what!r}",

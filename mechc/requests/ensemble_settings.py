@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.problem import Problem
-from ..runtime.settings import Setting
+from ..runtime.settings import QuestionSetting
 from .formulas import apart, output_of, settable_units
 from .parse_values import UsageMistake, read_value_of
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from .members import Varying
 
 
-def _varying(setting: Setting, given: Any, problem: Problem) -> tuple[Varying, ...]:
+def _varying(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Varying, ...]:
     from .members import varying
 
     return varying(setting.name, given, settable_units(problem))
 
 
-def _kept(setting: Setting, given: Any, problem: Problem) -> tuple[Kept, ...]:
+def _kept(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Kept, ...]:
     if not isinstance(given, str):
         raise UsageMistake(
             f"'{setting.name}' is a text, not {given!r}", f'as in {setting.name} = "max(theta)"'
@@ -34,7 +34,7 @@ def _kept(setting: Setting, given: Any, problem: Problem) -> tuple[Kept, ...]:
     return kept(setting.name, given, names, output_of(setting))
 
 
-def _share(setting: Setting, given: Any, problem: Problem) -> float:
+def _share(setting: QuestionSetting, given: Any, problem: Problem) -> float:
     """Read ``all``, ``none`` or a number from 0 to 1."""
     words = {"all": 1.0, "none": 0.0}
     try:
@@ -46,7 +46,7 @@ def _share(setting: Setting, given: Any, problem: Problem) -> float:
     return share
 
 
-def _matrix(setting: Setting, given: Any, problem: Problem) -> tuple[tuple[float, ...], ...]:
+def _matrix(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[tuple[float, ...], ...]:
     """Read rows of numbers: ``{{1e-4, 0}, {0, 1e-4}}``, or nested lists."""
     rows: tuple[tuple[float, ...], ...] = ()
     if isinstance(given, str):
@@ -61,7 +61,7 @@ def _matrix(setting: Setting, given: Any, problem: Problem) -> tuple[tuple[float
     return rows
 
 
-def _seconds(setting: Setting, given: Any, problem: Problem) -> float:
+def _seconds(setting: QuestionSetting, given: Any, problem: Problem) -> float:
     """Read a time of the clock, whatever the unit of the model's time."""
     value = (
         read_value_of(setting.name, given).in_unit("s", setting.name) if isinstance(given, str) else (given,)
@@ -77,14 +77,14 @@ def _seconds(setting: Setting, given: Any, problem: Problem) -> float:
     return seconds
 
 
-def _cluster(setting: Setting, given: Any, problem: Problem) -> Any:
+def _cluster(setting: QuestionSetting, given: Any, problem: Problem) -> Any:
     """Take an address, or what Dask knows a cluster by (runtime/ensembles/connect.py)."""
     if isinstance(given, str) and not given.strip():
         raise UsageMistake(f"'{setting.name}' is empty", "as in tcp://10.0.0.1:8786")
     return given
 
 
-OF_ENSEMBLES: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
+OF_ENSEMBLES: Mapping[str, Callable[[QuestionSetting, Any, Problem], object]] = {
     "varying": _varying,
     "kept": _kept,
     "share": _share,

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 from ..runtime.problem import Problem
-from ..runtime.settings import Setting
+from ..runtime.settings import QuestionSetting
 from .parse_values import UsageMistake, read_value
 
 
@@ -44,7 +44,7 @@ def is_value(text: str) -> bool:
     return True
 
 
-def sides(setting: Setting, text: str) -> tuple[str, str]:
+def sides(setting: QuestionSetting, text: str) -> tuple[str, str]:
     """Take ``a = b`` apart."""
     left, sign, right = text.replace("==", "=").partition("=")
     if not sign or not left.strip() or not right.strip() or any(c in text for c in "<>~") or "=" in right:
@@ -52,7 +52,7 @@ def sides(setting: Setting, text: str) -> tuple[str, str]:
     return left.strip(), right.strip()
 
 
-def output_of(setting: Setting) -> str:
+def output_of(setting: QuestionSetting) -> str:
     """Return the name of the output that the formula of a setting becomes."""
     return f"asked_{setting.name}"
 

@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Mapping
 
 from .parse_values import (
     Given,
+    GivenValue,
     Scalar,
     UsageMistake,
-    Value,
     elements_of,
     plain,
     read_value_of,
@@ -58,7 +58,7 @@ def settings_in_si(
     return settings
 
 
-def _as_value(name: str, what: Scalar | Iterable[float]) -> Value:
+def _as_value(name: str, what: Scalar | Iterable[float]) -> GivenValue:
     """Return what was given as numbers with their unit. Raises UsageMistake."""
     if isinstance(what, str):
         return read_value_of(name, what)
@@ -71,4 +71,4 @@ def _as_value(name: str, what: Scalar | Iterable[float]) -> Value:
         ) from None
     if not all(math.isfinite(number) for number in numbers):
         raise UsageMistake(f"'{name}' takes finite numbers, not {what!r}")
-    return Value(numbers, None, single)
+    return GivenValue(numbers, None, single)

@@ -16,7 +16,7 @@ _NAMED = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)\s*(.*)", re.S)
 _RELATION = re.compile(r"<=|>=|==|!=|<|>")
 
 
-class Written(Struct, frozen=True):
+class KeptText(Struct, frozen=True):
     """One thing to keep: its label, how it is reduced, and the formula of which number; of events a kind and a row."""
 
     label: str
@@ -26,7 +26,7 @@ class Written(Struct, frozen=True):
     row: str = ""
 
 
-def written(setting: str, given: str) -> list[Written]:
+def written(setting: str, given: str) -> list[KeptText]:
     """Take a list of what is kept apart. Raises UsageMistake."""
     text = given.strip()
     if text.startswith("{") and text.endswith("}"):
@@ -50,25 +50,25 @@ def kept(setting: str, given: str, names: Collection[str], output_of: str) -> tu
     return tuple(found)
 
 
-def _one(setting: str, item: str) -> Written:
+def _one(setting: str, item: str) -> KeptText:
     named = _NAMED.fullmatch(item)
     label, text = (named[1], named[2].strip()) if named else ("", item)
     label = label or " ".join(text.split())
     call = _call(text)
     if call is None or call[0] not in REDUCTIONS:
-        return Written(label, SERIES, text)
+        return KeptText(label, SERIES, text)
     word, inside = call
     parts = apart(inside)
     if word == "events":
         if len(parts) > 2:
             raise UsageMistake(f"'{text}' counts a kind of events of one row: events(impact, floor)")
         event, row = [*parts, "", ""][:2]
-        return Written(label, word, "", event.strip("\"' "), tidy(row))
+        return KeptText(label, word, "", event.strip("\"' "), tidy(row))
     if word in ("max", "min") and len(parts) > 1:  # of several formulas, at each time
-        return Written(label, SERIES, text)
+        return KeptText(label, SERIES, text)
     if len(parts) != 1:
         raise UsageMistake(f"'{word}' is of one formula: '{text}'")
-    return Written(label, word, _difference(text, inside) if word == "first" else inside.strip())
+    return KeptText(label, word, _difference(text, inside) if word == "first" else inside.strip())
 
 
 def _call(text: str) -> tuple[str, str] | None:

@@ -38,7 +38,7 @@ class UsageMistake(ValueError):
         return f"{self.message}; {self.help}" if self.help else self.message
 
 
-class Value(Struct, frozen=True):
+class GivenValue(Struct, frozen=True):
     """Numbers as given, one or several, with their unit (None for bare numbers, which are SI)."""
 
     numbers: tuple[float, ...]
@@ -71,7 +71,7 @@ def split_assignment(text: str) -> tuple[str, str]:
     return tidy(name), value.strip()
 
 
-def read_value(text: str) -> Value:
+def read_value(text: str) -> GivenValue:
     """Read ``1.5``, ``80 cm``, ``pi/3``, ``{1, 2, 3} mm``. Raises UsageMistake."""
     text = text.strip()
     if text.startswith("{"):
@@ -83,12 +83,12 @@ def read_value(text: str) -> Value:
             raise UsageMistake(
                 f"'{text}' is not a list of numbers", "the unit stands after the brace: {1, 2} mm"
             )
-        return Value(tuple(number for number, _ in parts), _unit(rest.strip()), single=False)
+        return GivenValue(tuple(number for number, _ in parts), _unit(rest.strip()), single=False)
     number, tail = _number(text)
-    return Value((number,), _unit(tail, text))
+    return GivenValue((number,), _unit(tail, text))
 
 
-def read_value_of(name: str, text: str) -> Value:
+def read_value_of(name: str, text: str) -> GivenValue:
     """Read the value that is given for ``name``. Raises UsageMistake, which names it."""
     try:
         return read_value(text)

@@ -14,12 +14,12 @@ from ..runtime.settings import (
     FORMULAS,
     START,
     Formula,
+    FormulaSurface,
     Free,
     Frequencies,
     Place,
+    QuestionSetting,
     Range,
-    Setting,
-    Surface,
     settings_of,
 )
 from ..runtime.studies.study import Study
@@ -28,8 +28,8 @@ from .formulas import apart, in_momenta, is_value, output_of, settable_units, si
 from .in_si import settings_in_si
 from .input_tables import input_tables
 from .parse_values import (
+    GivenValue,
     UsageMistake,
-    Value,
     elements_of,
     plain,
     read_point,
@@ -57,7 +57,7 @@ def study(it: Asked, problem: Problem) -> Study:
     )
 
 
-def _time(setting: Setting, given: object, problem: Problem) -> float:
+def _time(setting: QuestionSetting, given: object, problem: Problem) -> float:
     if not isinstance(given, str):
         return _number(setting, given, problem)
     value = read_value_of(setting.name, given)
@@ -66,7 +66,7 @@ def _time(setting: Setting, given: object, problem: Problem) -> float:
     return value.in_unit(problem.time.unit, setting.name)[0]
 
 
-def _number(setting: Setting, given: Any, problem: Problem) -> float:
+def _number(setting: QuestionSetting, given: Any, problem: Problem) -> float:
     try:
         return float(given)
     except (TypeError, ValueError):
@@ -75,7 +75,7 @@ def _number(setting: Setting, given: Any, problem: Problem) -> float:
         raise UsageMistake(f"{name} is a number such as {example}, not {given!r}") from None
 
 
-def _count(setting: Setting, given: Any, problem: Problem) -> int:
+def _count(setting: QuestionSetting, given: Any, problem: Problem) -> int:
     try:
         number = float(given)
     except (TypeError, ValueError):
@@ -85,26 +85,26 @@ def _count(setting: Setting, given: Any, problem: Problem) -> int:
     return int(number)
 
 
-def _flag(setting: Setting, given: object, problem: Problem) -> bool:
+def _flag(setting: QuestionSetting, given: object, problem: Problem) -> bool:
     if not isinstance(given, bool):
         raise UsageMistake(f"'{setting.name}' is True or False, not {given!r}")
     return given
 
 
-def _text(setting: Setting, given: object, problem: Problem) -> str:
+def _text(setting: QuestionSetting, given: object, problem: Problem) -> str:
     if not isinstance(given, str):
         raise UsageMistake(f"'{setting.name}' is a text, not {given!r}")
     return given
 
 
-def _names(setting: Setting, given: Any, problem: Problem) -> tuple[str, ...]:
+def _names(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[str, ...]:
     """Read names of quantities; that of a vector stands for its elements."""
     wanted = names_in(given) if isinstance(given, str) else [tidy(name) for name in given]
     known = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs) if q.kind != "account"]
     return chosen_names(wanted, known)
 
 
-def _directions(setting: Setting, given: Any, problem: Problem) -> tuple[str, ...]:
+def _directions(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[str, ...]:
     """Read names of parameters, initial values and inputs; the name of a vector stands for its elements."""
     wanted = names_in(given) if isinstance(given, str) else [tidy(name) for name in given]
     units = settable_units(problem)
@@ -143,7 +143,7 @@ def chosen_names(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]
     return tuple(dict.fromkeys(names))
 
 
-def _place(setting: Setting, given: Any, problem: Problem) -> Place:
+def _place(setting: QuestionSetting, given: Any, problem: Problem) -> Place:
     """Read ``start``, ``equilibrium``, or values of coordinates, rates, states, parameters and inputs."""
     if isinstance(given, str) and "=" not in given:
         word = given.strip()
@@ -157,12 +157,12 @@ def _place(setting: Setting, given: Any, problem: Problem) -> Place:
     return Place(START, settings_in_si(values, settable_units(problem), _rotations(problem)))
 
 
-def _point(setting: Setting, given: Any, problem: Problem) -> str:
+def _point(setting: QuestionSetting, given: Any, problem: Problem) -> str:
     """Read the coordinates of a point; the text holds them in SI."""
     return ", ".join(map(repr, read_point(setting.name, _text(setting, given, problem))))
 
 
-def assignments(setting: Setting, text: str) -> dict[str, str]:
+def assignments(setting: QuestionSetting, text: str) -> dict[str, str]:
     """Take ``a = 1, b[1, 2] = {1, 2} m`` apart."""
     found: dict[str, str] = {}
     for part in _SEPARATOR.split(text):
@@ -179,15 +179,15 @@ _SEPARATOR = re.compile(r",(?=[^=,{}\[\]]*(?:\[[^\]]*\][^=,{}\[\]]*)*=)")
 """The comma before the next name: those within indices and lists separate no assignments."""
 
 
-def _ranges(setting: Setting, given: Any, problem: Problem) -> tuple[Range, ...]:
+def _ranges(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Range, ...]:
     return ranges(setting.name, given, settable_units(problem))
 
 
-def _free(setting: Setting, given: Any, problem: Problem) -> tuple[Free, ...]:
+def _free(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Free, ...]:
     return free(setting.name, given, settable_units(problem))
 
 
-def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]:
+def _amounts(setting: QuestionSetting, given: Any, problem: Problem) -> dict[str, float]:
     """Read positive amounts of quantities: ``theta = 1 mrad, x = 2 mm``."""
     values = assignments(setting, given) if isinstance(given, str) else dict(given)
     units = {q.name: q.unit for q in (*problem.states, *problem.outputs, *problem.inputs)}
@@ -198,7 +198,7 @@ def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]
     return found
 
 
-def _data(setting: Setting, given: Any, problem: Problem) -> tuple[Measured, ...]:
+def _data(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Measured, ...]:
     """Read files, or mappings from names to columns in SI; one or several."""
     from .measured_data import measured_motion
 
@@ -246,7 +246,7 @@ def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = (
     return found
 
 
-def _several(setting: Setting, given: object, problem: Problem) -> tuple[Formula, ...]:
+def _several(setting: QuestionSetting, given: object, problem: Problem) -> tuple[Formula, ...]:
     """Read formulas, each with or without a name in front; the text keeps it."""
     known = {q.name for q in (*problem.states, *problem.outputs)}
     found = []
@@ -258,16 +258,16 @@ def _several(setting: Setting, given: object, problem: Problem) -> tuple[Formula
     return tuple(found)
 
 
-def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
+def _formula(setting: QuestionSetting, given: object, problem: Problem) -> Formula:
     text = _text(setting, given, problem)
     return Formula(_named(setting, text, problem), text.strip())
 
 
-def _condition(setting: Setting, given: object, problem: Problem) -> Formula:
+def _condition(setting: QuestionSetting, given: object, problem: Problem) -> Formula:
     return Formula(output_of(setting), _text(setting, given, problem).strip())
 
 
-def _named(setting: Setting, text: str, problem: Problem) -> str:
+def _named(setting: QuestionSetting, text: str, problem: Problem) -> str:
     """Return the name of the quantity that a formula is."""
     known = [q.name for q in (*problem.states, *problem.outputs)]
     name = tidy(text) if tidy(text) in known else output_of(setting)
@@ -276,23 +276,23 @@ def _named(setting: Setting, text: str, problem: Problem) -> str:
     return name
 
 
-def _surface(setting: Setting, given: object, problem: Problem) -> Surface:
+def _surface(setting: QuestionSetting, given: object, problem: Problem) -> FormulaSurface:
     text = _text(setting, given, problem)
     left, right = sides(setting, text)
     if not is_value(right):
-        return Surface(_named(setting, f"({left}) - ({right})", problem), 0.0, text)
+        return FormulaSurface(_named(setting, f"({left}) - ({right})", problem), 0.0, text)
     name = _named(setting, left, problem)
     (unit,) = {q.unit for q in (*problem.states, *problem.outputs) if q.name == name}
-    return Surface(name, read_value_of(setting.name, right).in_unit(unit, left)[0], text)
+    return FormulaSurface(name, read_value_of(setting.name, right).in_unit(unit, left)[0], text)
 
 
-def _interval(setting: Setting, given: object, problem: Problem) -> float | Formula:
+def _interval(setting: QuestionSetting, given: object, problem: Problem) -> float | Formula:
     if isinstance(given, str) and not is_value(given):
         return _formula(setting, given, problem)
     return _time(setting, given, problem)
 
 
-def _energy(setting: Setting, given: object, problem: Problem) -> float:
+def _energy(setting: QuestionSetting, given: object, problem: Problem) -> float:
     if not isinstance(given, str):
         return _number(setting, given, problem)
     units = [q.unit for q in problem.outputs if q.kind == "energy"]
@@ -304,7 +304,7 @@ def _energy(setting: Setting, given: object, problem: Problem) -> float:
     return value.in_unit(units[0], setting.name)[0]
 
 
-def _frequencies(setting: Setting, given: Any, problem: Problem) -> Frequencies:
+def _frequencies(setting: QuestionSetting, given: Any, problem: Problem) -> Frequencies:
     """Read ``1 Hz .. 100 Hz, 50``, ``{1, 2, 5} Hz``, or numbers in rad per unit of time. Cycles are told from radians by ``Hz``."""
     if not isinstance(given, str):
         several = plain(given)
@@ -332,24 +332,24 @@ def _frequencies(setting: Setting, given: Any, problem: Problem) -> Frequencies:
     )
 
 
-def _cycles(value: Value) -> bool:
+def _cycles(value: GivenValue) -> bool:
     return value.unit is not None and value.unit.symbol.endswith("Hz")
 
 
-def _angular(setting: Setting, value: Value, problem: Problem) -> tuple[float, ...]:
+def _angular(setting: QuestionSetting, value: GivenValue, problem: Problem) -> tuple[float, ...]:
     per_time = f"1/{problem.time.unit}" if problem.time.unit else ""
     numbers = value.in_unit(per_time, setting.name)
     return tuple(2 * math.pi * number for number in numbers) if _cycles(value) else numbers
 
 
-def _sorted(setting: Setting, numbers: Iterable[float]) -> tuple[float, ...]:
+def _sorted(setting: QuestionSetting, numbers: Iterable[float]) -> tuple[float, ...]:
     found = tuple(sorted(set(numbers)))
     if not found or not all(number >= 0 and math.isfinite(number) for number in found):
         raise UsageMistake(f"'{setting.name}' are numbers from 0 on, such as \"1 Hz .. 100 Hz\"")
     return found
 
 
-_READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
+_READ: Mapping[str, Callable[[QuestionSetting, Any, Problem], object]] = {
     "time": _time,
     "number": _number,
     "count": _count,

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..runtime.case import Progress
-from ..runtime.settings import FORMULAS, FROM_OUTSIDE, Setting, settings_of
+from ..runtime.settings import FORMULAS, FROM_OUTSIDE, QuestionSetting, settings_of
 from ..runtime.studies.study import Study
 from .common_settings import AROUND, around_of, unknown_setting
 
@@ -42,7 +42,7 @@ class Known(Struct, frozen=True):
     """What can be given to a question: its settings by name, names that people use for them, those that hold lists of texts,
     those that may hold formulas, and those that may name files."""
 
-    settings: Mapping[str, Setting]
+    settings: Mapping[str, QuestionSetting]
     called: Mapping[str, str]
     lists: Collection[str]
     formulas: Sequence[str]

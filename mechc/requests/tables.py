@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 
 from ..lang.units import UnitError, parse_written_unit
-from ..runtime.sheets import PLAIN, Named, Reading, Sheet, header_of, read_sheet
+from ..runtime.sheets import PLAIN, NamedColumn, Sheet, SheetReading, header_of, read_sheet
 from .parse_values import UsageMistake, tidy
 
 _SEPARATORS = {"tab": "\t", "\\t": "\t", "blank": "", " ": "", "comma": ",", "semicolon": ";", "bar": "|"}
@@ -24,7 +24,7 @@ class TableFile(Struct, frozen=True):
     """A file with what is said of how to read it: stands wherever the path of a table does."""
 
     path: Path
-    reading: Reading
+    reading: SheetReading
 
     def __fspath__(self) -> str:
         return str(self.path)
@@ -55,7 +55,7 @@ def table_file(
         raise UsageMistake(f"'skip' is a number of lines, not {skip!r}")
     return TableFile(
         Path(path),
-        Reading(
+        SheetReading(
             tuple(_named(columns)),
             skip,
             None if separator is None else _SEPARATORS[separator],
@@ -68,7 +68,7 @@ _NEXT = re.compile(r",(?=[^=,\[\]]*(?:\[[^\]]*\][^=,\[\]]*)*=)")
 """The comma before the next head."""
 
 
-def _named(columns: str | Mapping[str, str]) -> list[Named]:
+def _named(columns: str | Mapping[str, str]) -> list[NamedColumn]:
     if isinstance(columns, str):
         parts = [part.rpartition("=") for part in _NEXT.split(columns) if part.strip()]
         pairs = [(head, name) for head, _, name in parts]
@@ -86,7 +86,7 @@ def _named(columns: str | Mapping[str, str]) -> list[Named]:
             raise UsageMistake(
                 f"the unit of '{tidy(name)}' stands beside the head of the file: '{head.strip()} [unit] = ...'"
             )
-        found.append(Named(plain, unit, tidy(name)))
+        found.append(NamedColumn(plain, unit, tidy(name)))
     if twice := [n for n in {one.name for one in found} if sum(one.name == n for one in found) > 1]:
         raise UsageMistake(f"two columns are called '{twice[0]}'")
     return found
@@ -139,6 +139,14 @@ def sheet_of(what: Any, name: str) -> Sheet | None:
 
 
 def _sheet(name: str, heads: list[tuple[str, str]], columns: list[Any]) -> Sheet:
+    for (head, _), column in zip(heads, columns, strict=True):
+        if (kind := np.asarray(column).dtype.kind) in "mM":
+            raise UsageMistake(
+                f"'{head}' holds {'dates' if kind == 'M' else 'spans of time'}, and a table has numbers",
+                "the time is in seconds, as of pandas in (t - t[0]).total_seconds()",
+            )
+        if kind == "c":
+            raise UsageMistake(f"'{head}' holds complex numbers")
     try:
         arrays = [np.asarray(column, dtype=np.float64) for column in columns]
     except (TypeError, ValueError) as error:

@@ -36,7 +36,7 @@ LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
 """Runs of other durations are shown in as many seconds as the last of these."""
 
 
-class Span(Struct, frozen=True):
+class RunSpan(Struct, frozen=True):
     """The times of a run, its tolerance, and what bounds its steps; ``asked``: those of ``OF_EXPERIMENTS`` that the caller gave."""
 
     begin: float = 0.0
@@ -70,7 +70,7 @@ class InputTable(Struct, frozen=True):
     drives: bool
 
 
-class Found(Struct, frozen=True):
+class RunFigures(Struct, frozen=True):
     """What a run says of itself: parameters, the state and inputs it begins with, nominal values, and how far quantities go."""
 
     p: list[float]
@@ -80,7 +80,7 @@ class Found(Struct, frozen=True):
     extents: Extents
 
 
-class Facts(Struct, frozen=True, kw_only=True):
+class PageFacts(Struct, frozen=True, kw_only=True):
     """A model and how it is run. ``display`` are the units that the model asks for, ``pictured`` those of pictures."""
 
     model: CompiledModel
@@ -89,7 +89,7 @@ class Facts(Struct, frozen=True, kw_only=True):
     method: str
     display: Display
     pictured: Display
-    span: Span
+    span: RunSpan
     settings: Settings
     known: list[bool]
     """Which entries of the initial state are given."""
@@ -135,7 +135,7 @@ class Facts(Struct, frozen=True, kw_only=True):
             "rowNames": [row.name for row in problem.hybrid.rows] if problem.hybrid else [],
         }
 
-    def info(self, found: Found) -> dict[str, object]:
+    def info(self, found: RunFigures) -> dict[str, object]:
         """Return all that a page is told, as plain data; values are in SI, ``factor`` leads to shown units."""
         problem = self.problem
         duration = self.span.stop - self.span.begin
@@ -189,7 +189,7 @@ class Facts(Struct, frozen=True, kw_only=True):
             if q.minimum is not None or q.maximum is not None
         ]
 
-    def sliders(self, found: Found) -> dict[str, object]:
+    def sliders(self, found: RunFigures) -> dict[str, object]:
         problem = self.problem
         equations = self.model.compilation.equations
         free = {r.index for r in equations.parameter_rules if not equations.graph.support(r.value)}

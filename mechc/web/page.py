@@ -18,7 +18,7 @@ from mechc.exporting import refuse_driving_inputs, with_own_sizes
 from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
-from .facts import Facts
+from .facts import PageFacts
 from .kernels import loaded
 
 if TYPE_CHECKING:
@@ -75,13 +75,13 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     return joined(facts, info, {"wasm": _packed(module_of(facts, program).module)})
 
 
-def program_of(facts: Facts) -> Program:
+def program_of(facts: PageFacts) -> Program:
     """Return the program of a model with what its method works on."""
     compilation = facts.model.compilation
     return program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
 
 
-def module_of(facts: Facts, program: Program) -> Linked:
+def module_of(facts: PageFacts, program: Program) -> Linked:
     """Return the module that a page runs."""
     name = facts.experiment.name if facts.experiment else None
     return linked(program, loaded(facts.kernel), name)
@@ -91,7 +91,7 @@ def _packed(data: bytes) -> str:
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
 
 
-def joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
+def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> str:
     """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
     code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "page.js"))

@@ -22,7 +22,7 @@ from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.session import answer, plan
 from mechc.solution import Solution
 
-from .facts import OF_EXPERIMENTS, ROWS, Facts, Found, InputTable, Settings, Span
+from .facts import OF_EXPERIMENTS, ROWS, InputTable, PageFacts, RunFigures, RunSpan, Settings
 
 if TYPE_CHECKING:
     from mechc.model import CompiledModel
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from mechc.runtime.case import Case
 
 
-class RunFacts(Facts, frozen=True, kw_only=True):
+class RunFacts(PageFacts, frozen=True, kw_only=True):
     """A model with a native run of it, which is shown in the units of pictures."""
 
     solution: Solution
-    found: Found
+    found: RunFigures
 
     @property
     def times(self) -> Array:
@@ -103,7 +103,7 @@ def facts_of(
         stops=tuple(kink_times(case)),
         known=case.known.tolist(),
         solution=solution,
-        found=Found(
+        found=RunFigures(
             case.p.tolist(), case.y0.tolist(), u.tolist(), planned.nominal.tolist(), extents_of(solution)
         ),
     )
@@ -117,9 +117,9 @@ def _posed(
     return model.with_values(values).for_experiment(question.experiment), question
 
 
-def _span(case: Case) -> Span:
+def _span(case: Case) -> RunSpan:
     asked = case.asked
-    return Span(
+    return RunSpan(
         case.begin,
         float(case.grid[0]),
         case.stop,

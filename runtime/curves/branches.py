@@ -14,11 +14,11 @@ from ..numerics.continuation import GROWTH, LONGEST, Reached, follow, located
 from ..numerics.newton import newton
 from ..problem import Array
 from .bent import spans
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .mesh import Mesh
 from .newton import Factors, is_finite, norm_of
 from .posed import Posed
-from .search import DEGREE, FINER, Answer, answer_of, marked_elements
+from .search import DEGREE, FINER, FoundCurve, answer_of, marked_elements
 from .starts import evaluate, transferred
 from .unknowns import Unknowns
 
@@ -44,42 +44,42 @@ class _Place(Struct, frozen=True, eq=False):
         return _Place(self.unknowns.moved(step.unknowns, part), self.share + part * step.share)
 
 
-class Point(Struct, eq=False):
+class CurvePoint(Struct, eq=False):
     """One curve of a branch: ``share`` of the range of the parameter, and dshare/dlength of the branch there."""
 
     share: float
-    discrete: Discrete
+    discrete: DiscreteCurve
     unknowns: Unknowns
     tangent: Unknowns
     rate: float
 
 
-class Special(Struct, eq=False):
+class CurveBifurcation(Struct, eq=False):
     """A ``fold``, where the branch turns back, or a ``fork``, where a direction changes; ``error`` of its parameter."""
 
     kind: str
     share: float
     error: float
-    answer: Answer
+    answer: FoundCurve
 
 
-class Branch(Struct, eq=False):
+class CurveBranch(Struct, eq=False):
     """Points in the order of the branch with what is told of each, and how its two ends came about."""
 
-    points: list[Point]
-    answers: list[Answer]
-    specials: list[Special]
+    points: list[CurvePoint]
+    answers: list[FoundCurve]
+    specials: list[CurveBifurcation]
     ends: tuple[str, str]
 
 
-class Tracer:
+class CurveTracer:
     """Follows branches. ``posed(share)`` makes the problem at a share of the range of the parameter."""
 
     def __init__(self, posed: Callable[[float], Posed]) -> None:
         self.posed = posed
         self.least = np.zeros(0)
 
-    def discrete(self, like: Discrete, share: float, old: float) -> Discrete:
+    def discrete(self, like: DiscreteCurve, share: float, old: float) -> DiscreteCurve:
         """Return the problem at another value of the parameter, on elements whose borders move along."""
         posed = self.posed(share)
         mesh = like.mesh
@@ -89,11 +89,11 @@ class Tracer:
         )
         if len(before) == len(now) and np.any(before != now):
             mesh = Mesh(np.interp(mesh.nodes, before, now), mesh.steep, mesh.degree)
-        made = Discrete(posed.problem, mesh, posed.p, like.gauge)
+        made = DiscreteCurve(posed.problem, mesh, posed.p, like.gauge)
         made.active_nodes, made.active_rates = like.active_nodes, like.active_rates
         return made
 
-    def trace(self, answer: Answer, share: float) -> Branch:
+    def trace(self, answer: FoundCurve, share: float) -> CurveBranch:
         """Follow a branch from one of its curves to both sides."""
         posed, n = self.posed(share), answer.discrete.layout.n
         s = np.linspace(0, 1, 101)
@@ -101,7 +101,7 @@ class Tracer:
         self.least = np.maximum(spans(posed, posed.guess(s)), spans(posed, at))
         start = self._oriented(answer.discrete, answer.solved, share, None)
         back, why_back = self._follow(
-            Point(share, start.discrete, start.unknowns, _turned(start.tangent), -start.rate)
+            CurvePoint(share, start.discrete, start.unknowns, _turned(start.tangent), -start.rate)
         )
         ahead, why_ahead = self._follow(start)
         points = [*reversed(back[1:]), *ahead]
@@ -109,15 +109,17 @@ class Tracer:
         for p in back[1:]:  # all point the same way along the branch
             p.tangent, p.rate = _turned(p.tangent), -p.rate
         specials = self._specials(points, answers)
-        return Branch(points, answers, specials, (why_back, why_ahead))
+        return CurveBranch(points, answers, specials, (why_back, why_ahead))
 
     # ------------------------------------------------------------ one step
 
-    def _sizes(self, discrete: Discrete, at: Unknowns) -> Unknowns:
+    def _sizes(self, discrete: DiscreteCurve, at: Unknowns) -> Unknowns:
         norm = norm_of(discrete, at, self.least)
         return Unknowns(norm.border, norm.inside, norm.whole)
 
-    def _oriented(self, discrete: Discrete, at: Unknowns, share: float, along: Point | None) -> Point:
+    def _oriented(
+        self, discrete: DiscreteCurve, at: Unknowns, share: float, along: CurvePoint | None
+    ) -> CurvePoint:
         """Return a point with its tangent: unit length, and the way that ``along`` goes."""
         by_share = self._by_share(discrete, at, share)
         blocks = discrete.blocks(at)
@@ -132,9 +134,9 @@ class Tracer:
                 before = transferred(along.discrete, before, discrete)
             if _product(t, before, size) + rate * along.rate < 0:
                 t, rate = _turned(t), -rate
-        return Point(share, discrete, at, t, rate)
+        return CurvePoint(share, discrete, at, t, rate)
 
-    def _by_share(self, discrete: Discrete, at: Unknowns, share: float) -> tuple[Array, Array]:
+    def _by_share(self, discrete: DiscreteCurve, at: Unknowns, share: float) -> tuple[Array, Array]:
         ahead = self.discrete(discrete, share + NUDGE, share).blocks(at, matrix=False)
         behind = self.discrete(discrete, share - NUDGE, share).blocks(at, matrix=False)
         return (
@@ -142,7 +144,7 @@ class Tracer:
             (ahead.whole_residual - behind.whole_residual) / (2 * NUDGE),
         )
 
-    def _stepped(self, p: Point, length: float) -> tuple[Point, int] | None:
+    def _stepped(self, p: CurvePoint, length: float) -> tuple[CurvePoint, int] | None:
         """Return the point of the branch at a distance, and the corrections that it took; None where there is none."""
         size = self._sizes(p.discrete, p.unknowns)
 
@@ -173,10 +175,10 @@ class Tracer:
         discrete = self.discrete(p.discrete, solved.at.share, p.share)
         return self._oriented(discrete, solved.at.unknowns, solved.at.share, p), solved.steps
 
-    def _follow(self, start: Point) -> tuple[list[Point], str]:
+    def _follow(self, start: CurvePoint) -> tuple[list[CurvePoint], str]:
         """Return points from a start on in the direction of its tangent, and why they end."""
 
-        def advance(points: list[Point], length: float) -> Reached[Point] | None:
+        def advance(points: list[CurvePoint], length: float) -> Reached[CurvePoint] | None:
             p = points[-1]
             try:
                 found = self._stepped(p, length)
@@ -198,44 +200,44 @@ class Tracer:
 
         return follow([start], advance, most=MOST_POINTS, what="curve")
 
-    def _finer(self, p: Point, marked: NDArray[np.bool_]) -> Point | None:
+    def _finer(self, p: CurvePoint, marked: NDArray[np.bool_]) -> CurvePoint | None:
         """Return a point on smaller elements."""
         mesh = p.discrete.mesh.refined(marked)
         return self._on(p, mesh)
 
-    def _on(self, p: Point, mesh: Mesh) -> Point | None:
+    def _on(self, p: CurvePoint, mesh: Mesh) -> CurvePoint | None:
         """Return the nearest point of the branch on other elements: across it, so that folds are no hindrance."""
-        other = Discrete(p.discrete.problem, mesh, p.discrete.p, p.discrete.gauge)
+        other = DiscreteCurve(p.discrete.problem, mesh, p.discrete.p, p.discrete.gauge)
         at = transferred(p.discrete, p.unknowns, other)
         tangent = transferred(p.discrete, p.tangent, other)
-        found = self._stepped(Point(p.share, other, at, tangent, p.rate), 0.0)
+        found = self._stepped(CurvePoint(p.share, other, at, tangent, p.rate), 0.0)
         return found[0] if found else None
 
-    def _at_share(self, p: Point, length: float, share: float) -> Point | None:
+    def _at_share(self, p: CurvePoint, length: float, share: float) -> CurvePoint | None:
         """Return the point of the branch beyond p at which the parameter has a value."""
 
-        def off(q: Point) -> float:
+        def off(q: CurvePoint) -> float:
             return q.share - share
 
         return self._root(p, length, off)
 
-    def _root(self, p: Point, length: float, off: Callable[[Point], float]) -> Point | None:
+    def _root(self, p: CurvePoint, length: float, off: Callable[[CurvePoint], float]) -> CurvePoint | None:
         """Return where something vanishes between p and the point at a distance."""
         if off(p) == 0:
             return p
         return located(lambda c: self._at(p, c), off, 0.0, length, LOCATED)
 
-    def _at(self, p: Point, length: float) -> Point | None:
+    def _at(self, p: CurvePoint, length: float) -> CurvePoint | None:
         """Return the point of the branch at a distance."""
         found = self._stepped(p, length) if length else (p, 0)
         return found[0] if found else None
 
     # ------------------------------------------------------------ what is told
 
-    def _told(self, p: Point) -> Answer:
+    def _told(self, p: CurvePoint) -> FoundCurve:
         return answer_of(self.posed(p.share), p.discrete, p.unknowns, None, 0, 0, [])
 
-    def _specials(self, points: list[Point], answers: list[Answer]) -> list[Special]:
+    def _specials(self, points: list[CurvePoint], answers: list[FoundCurve]) -> list[CurveBifurcation]:
         found = []
         for k, (p, q) in enumerate(itertools.pairwise(points)):
             same = p.discrete.mesh.count == q.discrete.mesh.count
@@ -250,17 +252,17 @@ class Tracer:
                 found.append(self._special("fork", at, p, q))
         return found
 
-    def _distance(self, p: Point, q: Point) -> float:
+    def _distance(self, p: CurvePoint, q: CurvePoint) -> float:
         size = self._sizes(p.discrete, p.unknowns)
         apart = q.unknowns.moved(p.unknowns, -1.0)
         return _product(p.tangent, apart, size) + p.rate * (q.share - p.share)
 
-    def _changed(self, p: Point, length: float, negative: int) -> Point:
+    def _changed(self, p: CurvePoint, length: float, negative: int) -> CurvePoint:
         """Return where the number of directions that lead down changes."""
 
         nearest = p
 
-        def side(q: Point) -> float:
+        def side(q: CurvePoint) -> float:
             nonlocal nearest
             nearest = q
             return 1.0 if self._told(q).negative == negative else -1.0
@@ -268,7 +270,7 @@ class Tracer:
         # on the fork itself there may be no step
         return located(lambda c: self._at(p, c), side, 0.0, length, SPLIT * abs(length)) or nearest
 
-    def _special(self, kind: str, at: Point, p: Point, q: Point) -> Special:
+    def _special(self, kind: str, at: CurvePoint, p: CurvePoint, q: CurvePoint) -> CurveBifurcation:
         """Return a special point, its parameter on elements of higher degree, and how far that moved it."""
         share, error = at.share, abs(p.share - q.share)
         finer = self._on(p, p.discrete.mesh.of_degree(DEGREE + FINER))
@@ -281,7 +283,7 @@ class Tracer:
             if again is not None:
                 error = abs(again.share - share) + 2 * width + ROUNDING
                 at = again
-        return Special(kind, at.share, error, self._told(at))
+        return CurveBifurcation(kind, at.share, error, self._told(at))
 
 
 def _product(a: Unknowns, b: Unknowns, size: Unknowns) -> float:
@@ -301,7 +303,7 @@ def _turned(t: Unknowns) -> Unknowns:
     return Unknowns(-t.border, -t.inside, -t.whole)
 
 
-def on_branch(branch: Branch, answer: Answer, share: float) -> bool:
+def on_branch(branch: CurveBranch, answer: FoundCurve, share: float) -> bool:
     """Tell whether a curve lies on a branch: beside the curves of the nearest values of the parameter."""
     s = np.linspace(0, 1, 101)
     n = answer.discrete.layout.n

@@ -10,7 +10,7 @@ from ..problem import Array
 from . import basis
 from .bent import spans
 from .posed import Posed
-from .search import Answer
+from .search import FoundCurve
 from .starts import evaluate
 from .unknowns import Unknowns
 
@@ -31,7 +31,7 @@ def plain(posed: Posed) -> bool:
     )
 
 
-def conjugate_points(posed: Posed, answer: Answer) -> list[float]:
+def conjugate_points(posed: Posed, answer: FoundCurve) -> list[float]:
     """Return places that are conjugate to the lower end: zeros of the solution of Jacobi's equation that is zero there."""
     discrete, layout = answer.discrete, answer.discrete.layout
     count, width = discrete.mesh.count, layout.width

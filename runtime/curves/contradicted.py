@@ -14,7 +14,7 @@ from msgspec import Struct
 from ..numerics.rank import GRADIENTS, null_space
 from ..problem import Array
 from .bent import spans
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .posed import Posed
 from .starts import densities, evaluate
 from .unknowns import Unknowns, orders_of
@@ -52,11 +52,11 @@ def drifting(
     return ""
 
 
-class Along(Struct, frozen=True, eq=False):
+class CurveSamples(Struct, frozen=True, eq=False):
     """A curve at places ``s``: ``y`` as the functions of the model read it, ``z`` without what keeps the speed constant,
     the rows ``top`` of y that hold slopes, and the size of each slope."""
 
-    discrete: Discrete
+    discrete: DiscreteCurve
     s: Array
     y: Array
     z: Array
@@ -70,7 +70,7 @@ class Along(Struct, frozen=True, eq=False):
         return self.z[start : start + sum(row.kind == "integral" for row in self.discrete.curve.numbers)]
 
 
-def along(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Along:
+def along(posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns) -> CurveSamples:
     """Look at a curve at places inside of its elements."""
     curve, layout = discrete.curve, discrete.layout
     every = discrete.inner.s.ravel()
@@ -86,10 +86,10 @@ def along(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Along:
     slopes = y[top]
     sizes = np.maximum(np.median(np.abs(slopes), axis=1), spans(posed, y[: layout.n]))
     sizes = np.maximum(sizes, 1e-3 * discrete.sizes(unknowns))
-    return Along(discrete, s, y, kept, top, sizes)
+    return CurveSamples(discrete, s, y, kept, top, sizes)
 
 
-def contradiction(posed: Posed, at: Along, kind: str) -> str:
+def contradiction(posed: Posed, at: CurveSamples, kind: str) -> str:
     """Say which condition on the second derivatives, or on all slopes, a curve of this ``kind`` does not fulfil; empty if it
     fulfils them as far as is seen."""
     return _legendre(posed, at, kind) or (_weierstrass(posed, at, kind) if kind in SIGNS else "")
@@ -98,7 +98,7 @@ def contradiction(posed: Posed, at: Along, kind: str) -> str:
 SIGNS = {"minimum": 1.0, "maximum": -1.0}
 
 
-def _legendre(posed: Posed, at: Along, kind: str) -> str:
+def _legendre(posed: Posed, at: CurveSamples, kind: str) -> str:
     """Say where the second derivative by the slopes has other signs than elsewhere, or than the kind asks for."""
     bent = _by_slopes(at)
     basis = _let(at, bounds=True)
@@ -129,7 +129,7 @@ def _legendre(posed: Posed, at: Along, kind: str) -> str:
     return ""
 
 
-def _weierstrass(posed: Posed, at: Along, kind: str) -> str:
+def _weierstrass(posed: Posed, at: CurveSamples, kind: str) -> str:
     """Say with which other slope the value is lower than that of a minimum, or higher than that of a maximum."""
     curve, sign = at.discrete.curve, SIGNS[kind]
     here, momentum = _value(at, at.y), _momentum(at)
@@ -153,7 +153,7 @@ def _weierstrass(posed: Posed, at: Along, kind: str) -> str:
     return ""
 
 
-def _ways(at: Along) -> list[Array]:
+def _ways(at: CurveSamples) -> list[Array]:
     """Return directions in which slopes are changed at each place, [coordinates, places]."""
     n = len(at.top)
     random = np.random.default_rng(1)
@@ -166,7 +166,7 @@ def _ways(at: Along) -> list[Array]:
     return ways
 
 
-def _place(posed: Posed, at: Along, k: int) -> str:
+def _place(posed: Posed, at: CurveSamples, k: int) -> str:
     over = posed.problem.time
     if posed.curve.exchanged:
         place = float(at.y[posed.curve.coordinates - 1, k])
@@ -179,12 +179,12 @@ def _place(posed: Posed, at: Along, k: int) -> str:
 # ---------------------------------------------------------------- the integrand of the whole
 
 
-def _value(at: Along, y: Array) -> Array:
+def _value(at: CurveSamples, y: Array) -> Array:
     values: Array = at.lam @ at.discrete.call("integrands", at.s, y, at.z)
     return values
 
 
-def _momentum(at: Along) -> Array:
+def _momentum(at: CurveSamples) -> Array:
     """Return the derivatives by the slopes of the integrand with all conditions at every place: [coordinates, places]."""
     curve = at.discrete.curve
     found = np.zeros((len(at.top), len(at.s)))
@@ -198,7 +198,7 @@ def _momentum(at: Along) -> Array:
     return found
 
 
-def _by_slopes(at: Along) -> Array:
+def _by_slopes(at: CurveSamples) -> Array:
     """Return the second derivatives by slopes, measured by the sizes of these: [places, coordinates, coordinates]."""
     curve, n = at.discrete.curve, len(at.top)
     found = np.zeros((len(at.s), n, n))
@@ -211,7 +211,7 @@ def _by_slopes(at: Along) -> Array:
     return found
 
 
-def _let(at: Along, *, bounds: bool) -> list[Array]:
+def _let(at: CurveSamples, *, bounds: bool) -> list[Array]:
     """Return at each place an orthonormal basis of the changes of slopes, measured by their sizes, that conditions at every
     place allow; with ``bounds`` on slopes as if those that are reached stayed so."""
     curve, n = at.discrete.curve, len(at.top)
@@ -234,7 +234,7 @@ def _let(at: Along, *, bounds: bool) -> list[Array]:
     return [null_space(table, GRADIENTS) for table in rows]
 
 
-def _allowed(at: Along, y: Array) -> Array:
+def _allowed(at: CurveSamples, y: Array) -> Array:
     """Tell at which places the conditions on slopes hold with others."""
     curve = at.discrete.curve
     allowed = np.ones(len(at.s), dtype=bool)

@@ -9,7 +9,7 @@ import numpy as np
 from ..problem import Array
 from .bent import bent, spans
 from .posed import Posed
-from .search import Answer, Failed, search
+from .search import Failed, FoundCurve, search
 from .starts import Source, evaluate
 
 MOST = 12
@@ -21,8 +21,8 @@ APART = 1e-5
 
 
 def further(
-    posed: Posed, first: Answer, shares: Sequence[float] = SHARES, patience: int | None = None
-) -> list[Answer]:
+    posed: Posed, first: FoundCurve, shares: Sequence[float] = SHARES, patience: int | None = None
+) -> list[FoundCurve]:
     """Return stationary curves beside the first one, those of lower value first.
 
     ``shares`` of waves that are tried; ``patience``: after how many starts without a new curve the search ends.
@@ -54,7 +54,7 @@ def _starts(posed: Posed, size: Array, shares: Sequence[float]) -> Iterator[Sour
     yield from (start for _, start in bent(posed.guess, size, shares))
 
 
-def _apart(a: Answer, b: Answer, least: Array) -> bool:
+def _apart(a: FoundCurve, b: FoundCurve, least: Array) -> bool:
     """Tell whether two curves differ; ``least``: sizes below which a coordinate counts as zero."""
     x, y = _passed(a, a.discrete.gauge), _passed(b, a.discrete.gauge)
     size = np.maximum(least, np.maximum(np.max(np.abs(x), axis=1), np.max(np.abs(y), axis=1)))
@@ -62,7 +62,7 @@ def _apart(a: Answer, b: Answer, least: Array) -> bool:
     return bool(np.any(off > APART * np.maximum(size, float(size.max()) * 1e-3)))
 
 
-def _passed(answer: Answer, weights: Array) -> Array:
+def _passed(answer: FoundCurve, weights: Array) -> Array:
     """Return a curve at equal steps; where its speed is free, of its length in coordinates of these weights."""
     n, s = answer.discrete.layout.n, np.linspace(0, 1, 201)
     if not len(weights):

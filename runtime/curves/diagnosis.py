@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.rank import POSITIONS, independent_rows, rank
 from .bent import bent, spans
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .first import value_of
 from .mesh import mesh_of
 from .newton import projected, stiffly
@@ -84,14 +84,14 @@ def ends_of(posed: Posed) -> tuple[float, float]:
     return (float(low) if abs(low) > least else 0.0), (float(high) if abs(high) > least else 0.0)
 
 
-def begun(posed: Posed, source: Source, count: int) -> tuple[Discrete, Unknowns]:
+def begun(posed: Posed, source: Source, count: int) -> tuple[DiscreteCurve, Unknowns]:
     degree = max(DEGREE, 2 * posed.curve.order + 2)
     mesh = mesh_of(posed.borders(), count, degree, (False, False))
-    discrete = Discrete(posed.problem, mesh, posed.p, gauge(posed, source))
+    discrete = DiscreteCurve(posed.problem, mesh, posed.p, gauge(posed, source))
     return discrete, beginning(discrete, posed, source)[0]
 
 
-def _dependent(discrete: Discrete, first: Unknowns) -> str:
+def _dependent(discrete: DiscreteCurve, first: Unknowns) -> str:
     """Say which conditions at ends are no further conditions."""
     rows = discrete.curve.wholes
     z, y = discrete._z(first), np.zeros((discrete._height(), 1))
@@ -135,7 +135,7 @@ def _unmet(posed: Posed) -> str:
     return said if best > MISSED else ""
 
 
-def _same_for_all(discrete: Discrete, first: Unknowns) -> bool:
+def _same_for_all(discrete: DiscreteCurve, first: Unknowns) -> bool:
     """Tell whether nothing inside of the range changes the value."""
     blocks = discrete.blocks(first)
     inside = np.unique(discrete.layout.place)
@@ -145,7 +145,7 @@ def _same_for_all(discrete: Discrete, first: Unknowns) -> bool:
     return bool(max(curved, float(np.abs(blocks.local_residual[:, inside]).max())) < SAME * scale)
 
 
-def _bottomless(posed: Posed, discrete: Discrete, first: Unknowns) -> str:
+def _bottomless(posed: Posed, discrete: DiscreteCurve, first: Unknowns) -> str:
     """Say how far the value falls if a curve is moved down it again and again; empty where that comes to an end."""
     at = first
     value, size = value_of(discrete, at)

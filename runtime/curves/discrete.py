@@ -8,7 +8,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from ..interface import Curve
+from ..interface import CurveInterface
 from ..problem import Array, Problem
 from . import basis
 from .mesh import Mesh
@@ -28,7 +28,7 @@ class Blocks(Struct, eq=False):
     whole: Array
 
 
-class Places(Struct, frozen=True, eq=False):
+class MeshPlaces(Struct, frozen=True, eq=False):
     """Places in every element at which something is evaluated: s, functions of the elements, weights."""
 
     s: Array
@@ -36,7 +36,7 @@ class Places(Struct, frozen=True, eq=False):
     weights: Array
 
 
-class Discrete:
+class DiscreteCurve:
     """A problem on a mesh with values of its parameters. ``weights`` are those of the gauge; ``held``: residuals that the
     conditions on the whole keep, on the way to those that are asked for. ``leaps``: the slope leaps to its bound; ``seen``:
     the elements that held it so far."""
@@ -44,7 +44,7 @@ class Discrete:
     def __init__(self, problem: Problem, mesh: Mesh, p: Array, weights: Array) -> None:
         assert problem.curve is not None
         self.problem = problem
-        self.curve: Curve = problem.curve
+        self.curve: CurveInterface = problem.curve
         self.mesh = mesh
         self.p = p
         self.gauge = weights
@@ -55,7 +55,7 @@ class Discrete:
         self.functions: Mapping[str, Callable[..., Array]] = problem.functions
         depth = self.curve.depth
         count = mesh.degree + EXTRA
-        self.inner = Places(*mesh.quadrature(self.curve.order, *basis.gauss(count), depth))
+        self.inner = MeshPlaces(*mesh.quadrature(self.curve.order, *basis.gauss(count), depth))
         intervals = mesh.degree + 1 - self.curve.order
         self.nodes = self._places(*basis.lobatto(intervals), self.curve.order)
         self.rate_nodes = self._places(*basis.gauss(intervals), self.curve.order)
@@ -65,9 +65,9 @@ class Discrete:
         )
         self.active_rates: NDArray[np.bool_] = np.ones((mesh.count, intervals, len(self.layout.rates)), bool)
 
-    def _places(self, xi: Array, weights: Array, depth: int) -> Places:
+    def _places(self, xi: Array, weights: Array, depth: int) -> MeshPlaces:
         half = np.diff(self.mesh.nodes)[:, None] / 2
-        return Places(
+        return MeshPlaces(
             self.mesh.places(xi), self.mesh.derivatives(self.curve.order, xi, depth), weights * half
         )
 
@@ -107,7 +107,7 @@ class Discrete:
         """Return the coefficients of the coordinates: (elements, functions, n)."""
         return local(unknowns)[:, self.layout.place]
 
-    def rows(self, unknowns: Unknowns, places: Places, table: Array | None = None) -> Array:
+    def rows(self, unknowns: Unknowns, places: MeshPlaces, table: Array | None = None) -> Array:
         """Return y at places: (height, elements, places)."""
         n, depth = self.layout.n, len(places.functions) - 1
         table = self.coordinates(unknowns) if table is None else table
@@ -324,7 +324,7 @@ class Discrete:
         z: Array,
         made: Blocks,
         matrix: bool,
-        places: Places,
+        places: MeshPlaces,
         which: Sequence[int],
         active: NDArray[np.bool_],
         where: NDArray[np.int64],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..problem import Array
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .posed import Posed
 from .starts import evaluate
 from .unknowns import Unknowns
@@ -18,7 +18,7 @@ GROWS = "the integrand of '{}' grows like 1/distance, or faster, towards {}"
 SCAN, ZOOMS = 201, 6
 
 
-def diverging(posed: Posed, discrete: Discrete, unknowns: Unknowns, z: Array) -> dict[str, str]:
+def diverging(posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns, z: Array) -> dict[str, str]:
     """Return integrals without a finite value by name, each with the place that it fails at, as it is shown."""
     curve = posed.curve
     found: dict[str, str] = {}
@@ -61,7 +61,7 @@ def _largest(values, k: int) -> float:  # type: ignore[no-untyped-def]
     return at
 
 
-def _shown(posed: Posed, discrete: Discrete, unknowns: Unknowns, s: float) -> str:
+def _shown(posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns, s: float) -> str:
     curve, over = posed.curve, posed.problem.time
     if curve.exchanged:
         place = float(evaluate(discrete, unknowns, np.array([s]), 0)[curve.coordinates - 1, 0])

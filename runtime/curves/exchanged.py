@@ -7,9 +7,9 @@ import itertools
 import numpy as np
 
 from ..problem import Array
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .posed import Posed
-from .search import Answer
+from .search import FoundCurve
 from .starts import STEEP, Source, evaluate, parameters_of, passed, turns_back
 from .unknowns import Unknowns
 
@@ -17,7 +17,7 @@ PIECES = 33
 """Places in an element at which a curve is drawn."""
 
 
-def drawn(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Source:
+def drawn(posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns) -> Source:
     """Return coordinates and the independent variable of a curve over its length, all measured by how far they range."""
     nodes = discrete.mesh.nodes
     s = np.unique(np.concatenate([np.linspace(a, b, PIECES) for a, b in itertools.pairwise(nodes)]))
@@ -33,12 +33,12 @@ def drawn(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Source:
     return source
 
 
-def rates(answer: Answer, s: Array) -> tuple[Array, Array]:
+def rates(answer: FoundCurve, s: Array) -> tuple[Array, Array]:
     """Return the independent variable and its derivative by the parameter."""
     return passed(answer.discrete, answer.solved, s)
 
 
-def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str:
+def exchange_told(posed: Posed, swapped: Posed, answer: FoundCurve, why: str) -> str:
     """Say that variables were exchanged, why, and where the curve is steep."""
     name, unit = posed.problem.time.name, posed.problem.time.unit
     names = [q.name for q in posed.problem.states[: posed.curve.coordinates]]
@@ -54,7 +54,7 @@ def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str
     return said
 
 
-def parameters_at(answer: Answer, places: Array) -> Array:
+def parameters_at(answer: FoundCurve, places: Array) -> Array:
     """Return the parameter s at values of the independent variable, which ascends."""
     return parameters_of(answer.discrete, answer.solved, places)
 

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from ..problem import Array
 from . import obstacles
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .globalized_newton import newton_by_steps, newton_from_afar
 from .mesh import mesh_of
 from .newton import Solved, newton, norm_of, projected, with_multipliers
@@ -52,13 +52,13 @@ class Tried(Struct, frozen=True):
 class Begun(Struct, eq=False):
     """A curve on the mesh on which it was found; ``guessed``: the size of the value's terms with the guess."""
 
-    discrete: Discrete
+    discrete: DiscreteCurve
     unknowns: Unknowns
     guessed: float
 
 
 def first_from(
-    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], deflated: Sequence[tuple[Discrete, Unknowns]],
+    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], deflated: Sequence[tuple[DiscreteCurve, Unknowns]],
     tried: list[Tried], remarks: list[str], *, once: bool, weights: Array | None = None,
 ) -> tuple[Begun | None, int]:  # fmt: skip
     """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
@@ -119,22 +119,22 @@ def said_of(tried: Sequence[Tried]) -> list[str]:
 
 def _start(
     posed: Posed, source: Source, count: int, degree: int, weights: Array
-) -> tuple[Discrete, Unknowns, list[str]]:
+) -> tuple[DiscreteCurve, Unknowns, list[str]]:
     """Return elements with the guess on them, bent to its ends, and the ends that it does not meet."""
     steep = steep_ends(posed, source)
     mesh = mesh_of(posed.borders(), count, degree, steep)
-    discrete = Discrete(posed.problem, mesh, posed.p, weights)
+    discrete = DiscreteCurve(posed.problem, mesh, posed.p, weights)
     first, off = beginning(discrete, posed, source)
     if off:  # only the curve that meets its ends tells where it is steep
         met = steep_ends(posed, lambda s: evaluate(discrete, first, s, 0)[: posed.curve.coordinates])
         if met != steep:
             mesh = mesh_of(posed.borders(), count, degree, met)
-            other = Discrete(posed.problem, mesh, posed.p, weights)
+            other = DiscreteCurve(posed.problem, mesh, posed.p, weights)
             return other, beginning(other, posed, source)[0], off
     return discrete, first, off
 
 
-def _nearer(discrete: Discrete, first: Unknowns, solved: Solved) -> Solved:
+def _nearer(discrete: DiscreteCurve, first: Unknowns, solved: Solved) -> Solved:
     """Return the curve that estimated multipliers lead to, from the guess or from one bent to all conditions, where it is nearer.
 
     With multipliers of zero the first step forgets the guess where a condition on the whole is all that keeps the curve from
@@ -151,11 +151,11 @@ def _nearer(discrete: Discrete, first: Unknowns, solved: Solved) -> Solved:
     return solved
 
 
-def _bent_to_all(discrete: Discrete, first: Unknowns) -> Unknowns:
+def _bent_to_all(discrete: DiscreteCurve, first: Unknowns) -> Unknowns:
     return with_numbers(discrete, projected(discrete, first, every=True))
 
 
-def _elsewhere(discrete: Discrete, first: Unknowns, found: Unknowns) -> bool:
+def _elsewhere(discrete: DiscreteCurve, first: Unknowns, found: Unknowns) -> bool:
     """Tell whether a curve has little of the shape of its guess: both are compared with straight lines between their ends."""
     s = np.linspace(0, 1, PLACES)
     shapes = []
@@ -167,12 +167,12 @@ def _elsewhere(discrete: Discrete, first: Unknowns, found: Unknowns) -> bool:
     return min(guess, curve) > STRAIGHT * np.sqrt(shapes[0].size) and alike < ALIKE * guess * curve
 
 
-def _apart(discrete: Discrete, a: Unknowns, b: Unknowns) -> float:
+def _apart(discrete: DiscreteCurve, a: Unknowns, b: Unknowns) -> float:
     return norm_of(discrete, a)(a.moved(b, -1.0))
 
 
 def _ways(
-    discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
+    discrete: DiscreteCurve, first: Unknowns, known: list[Unknowns], *, once: bool
 ) -> Iterator[tuple[str, Callable[[], Solved]]]:
     """Yield the ways in which a curve is looked for from a start, the fastest first, with words for each."""
     yield "Newton's method", partial(newton, discrete, first, deflated=known)
@@ -188,13 +188,13 @@ def _ways(
     yield "with bounded steps", partial(newton, discrete, better, tested=False)
 
 
-def bounded(discrete: Discrete, solved: Solved) -> Solved:
+def bounded(discrete: DiscreteCurve, solved: Solved) -> Solved:
     if not obstacles.has_bounds(discrete):
         return solved
     return obstacles.solved_with_bounds(discrete, solved, lambda u: newton(discrete, u))
 
 
-def value_of(discrete: Discrete, unknowns: Unknowns) -> tuple[float, float]:
+def value_of(discrete: DiscreteCurve, unknowns: Unknowns) -> tuple[float, float]:
     """Return what is stationary, and the size of the terms that it is made of."""
     y = np.zeros((discrete._height(), 1))
     value = float(discrete.call("wholes", np.zeros(1), y, discrete._z(unknowns))[0, 0])

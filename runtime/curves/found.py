@@ -18,7 +18,7 @@ from .contradicted import along, contradiction, drifting
 from .divergence import diverging
 from .exchanged import parameters_at, rates
 from .posed import Posed
-from .search import Answer, reported_z
+from .search import FoundCurve, reported_z
 from .starts import densities, evaluate, turns_back
 
 BESIDE = 1e-12
@@ -39,7 +39,9 @@ class CurveSolution:
     ``conjugate_points`` to its lower end, where one integral of one coordinate decides between given ends. All in SI.
     """
 
-    def __init__(self, posed: Posed, answer: Answer, *, coarse: Answer | None, seconds: float) -> None:
+    def __init__(
+        self, posed: Posed, answer: FoundCurve, *, coarse: FoundCurve | None, seconds: float
+    ) -> None:
         self.problem: Problem = posed.problem
         self.model = posed.problem.name
         self.experiment = posed.experiment.name if posed.experiment else ""
@@ -331,7 +333,7 @@ class CurveSolution:
         write_results(Path(path), columns, self.summary())
 
 
-def _kind(posed: Posed, answer: Answer, coarse: Answer | None) -> tuple[int, str]:
+def _kind(posed: Posed, answer: FoundCurve, coarse: FoundCurve | None) -> tuple[int, str]:
     """Return the number of negative directions and what that makes of the curve."""
     negative = answer.negative
     positive = answer.free - negative

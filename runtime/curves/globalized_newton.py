@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..numerics.newton import SMALLEST
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .newton import LEAST, MOST_STEPS, Factors, Solved, Step, is_finite, newton, norm_of
 from .unknowns import Unknowns
 
@@ -15,7 +15,7 @@ ABANDONED = 1e6
 """Times the first weight of the stiffness beyond which no step helps."""
 
 
-def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
+def newton_from_afar(discrete: DiscreteCurve, start: Unknowns) -> Solved:
     """Solve where Newton's own matrix has no solution, or its steps lead out of the domain."""
     at, steps, last = start, 0, np.inf
     first = discrete.sizes(start)
@@ -66,7 +66,7 @@ def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
     return Solved(at, last, steps, "too many steps")
 
 
-def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
+def newton_by_steps(discrete: DiscreteCurve, start: Unknowns) -> Solved:
     """Solve with the conditions that the start itself meets, and take them step by step to those that are asked for."""
     layout = discrete.layout
     mu0 = layout.unknown + 2 * layout.numbers

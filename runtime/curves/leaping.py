@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..problem import Array
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .unknowns import Unknowns, local
 
 SLOPES = np.geomspace(1e-2, 1e2, 33)
@@ -22,7 +22,7 @@ ON = 1e-6
 """Of its size: a bound that is nearer than that holds."""
 
 
-def leaps(discrete: Discrete, start: Unknowns) -> bool:
+def leaps(discrete: DiscreteCurve, start: Unknowns) -> bool:
     """Tell whether one bound is on the slope of the one coordinate, and the integrand is concave beside it."""
     curve, layout = discrete.curve, discrete.layout
     if (curve.coordinates, curve.order, curve.unknown, len(layout.rates)) != (1, 1, 0, 1) or curve.gauge:
@@ -33,7 +33,7 @@ def leaps(discrete: Discrete, start: Unknowns) -> bool:
     return bool(np.any(at.second(at.bound) < 0))
 
 
-def begun(discrete: Discrete, start: Unknowns) -> Unknowns:
+def begun(discrete: DiscreteCurve, start: Unknowns) -> Unknowns:
     """Let the bound hold where a curve is on it; for a guess that is nowhere on it, where its mean momentum says so. Return from where to
     go on."""
     at = _Slopes(discrete, start)
@@ -48,7 +48,7 @@ def begun(discrete: Discrete, start: Unknowns) -> Unknowns:
     return at.sloped(start, ~held & at.concave, best)
 
 
-def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
+def settled(discrete: DiscreteCurve, unknowns: Unknowns) -> Unknowns | None:
     """Move corners by one element where the Hamiltonian says so; return from where to go on, None if they were all there before.
 
     Elements that are let go begin with the best slope: beside the bound there is a stationary one that is the worst.
@@ -66,7 +66,7 @@ def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
     return at.sloped(unknowns, (now | astray) & ~after, best)
 
 
-def corners(discrete: Discrete) -> NDArray[np.bool_]:
+def corners(discrete: DiscreteCurve) -> NDArray[np.bool_]:
     """Return the elements on both sides of corners."""
     return _beside(discrete.active_rates[:, 0, 0])
 
@@ -80,7 +80,7 @@ def _beside(held: NDArray[np.bool_]) -> NDArray[np.bool_]:
 class _Slopes:
     """The nodes of all elements with the slope, the slope at the bound and the momentum there, all over s."""
 
-    def __init__(self, discrete: Discrete, unknowns: Unknowns) -> None:
+    def __init__(self, discrete: DiscreteCurve, unknowns: Unknowns) -> None:
         curve, layout = discrete.curve, discrete.layout
         self.discrete = discrete
         self.s = discrete.rate_nodes.s

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from ..numerics import newton as numerics
 from ..problem import Array
-from .discrete import Blocks, Discrete
+from .discrete import Blocks, DiscreteCurve
 from .unknowns import Unknowns
 
 DENSE = 400
@@ -22,7 +22,7 @@ LEAST = 0.1
 class Factors:
     """The matrix of Newton's method, factorised: solves for steps, and tells how many of its eigenvalues are negative."""
 
-    def __init__(self, discrete: Discrete, blocks: Blocks) -> None:
+    def __init__(self, discrete: DiscreteCurve, blocks: Blocks) -> None:
         layout = discrete.layout
         self.width, self.inner, self.wholes = layout.width, layout.inner, layout.whole
         self.count = discrete.mesh.count
@@ -110,7 +110,7 @@ def _scales(size: Array) -> Array:
     return scale
 
 
-def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Unknowns:
+def projected(discrete: DiscreteCurve, start: Unknowns, *, every: bool = False) -> Unknowns:
     """Return a curve near a start that meets its ends, or ``every`` condition: the least change of its derivatives."""
     layout, curve = discrete.layout, discrete.curve
     at = start
@@ -164,7 +164,7 @@ def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Un
     return at
 
 
-def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
+def with_multipliers(discrete: DiscreteCurve, start: Unknowns) -> Unknowns:
     """Return a start with the multipliers that leave the least of the gradient, measured by the stiffness."""
     layout = discrete.layout
     lam0 = layout.unknown + layout.numbers
@@ -182,7 +182,7 @@ def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
     return plain
 
 
-def stiffly(discrete: Discrete, at: Unknowns, start: Unknowns | None = None) -> Unknowns | None:
+def stiffly(discrete: DiscreteCurve, at: Unknowns, start: Unknowns | None = None) -> Unknowns | None:
     """Return the step down from a curve, and multipliers, that a stiffness in place of the matrix gives; None if there is none."""
     layout = discrete.layout
     lam0 = layout.unknown + layout.numbers
@@ -229,10 +229,10 @@ class Step(Struct, frozen=True, eq=False):
         return bool(further <= max((1 - share / 4) * self.size, 1e-12 if share == 1.0 else 0.0))
 
 
-Solved = numerics.Solved[Unknowns, Step]
+Solved = numerics.NewtonResult[Unknowns, Step]
 
 
-def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) -> Norm:
+def norm_of(discrete: DiscreteCurve, unknowns: Unknowns, least: Array | float = 0.0) -> Norm:
     """Return the measure of steps: coordinates by their largest values, numbers of the whole by theirs; no multipliers."""
     layout = discrete.layout
     size = np.maximum(discrete.sizes(unknowns), least)
@@ -247,7 +247,7 @@ def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) 
     return Norm(border, inside, whole)
 
 
-def ascends(discrete: Discrete, at: Unknowns) -> bool:
+def ascends(discrete: DiscreteCurve, at: Unknowns) -> bool:
     """Tell whether the range goes upwards, of which an end may be unknown."""
     if not discrete.curve.unknown:
         return True
@@ -258,7 +258,7 @@ def ascends(discrete: Discrete, at: Unknowns) -> bool:
 
 
 def newton(
-    discrete: Discrete,
+    discrete: DiscreteCurve,
     start: Unknowns,
     *,
     tolerance: float = 1e-10,

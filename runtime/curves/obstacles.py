@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import leaping
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .newton import Solved
 from .unknowns import Unknowns, local
 
@@ -18,7 +18,7 @@ NARROWEST = 2e-6
 """Elements in which a bound begins to hold are halved down to this share of the range: the second derivative jumps there."""
 
 
-def begin(discrete: Discrete, start: Unknowns) -> Unknowns:
+def begin(discrete: DiscreteCurve, start: Unknowns) -> Unknowns:
     """Let a bound hold at first where the start violates it, or presses; return from where to go on."""
     discrete.leaps = leaping.leaps(discrete, start)
     for active, which, residuals, densities in _bounds(discrete, start):
@@ -29,7 +29,7 @@ def begin(discrete: Discrete, start: Unknowns) -> Unknowns:
     return leaping.begun(discrete, start) if discrete.leaps else start
 
 
-def settled(discrete: Discrete, unknowns: Unknowns) -> Unknowns | None:
+def settled(discrete: DiscreteCurve, unknowns: Unknowns) -> Unknowns | None:
     """Let go where a bound pulls, hold where it is violated; return from where to go on, None if nothing changed."""
     changed = False
     for active, which, residuals, densities in _bounds(discrete, unknowns):
@@ -48,11 +48,11 @@ def _rounding(residuals: Array) -> float:
     return float(1e-13 * np.max(np.abs(residuals)))
 
 
-def has_bounds(discrete: Discrete) -> bool:
+def has_bounds(discrete: DiscreteCurve) -> bool:
     return any(row.bound for row in discrete.curve.points)
 
 
-def borders(discrete: Discrete) -> NDArray[np.bool_]:
+def borders(discrete: DiscreteCurve) -> NDArray[np.bool_]:
     """Return the elements in which a bound begins or ends to hold, and that are not narrow yet."""
     marked = leaping.corners(discrete) if discrete.leaps else np.zeros(discrete.mesh.count, dtype=bool)
     layout, curve = discrete.layout, discrete.curve
@@ -64,7 +64,7 @@ def borders(discrete: Discrete) -> NDArray[np.bool_]:
     return marked & (np.diff(discrete.mesh.nodes) > NARROWEST)
 
 
-def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # type: ignore[no-untyped-def]
+def solved_with_bounds(discrete: DiscreteCurve, first: Solved, again) -> Solved:  # type: ignore[no-untyped-def]
     """Solve again until the nodes at their bounds stay the same. ``again(unknowns)`` solves for the present ones."""
     solved: Solved = first
     steps = solved.steps
@@ -84,7 +84,7 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
     return replace(solved, steps=steps)
 
 
-def _bounds(discrete: Discrete, unknowns: Unknowns):  # type: ignore[no-untyped-def]
+def _bounds(discrete: DiscreteCurve, unknowns: Unknowns):  # type: ignore[no-untyped-def]
     layout, curve = discrete.layout, discrete.curve
     block = local(unknowns)
     found = []
@@ -105,7 +105,7 @@ def _bounds(discrete: Discrete, unknowns: Unknowns):  # type: ignore[no-untyped-
     return found
 
 
-def _agree(discrete: Discrete) -> None:
+def _agree(discrete: DiscreteCurve) -> None:
     """A node between two elements is one node."""
     nodes = discrete.active_nodes
     if nodes.size and len(nodes) > 1:

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from mechc.suggest import suggest
 
-from ..interface import Curve, Experiment, Setting
+from ..interface import CurveInterface, Experiment, Setting
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 
@@ -32,7 +32,7 @@ class Posed(Struct, frozen=True, eq=False):
     ends: Array
 
     @property
-    def curve(self) -> Curve:
+    def curve(self) -> CurveInterface:
         assert self.problem.curve is not None
         return self.problem.curve
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..problem import Array
 from . import obstacles
 from .bent import bent, spans
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .first import Begun, Tried, bounded, first_from, said_of, value_of
 from .mesh import Mesh
 from .newton import Factors, Solved, newton
@@ -30,13 +30,13 @@ ROUNDING = 2e-15
 """Relative to the sum of the sizes of all terms: what sums of some hundred terms lose."""
 
 
-class Answer(Struct, eq=False):
+class FoundCurve(Struct, eq=False):
     """A curve on its mesh: ``value`` of what is stationary, ``outputs`` at z (those that vary are NaN), how far both are from
     those of the mesh of lower degree, ``negative`` directions, Newton ``steps`` and ``unknowns`` in all, the ``size`` of the
     terms of the value, with the guess or the curve; ``reached``: the elements are small enough for the tolerance;
     ``directions_on``: the mesh on which directions were counted, if it is another one."""
 
-    discrete: Discrete
+    discrete: DiscreteCurve
     solved: Unknowns
     value: float
     outputs: Array
@@ -57,7 +57,9 @@ class Answer(Struct, eq=False):
 class Failed(Exception):
     """No stationary curve was found: ``tried`` says what was done; ``last``: the curve on the elements that were too coarse."""
 
-    def __init__(self, why: str, tried: Sequence[str], last: tuple[Discrete, Unknowns] | None = None) -> None:
+    def __init__(
+        self, why: str, tried: Sequence[str], last: tuple[DiscreteCurve, Unknowns] | None = None
+    ) -> None:
         super().__init__(why)
         self.why = why
         self.tried = tuple(tried)
@@ -65,9 +67,9 @@ class Failed(Exception):
 
 
 def search(
-    posed: Posed, *, deflated: Sequence[Answer] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True, once: bool = False,
+    posed: Posed, *, deflated: Sequence[FoundCurve] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True, once: bool = False,
     elements: int = ELEMENTS, weights: Array | None = None,
-) -> Answer:  # fmt: skip
+) -> FoundCurve:  # fmt: skip
     """Find a stationary curve from the guess, or from ``start``; ``weights`` of coordinates in a speed that is kept constant.
 
     Raises Failed.
@@ -99,7 +101,7 @@ def search(
     raise Failed(before or undefined or "Newton's method leads to none", said_of(tried))
 
 
-def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[str]) -> Answer:
+def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[str]) -> FoundCurve:
     """Take a curve on until its polynomials come to an end; check it by a higher degree. Raises Failed."""
     discrete, solved = begun.discrete, Solved(begun.unknowns, 0.0, 0)
     cycles = 0
@@ -160,16 +162,18 @@ def _from_bent(
     return best[3], steps
 
 
-def _narrow(discrete: Discrete) -> NDArray[np.bool_]:
+def _narrow(discrete: DiscreteCurve) -> NDArray[np.bool_]:
     narrow: NDArray[np.bool_] = np.diff(discrete.mesh.nodes) <= obstacles.NARROWEST
     return narrow
 
 
-def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> tuple[Discrete, Solved, int]:
+def _again(
+    posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns, mesh: Mesh
+) -> tuple[DiscreteCurve, Solved, int]:
     """Solve on another mesh, from the curve on this one. Raises Failed."""
     if mesh.degree == discrete.mesh.degree and np.array_equal(mesh.nodes, discrete.mesh.nodes):
         return discrete, Solved(unknowns, 0.0, 0), 0
-    other = Discrete(posed.problem, mesh, posed.p, discrete.gauge)
+    other = DiscreteCurve(posed.problem, mesh, posed.p, discrete.gauge)
     first = transferred(discrete, unknowns, other)
     without_repeats(other, first)
     if obstacles.has_bounds(other):
@@ -187,7 +191,7 @@ def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> 
 # ---------------------------------------------------------------- what is not yet good
 
 
-def marked_elements(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray[np.bool_]:
+def marked_elements(discrete: DiscreteCurve, unknowns: Unknowns, tolerance: float) -> NDArray[np.bool_]:
     """Return the elements whose polynomials have not come to an end."""
     layout = discrete.layout
     n, b = layout.n, layout.bubbles
@@ -206,8 +210,8 @@ def marked_elements(discrete: Discrete, unknowns: Unknowns, tolerance: float) ->
 
 
 def answer_of(
-    posed: Posed, discrete: Discrete, unknowns: Unknowns, before: Answer | None, steps: int, cycles: int, remarks: list[str]
-) -> Answer:  # fmt: skip
+    posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns, before: FoundCurve | None, steps: int, cycles: int, remarks: list[str]
+) -> FoundCurve:  # fmt: skip
     value, size = value_of(discrete, unknowns)
     z = reported_z(posed, discrete, unknowns)
     y = np.full((discrete._height(), 1), np.nan)
@@ -224,20 +228,20 @@ def answer_of(
     if before is not None:
         error = abs(value - before.value) + ROUNDING * size
         apart = np.abs(outputs - before.outputs) + 10 * ROUNDING * np.abs(outputs)
-    return Answer(
+    return FoundCurve(
         discrete, unknowns, value, outputs, error, apart, negative - conditions, count - multipliers - conditions,
         smallest > 1e-13, steps, count, cycles, remarks, size,
     )  # fmt: skip
 
 
-def _active(discrete: Discrete) -> int:
+def _active(discrete: DiscreteCurve) -> int:
     """Count the conditions at nodes that hold; a shared node is one."""
     nodes = discrete.active_nodes
     shared = int(nodes[:-1, -1].sum()) if len(nodes) > 1 else 0
     return int(nodes.sum()) - shared + int(discrete.active_rates.sum())
 
 
-def reported_z(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Array:
+def reported_z(posed: Posed, discrete: DiscreteCurve, unknowns: Unknowns) -> Array:
     """Return z with the further numbers, which decide nothing, but may read each other."""
     z = discrete._z(unknowns)
     for _ in discrete.curve.further:
@@ -248,7 +252,7 @@ def reported_z(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Array:
     return z
 
 
-def _read_further(discrete: Discrete, unknowns: Unknowns, z: Array) -> None:
+def _read_further(discrete: DiscreteCurve, unknowns: Unknowns, z: Array) -> None:
     curve = discrete.curve
     start = len(z) - len(curve.further)
     integrals = [k for k, row in enumerate(curve.further) if row.kind == "integral"]

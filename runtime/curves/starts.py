@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..numerics.rank import POSITIONS, rank
 from ..problem import Array
 from . import basis
-from .discrete import Discrete
+from .discrete import DiscreteCurve
 from .newton import projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
@@ -28,7 +28,7 @@ Source = Callable[[Array], Array]
 """Coordinates at places s: (n, places)."""
 
 
-def beginning(discrete: Discrete, posed: Posed, source: Source) -> tuple[Unknowns, list[str]]:
+def beginning(discrete: DiscreteCurve, posed: Posed, source: Source) -> tuple[Unknowns, list[str]]:
     """Return unknowns from a guess of the coordinates, bent to the ends, and the ends that the guess does not meet."""
     layout, mesh = discrete.layout, discrete.mesh
     xi = chebyshev(mesh.degree + 1)
@@ -42,7 +42,7 @@ def beginning(discrete: Discrete, posed: Posed, source: Source) -> tuple[Unknown
     return with_numbers(discrete, projected(discrete, raw)), off
 
 
-def _missed(discrete: Discrete, unknowns: Unknowns) -> list[str]:
+def _missed(discrete: DiscreteCurve, unknowns: Unknowns) -> list[str]:
     """Return the conditions at ends that do not hold, as they are shown."""
     rows = discrete.curve.wholes
     y = np.zeros((discrete._height(), 1))
@@ -55,7 +55,7 @@ def _missed(discrete: Discrete, unknowns: Unknowns) -> list[str]:
     ]
 
 
-def far_off(discrete: Discrete, unknowns: Unknowns) -> list[str]:
+def far_off(discrete: DiscreteCurve, unknowns: Unknowns) -> list[str]:
     """Return the conditions on the whole and at every place that a curve misses by far, as they are shown."""
     layout, curve = discrete.layout, discrete.curve
     y, z = np.zeros((discrete._height(), 1)), discrete._z(unknowns)
@@ -82,7 +82,7 @@ def far_off(discrete: Discrete, unknowns: Unknowns) -> list[str]:
     return [f"'{name}'" for name in off]
 
 
-def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:
+def with_numbers(discrete: DiscreteCurve, made: Unknowns) -> Unknowns:
     """Return unknowns whose numbers are those of the curve, with the multipliers that these then have."""
     layout = discrete.layout
     lam0 = layout.unknown + layout.numbers
@@ -95,7 +95,7 @@ def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:
     return made
 
 
-def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
+def without_repeats(discrete: DiscreteCurve, unknowns: Unknowns) -> None:
     """Let conditions at every place rest at an end where those of the end say the same."""
     layout, curve = discrete.layout, discrete.curve
     if not layout.positions:
@@ -111,7 +111,7 @@ def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
                 discrete.active_nodes[element, node, m] = False
 
 
-def ends_given(discrete: Discrete, unknowns: Unknowns, upper: bool) -> tuple[Array, Array, Array]:
+def ends_given(discrete: DiscreteCurve, unknowns: Unknowns, upper: bool) -> tuple[Array, Array, Array]:
     """Return, by coordinates at one end: derivatives of all conditions on numbers, those of conditions at every place, and
     the residuals of these there."""
     layout, curve, n = discrete.layout, discrete.curve, discrete.layout.n
@@ -138,7 +138,7 @@ def ends_given(discrete: Discrete, unknowns: Unknowns, upper: bool) -> tuple[Arr
     return by_numbers[1:, layout.unknown :] @ values, rows, discrete.call("points", s, at, z)[:, 0]
 
 
-def transferred(discrete: Discrete, unknowns: Unknowns, other: Discrete) -> Unknowns:
+def transferred(discrete: DiscreteCurve, unknowns: Unknowns, other: DiscreteCurve) -> Unknowns:
     """Return a curve on another mesh."""
     xi = chebyshev(other.mesh.degree + 1)
     s = other.mesh.places(xi)
@@ -149,7 +149,9 @@ def transferred(discrete: Discrete, unknowns: Unknowns, other: Discrete) -> Unkn
     return made
 
 
-def _transfer_densities(discrete: Discrete, unknowns: Unknowns, other: Discrete, made: Unknowns) -> None:
+def _transfer_densities(
+    discrete: DiscreteCurve, unknowns: Unknowns, other: DiscreteCurve, made: Unknowns
+) -> None:
     layout = other.layout
     if not discrete.curve.points:
         return
@@ -170,7 +172,7 @@ def _transfer_densities(discrete: Discrete, unknowns: Unknowns, other: Discrete,
                     made.inside[:, place - 2 * layout.width] = values[:, node]
 
 
-def densities(discrete: Discrete, unknowns: Unknowns, s: Array) -> Array:
+def densities(discrete: DiscreteCurve, unknowns: Unknowns, s: Array) -> Array:
     """Return the densities of the multipliers of conditions at places, over s: (points, places)."""
     from .unknowns import local
 
@@ -220,7 +222,7 @@ def _interpolated(nodes: Array, table: Array, element: NDArray[np.int64], xi: Ar
     return result
 
 
-def evaluate(discrete: Discrete, unknowns: Unknowns, s: Array, depth: int) -> Array:
+def evaluate(discrete: DiscreteCurve, unknowns: Unknowns, s: Array, depth: int) -> Array:
     """Return y at places: coordinates and ``depth`` derivatives by s, (height, places)."""
     element, xi = discrete.mesh.find(s)
     n = discrete.layout.n
@@ -232,20 +234,20 @@ def evaluate(discrete: Discrete, unknowns: Unknowns, s: Array, depth: int) -> Ar
     return y
 
 
-def passed(discrete: Discrete, unknowns: Unknowns, s: Array) -> tuple[Array, Array]:
+def passed(discrete: DiscreteCurve, unknowns: Unknowns, s: Array) -> tuple[Array, Array]:
     """Return the independent variable of a curve whose variables were exchanged, and its derivative by the parameter."""
     n = discrete.layout.n
     y = evaluate(discrete, unknowns, s, 1)
     return y[n - 1], y[2 * n - 1]
 
 
-def turns_back(discrete: Discrete, unknowns: Unknowns) -> bool:
+def turns_back(discrete: DiscreteCurve, unknowns: Unknowns) -> bool:
     """Tell whether the independent variable does not ascend all along a curve whose variables were exchanged."""
     x, rate = passed(discrete, unknowns, np.linspace(0, 1, 2001))
     return bool(np.any(rate < -STEEP * np.ptp(x)))
 
 
-def parameters_of(discrete: Discrete, unknowns: Unknowns, places: Array) -> Array:
+def parameters_of(discrete: DiscreteCurve, unknowns: Unknowns, places: Array) -> Array:
     """Return the parameter s at values of the independent variable, which ascends."""
     low, high = np.zeros_like(places), np.ones_like(places)
     for _ in range(HALVINGS):
@@ -256,7 +258,7 @@ def parameters_of(discrete: Discrete, unknowns: Unknowns, places: Array) -> Arra
     return found
 
 
-def undefined(discrete: Discrete, unknowns: Unknowns) -> str:
+def undefined(discrete: DiscreteCurve, unknowns: Unknowns) -> str:
     """Say where the guess leaves the domain of an integrand; empty if it does not."""
     y = discrete.rows(unknowns, discrete.inner)
     values = discrete.call("integrands", discrete.inner.s, y, discrete._z(unknowns))

@@ -6,7 +6,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from ..interface import Curve
+from ..interface import CurveInterface
 from ..numerics.rank import inverse
 from ..problem import Array
 from . import basis
@@ -67,7 +67,7 @@ class Layout(Struct, frozen=True, eq=False):
         return self.numbers + self.wholes
 
 
-def orders_of(curve: Curve) -> tuple[int, ...]:
+def orders_of(curve: CurveInterface) -> tuple[int, ...]:
     """Return how many values of each coordinate go on across borders: as many as derivatives of it decide.
 
     So the slope of a coordinate that does not bend leaps at loads and choices by place also beside one that bends. One whose
@@ -85,7 +85,7 @@ def orders_of(curve: Curve) -> tuple[int, ...]:
     return tuple(orders)
 
 
-def layout_of(curve: Curve, degree: int) -> Layout:
+def layout_of(curve: CurveInterface, degree: int) -> Layout:
     """Return the places of the unknowns for elements of one degree."""
     n, r = curve.coordinates, curve.order
     positions = tuple(k for k, row in enumerate(curve.points) if row.kind == "position")

@@ -45,7 +45,7 @@ LOSSES = 3
 """Workers that may go away under a batch before it is halved, and under a single member before that is given up."""
 
 
-class Batch(Struct, eq=False):
+class MemberBatch(Struct, eq=False):
     """Members to be made. ``losses``: workers that went away with it."""
 
     first: int
@@ -56,7 +56,7 @@ class Batch(Struct, eq=False):
 class Flight(Struct, eq=False):
     """A batch that a worker has."""
 
-    batch: Batch
+    batch: MemberBatch
     future: Any
 
 
@@ -83,9 +83,9 @@ class Cluster:
         self._reproducible, self._asked_threads = reproducible, threads
         self._hands: dict[str, Hand] = {}
         self._refused: dict[str, str] = {}
-        self._again: deque[Batch] = deque()
+        self._again: deque[MemberBatch] = deque()
         self._gaps: deque[tuple[int, int]] = deque()
-        self._given_up: list[Batch] = []
+        self._given_up: list[MemberBatch] = []
         self.batches = self._lost = self._most_threads = 0
         self._helped: set[str] = set()
         self._other_bits: set[str] = set()
@@ -228,7 +228,7 @@ class Cluster:
         if hand.settling is not None:
             self._release(hand.settling)
 
-    def _put_back(self, batch: Batch, *, lost: bool) -> None:
+    def _put_back(self, batch: MemberBatch, *, lost: bool) -> None:
         batch.losses += lost
         n = batch.last - batch.first
         if batch.losses < LOSSES:
@@ -239,7 +239,7 @@ class Cluster:
             return
         middle = batch.first + n // 2
         for first, last in ((batch.first, middle), (middle, batch.last)):
-            self._again.appendleft(Batch(first, last, LOSSES - 1))
+            self._again.appendleft(MemberBatch(first, last, LOSSES - 1))
 
     def _hopeless(self, without_scheduler: float, without_workers: float) -> bool:
         """Tell that nothing more is to be hoped for. Raises SimulationError where nothing was made."""
@@ -276,7 +276,7 @@ class Cluster:
                 future = self._submit(hand.address, make_batch, job, batch.first, values)
                 hand.flying.append(Flight(batch, future))
 
-    def _next(self, hand: Hand) -> Batch | None:
+    def _next(self, hand: Hand) -> MemberBatch | None:
         if self._again:
             return self._again.popleft()
         if not self._gaps:
@@ -287,7 +287,7 @@ class Cluster:
             self._gaps.popleft()
         else:
             self._gaps[0] = (first + size, last)
-        return Batch(first, min(first + size, last))
+        return MemberBatch(first, min(first + size, last))
 
     def _size(self, hand: Hand) -> int:
         """Choose how many members a worker gets: by time, and fewer near the end, so that all end at about the same time."""
@@ -299,7 +299,7 @@ class Cluster:
         wanted = min(TARGET / each, max(left / (AHEAD * ready), LEAST / each), GROWTH * hand.size)
         return max(1, min(int(wanted), self._largest))
 
-    def _arrived(self, posed: Posed) -> Iterator[tuple[Batch, Piece]]:
+    def _arrived(self, posed: Posed) -> Iterator[tuple[MemberBatch, Piece]]:
         """Give what was made since, each batch once."""
         for hand in list(self._hands.values()):
             for flight in [one for one in hand.flying if one.future.done()]:

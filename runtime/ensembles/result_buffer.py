@@ -17,7 +17,7 @@ Piece = Mapping[str, Any]
 FIELDS = ("numbers", "number_errors", "rows", "outcomes", "reasons", "ends", "errors", "steps")
 
 
-class Found(Struct, eq=False):
+class ResultBuffer(Struct, eq=False):
     """A row for each member; of those that are not made yet the outcome is 0."""
 
     numbers: Array
@@ -31,8 +31,8 @@ class Found(Struct, eq=False):
     texts: list[str]
 
     @staticmethod
-    def empty(n: int, numbers: int, series: int, times: int) -> Found:
-        return Found(
+    def empty(n: int, numbers: int, series: int, times: int) -> ResultBuffer:
+        return ResultBuffer(
             np.full((n, numbers), np.nan),
             np.full((n, numbers), np.nan),
             np.full((n, series, times), np.nan),

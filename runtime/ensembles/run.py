@@ -16,7 +16,7 @@ from .kernel_arguments import Posed
 from .members import Members
 from .recipe import Recipe
 from .result import Column, Ensemble
-from .result_buffer import Found, Piece
+from .result_buffer import Piece, ResultBuffer
 from .watch import Watch
 
 LARGEST, SMALLEST, PIECES = 65_536, 64, 200
@@ -29,7 +29,7 @@ Made = tuple[int, int, Piece]
 """The first member, the one behind the last, and what they gave."""
 
 
-class Pieces(Protocol):
+class RunPieces(Protocol):
     """Where finished batches are put, and found when an ensemble goes on."""
 
     def kept(self) -> Iterator[Made]: ...
@@ -53,7 +53,7 @@ def run_ensemble(
     members: Members,
     *,
     threads: int | None = None,
-    pieces: Pieces | None = None,
+    pieces: RunPieces | None = None,
     elsewhere: Elsewhere | None = None,
 ) -> Ensemble:
     """Run all members; Ctrl-C keeps those that are done. ``elsewhere``: who makes the members, if not this process.
@@ -65,7 +65,9 @@ def run_ensemble(
     problem, first = recipe.problem, recipe.posed(members)
     n = members.count
     _check_size(first, n)
-    found = Found.empty(n, len(first.scalars), len(first.series), first.grid.size if first.series else 0)
+    found = ResultBuffer.empty(
+        n, len(first.scalars), len(first.series), first.grid.size if first.series else 0
+    )
     for one in pieces.kept() if pieces is not None else ():
         found.take(*one)
     told = recipe.options.progress or _nobody

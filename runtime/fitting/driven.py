@@ -19,10 +19,10 @@ from ..numerics.rank import solve
 from ..numerics.roots import minimum
 from ..outcome import SimulationError
 from ..problem import Array, Problem
-from .judged import Judged
+from .judged import FitErrors
 from .measured import Measured
 from .residuals import Motions
-from .search import Found
+from .search import SearchResult
 
 DRAWS, FEW_DRAWS = 40, 12
 """How often noise is added: for intervals, and to see whether it matters."""
@@ -38,7 +38,7 @@ SMALL = 1e-7
 """Of the range of an input: noise that is smaller is rounding of a file."""
 
 
-class Spread(Struct, frozen=True, eq=False):
+class InputNoise(Struct, frozen=True, eq=False):
     """What noise of the inputs does to the unknowns: ``covariance`` [k, k] and the mean ``shift`` [k]; ``noise``: standard
     deviations by the names of the inputs."""
 
@@ -176,8 +176,8 @@ def differentiated(problem: Problem, data: Sequence[Measured]) -> list[str]:
 
 
 def carried(
-    motions: Motions, found: Found, noise: Mapping[str, float], smoothers: Smoothers, count: int
-) -> Spread | None:
+    motions: Motions, found: SearchResult, noise: Mapping[str, float], smoothers: Smoothers, count: int
+) -> InputNoise | None:
     """Carry noise of the inputs to the unknowns; None where motions with it cannot be computed."""
     random = np.random.default_rng(1)
     steps = []
@@ -202,10 +202,10 @@ def carried(
         sizes[sizes == 0] = 1.0
         steps.append(-solve(slopes / sizes, r) / sizes)
     moved = np.array(steps)
-    return Spread(np.atleast_2d(np.cov(moved.T)), moved.mean(axis=0), dict(noise))
+    return InputNoise(np.atleast_2d(np.cov(moved.T)), moved.mean(axis=0), dict(noise))
 
 
-def widened(judged: Judged, spread: Spread) -> Judged:
+def widened(judged: FitErrors, spread: InputNoise) -> FitErrors:
     """Add the spread to standard errors, intervals and correlation."""
     told = np.isfinite(judged.errors)
     errors = np.where(told, judged.errors, np.nan)
@@ -220,8 +220,8 @@ def widened(judged: Judged, spread: Spread) -> Judged:
 
 
 def said_of(
-    judged: Judged,
-    spread: Spread | None,
+    judged: FitErrors,
+    spread: InputNoise | None,
     names: Sequence[str],
     units: Mapping[str, str],
     smooth: Sequence[str],

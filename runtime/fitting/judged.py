@@ -10,7 +10,7 @@ from msgspec import Struct
 from ..numerics.rank import MOTIONS, decomposed_columns
 from ..problem import Array
 from .residuals import counted
-from .search import Found, Search
+from .search import FitSearch, SearchResult
 from .unseen import Unseen, unseen
 
 CONFIDENCE = 0.95
@@ -20,7 +20,7 @@ HOPELESS = 1e-3
 """Of the noise: a direction whose whole size moves the data less is undetermined by a factor of a thousand."""
 
 
-class Judged(Struct, frozen=True, eq=False):
+class FitErrors(Struct, frozen=True, eq=False):
     """``errors`` [k] are standard errors, infinite for what the data cannot tell; ``half`` [k] half the widths of the
     intervals; ``correlation`` [k, k] not-a-number there; ``relative``: root mean square of residuals over their noise."""
 
@@ -31,7 +31,7 @@ class Judged(Struct, frozen=True, eq=False):
     relative: float
 
 
-def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
+def judge(search: FitSearch, found: SearchResult, names: Sequence[str]) -> FitErrors:
     """Tell it from the derivatives at the solution. ``names`` [k]: the unknowns in words."""
     from scipy.special import ndtri, stdtrit  # scipy.stats has the same numbers, and takes a second to load
 
@@ -50,7 +50,7 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     freedom = max(r.size - len(names), 1)
     share = 0.5 + CONFIDENCE / 2
     quantile = float(ndtri(share) if known.all() else stdtrit(freedom, share))
-    return Judged(
+    return FitErrors(
         errors, quantile * errors, covariance / np.outer(scale, scale), hidden, float(np.sqrt(np.mean(r**2)))
     )
 

@@ -7,13 +7,13 @@ import numpy as np
 from ..driving_inputs import begin_of
 from ..outcome import time_text
 from ..sheets import units_apart
-from .judged import Judged
+from .judged import FitErrors
 from .measured import Measured
 from .residuals import Motions
-from .search import Found, Search
+from .search import FitSearch, SearchResult
 
 
-def remarks_of(search: Search, found: Found, judged: Judged, names: list[str]) -> list[str]:
+def remarks_of(search: FitSearch, found: SearchResult, judged: FitErrors, names: list[str]) -> list[str]:
     """Give all but what has no end (``endless_of``). ``names`` [k]: the unknowns in words."""
     motions = search.motions
     return [
@@ -27,7 +27,7 @@ def remarks_of(search: Search, found: Found, judged: Judged, names: list[str]) -
     ]
 
 
-def endless_of(search: Search, found: Found, names: list[str]) -> list[str]:
+def endless_of(search: FitSearch, found: SearchResult, names: list[str]) -> list[str]:
     """Say which unknowns have no end."""
     said = []
     for k in search.runaways(found):
@@ -41,7 +41,7 @@ def endless_of(search: Search, found: Found, names: list[str]) -> list[str]:
     return said
 
 
-def _poor(search: Search, found: Found) -> list[str]:
+def _poor(search: FitSearch, found: SearchResult) -> list[str]:
     """Say that the model does not move as it was measured."""
     if not search.poor(found):
         return []
@@ -51,7 +51,7 @@ def _poor(search: Search, found: Found) -> list[str]:
     ]
 
 
-def _at_bounds(search: Search, found: Found, names: list[str]) -> list[str]:
+def _at_bounds(search: FitSearch, found: SearchResult, names: list[str]) -> list[str]:
     """Say which unknowns ended at their bounds: their intervals go beyond them."""
     near = 1e-6 * search.sizes
     at = (found.x - search.low < near) | (search.high - found.x < near)

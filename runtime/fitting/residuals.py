@@ -24,7 +24,7 @@ LONGER, LEAST_STEPS = 50, 5000
 """A trial motion may take so many times the steps of the first one, and so many at least: one that takes more is not followed."""
 
 
-class Unknown(Struct, frozen=True):
+class FitUnknown(Struct, frozen=True):
     """One number that is searched, in SI, between ``low`` and ``high`` from ``first``. ``name`` is that of a parameter, an
     initial value or an input; ``motion``: the measured motion to which it belongs alone, None for all of them."""
 
@@ -53,7 +53,7 @@ class Computed(Struct, frozen=True, eq=False):
     """What helps where a motion is refused, whatever the values."""
 
 
-class Plan(Protocol):
+class FitPlan(Protocol):
     """A run that can begin: its case, its method, and what errors are measured against."""
 
     @property
@@ -91,10 +91,10 @@ class Motions:
     def __init__(
         self,
         problem: Problem,
-        plan: Callable[[Problem, SimulationOptions], Plan],
+        plan: Callable[[Problem, SimulationOptions], FitPlan],
         options: SimulationOptions,
         data: Sequence[Measured],
-        unknowns: Sequence[Unknown],
+        unknowns: Sequence[FitUnknown],
         outputs: Sequence[str],
     ) -> None:
         self.problem = problem

@@ -34,7 +34,7 @@ NORMAL = 1.4826
 """Standard deviation over median deviation of normal errors."""
 
 
-class Found(Struct, frozen=True, eq=False):
+class SearchResult(Struct, frozen=True, eq=False):
     """Where a search ended: unknowns ``x`` [k], weights [m], and the half sum of squares of what it made small."""
 
     x: Array
@@ -44,7 +44,7 @@ class Found(Struct, frozen=True, eq=False):
     converged: bool
 
 
-class Search:
+class FitSearch:
     """``scatter`` [m]: the standard deviations of what was measured; ``noise`` [m]: those of the errors, not-a-number where
     they are to be estimated, never below ``finest`` of the scatter."""
 
@@ -67,9 +67,9 @@ class Search:
         self.high = np.array([unknown.high for unknown in motions.unknowns])
         self._count, self._finest, self._progress = starts, finest, progress
 
-    def run(self) -> Found:
+    def run(self) -> SearchResult:
         """Search from each start and return the best end. Raises SimulationError where no motion can be computed."""
-        best: Found | None = None
+        best: SearchResult | None = None
         starts = self._starts()
         for k, x in enumerate(starts):
             found = self._one(x, most=FIRST)
@@ -87,7 +87,7 @@ class Search:
             )
         return self._weighted(best)
 
-    def noise(self, found: Found) -> Array:
+    def noise(self, found: SearchResult) -> Array:
         """Give the size of the residuals of each output [m], from their median where outliers count less."""
         motions = self.motions
         computed = motions.at(found.x)
@@ -116,7 +116,7 @@ class Search:
 
     def _one(
         self, x: Array, share: float = 1.0, weights: Array | None = None, most: int = MOST
-    ) -> Found | None:
+    ) -> SearchResult | None:
         """Search from ``x`` with the first part of each motion; None where nothing can be computed there."""
         from scipy.optimize import least_squares
 
@@ -151,9 +151,11 @@ class Search:
             gtol=STOPPED,
             max_nfev=most,
         )
-        return Found(found.x * self.sizes, weights, float(found.cost), str(found.message), found.status > 0)
+        return SearchResult(
+            found.x * self.sizes, weights, float(found.cost), str(found.message), found.status > 0
+        )
 
-    def _by_parts(self, x: Array) -> Found | None:
+    def _by_parts(self, x: Array) -> SearchResult | None:
         """Search with a short part of the motion first, then with longer ones: each begins where the last one ended."""
         motions = self.motions
         whole = motions.residuals(motions.at(x), self.scatter).size if motions.at(x).values else 0
@@ -165,13 +167,13 @@ class Search:
                 x = found.x
         return self._one(x)
 
-    def _better(self, found: Found | None, other: Found | None) -> Found | None:
+    def _better(self, found: SearchResult | None, other: SearchResult | None) -> SearchResult | None:
         """Return the end that is lower; one that was cut off goes on."""
         if found is None or (other is not None and other.cost < found.cost):
             return other
         return found if found.converged else self._one(found.x)
 
-    def runaways(self, found: Found) -> list[int]:
+    def runaways(self, found: SearchResult) -> list[int]:
         """Give the unknowns that grow without bound: twice as large they fit no worse, or the residuals fall while motions begin to
         take too many steps."""
         motions = self.motions
@@ -194,7 +196,7 @@ class Search:
                 ends.append(int(k))
         return ends
 
-    def poor(self, found: Found) -> bool:
+    def poor(self, found: SearchResult) -> bool:
         """Whether the residuals are large and follow one another: errors of the data would not."""
         motions = self.motions
         computed = motions.at(found.x)
@@ -202,7 +204,7 @@ class Search:
             return False
         return motions.persistence(computed, 1.0 / self.scatter) > PERSISTENT
 
-    def _weighted(self, found: Found) -> Found:
+    def _weighted(self, found: SearchResult) -> SearchResult:
         """Estimate the noise of outputs for which it is not given, and search again with it, until it has settled.
 
         One output needs none: its noise scales all residuals alike, unless a loss counts large ones less.

@@ -24,7 +24,7 @@ class Event(Struct, frozen=True):
     """``kind``: when, impact, rest, lift-off, slip, stick, crossing, reflection, release, engage.
 
     ``before`` and ``after``: coordinates, rates, states and discrete variables at both sides of the instant, where
-    they differ. ``value``: of an impact the approach speed, else 0.
+    they differ; of a rest both are the state at rest. ``value``: of an impact the approach speed, else 0.
     """
 
     time: float
@@ -95,7 +95,8 @@ class Events(Sequence[Event]):
             sides = self._sides.at(instant)
             for i in np.flatnonzero((sides[0] != sides[1]) & self._shown):
                 for values, side in zip(changed, sides, strict=True):
-                    values[self._names[i]] = float(side[i])
+                    # what an impact takes at this instant is told of that: what rests is at rest
+                    values[self._names[i]] = float(sides[1][i] if kind == "rest" else side[i])
         name = self._name(kind, int(one["index"]))
         return Event(float(one["t"]), name, kind, float(one["value"]), *changed)
 

@@ -37,7 +37,7 @@ BESIDE = 1e-2
 """How far from a fork its other branch is looked for."""
 
 
-class Point(Struct, frozen=True, eq=False):
+class EquilibriumPoint(Struct, frozen=True, eq=False):
     """A state on a branch: ``x`` displacements from the start and the parameter, 0 to 1 over its range; ``tangent``."""
 
     x: Array
@@ -52,7 +52,7 @@ class Point(Struct, frozen=True, eq=False):
     complex; not-a-number for others."""
 
 
-class Special(Struct, frozen=True, eq=False):
+class Bifurcation(Struct, frozen=True, eq=False):
     """``kind``: fold, fork, hopf, or hamiltonian hopf, where two pairs of imaginary eigenvalues of opposite Krein signature meet
     and leave the axis. ``exact``: located as a root, not between two points of the branch."""
 
@@ -61,9 +61,9 @@ class Special(Struct, frozen=True, eq=False):
     exact: bool
 
 
-class Branch(Struct, frozen=True, eq=False):
-    points: tuple[Point, ...]
-    specials: tuple[Special, ...]
+class EquilibriumBranch(Struct, frozen=True, eq=False):
+    points: tuple[EquilibriumPoint, ...]
+    specials: tuple[Bifurcation, ...]
 
 
 class Tracer:
@@ -143,12 +143,12 @@ class Tracer:
             direction = -direction
         return direction, len(null)
 
-    def point(self, x: Array, tangent: Array) -> Point:
+    def point(self, x: Array, tangent: Array) -> EquilibriumPoint:
         site, y = self.at(float(x[-1])), self.state(x)
         found = stability(site, y)
         crossing, growing = self._tests(site, y, found)
         apart = np.nan if found.conservative else _apart(found.eigenvalues)
-        return Point(x, tangent, found, crossing, growing if np.isnan(apart) else np.nan, apart)
+        return EquilibriumPoint(x, tangent, found, crossing, growing if np.isnan(apart) else np.nan, apart)
 
     def _tests(self, site: Site, y: Array, found: Stability) -> tuple[float, float]:
         derivatives = site.derivatives(y)
@@ -176,26 +176,26 @@ class Tracer:
 
     # ------------------------------------------------------------ a branch
 
-    def trace(self, seed: Array) -> Branch:
+    def trace(self, seed: Array) -> EquilibriumBranch:
         """Return the branch through a point, in both directions as far as the range of the parameter and the bounds."""
         direction, _ = self.tangent(seed, None)
         forward, closed = self._follow(seed, direction)
         backward = [] if closed else self._follow(seed, -direction)[0]
         turned = [replace(p, tangent=-p.tangent) for p in reversed(backward[1:])]
         points = (*turned, *forward)
-        specials: list[Special] = []
+        specials: list[Bifurcation] = []
         whole = list(points[:1])
         for a, b in itertools.pairwise(points):
             found = self._between(a, b)
             whole += [self.point(s.x, b.tangent) for s in found if s.exact]
             whole.append(b)
             specials += found
-        return Branch(tuple(whole), tuple(specials))
+        return EquilibriumBranch(tuple(whole), tuple(specials))
 
-    def _follow(self, seed: Array, direction: Array) -> tuple[list[Point], bool]:
+    def _follow(self, seed: Array, direction: Array) -> tuple[list[EquilibriumPoint], bool]:
         """Return points from a seed on in a direction, and whether they come back to it."""
 
-        def advance(points: Sequence[Point], step: float) -> Reached[Point] | None:
+        def advance(points: Sequence[EquilibriumPoint], step: float) -> Reached[EquilibriumPoint] | None:
             last = points[-1]
             x = self.corrected(last.x + step * last.tangent, last.tangent)
             if x is None or np.linalg.norm(x - last.x) > 2 * step:
@@ -237,8 +237,8 @@ class Tracer:
 
     # ------------------------------------------------------------ special points
 
-    def _between(self, a: Point, b: Point) -> list[Special]:
-        found: list[Special] = []
+    def _between(self, a: EquilibriumPoint, b: EquilibriumPoint) -> list[Bifurcation]:
+        found: list[Bifurcation] = []
         turns = a.tangent[-1] * b.tangent[-1] < 0
         if turns:
             found.append(self._located("fold", a, b, lambda p: float(p.tangent[-1])))
@@ -253,23 +253,25 @@ class Tracer:
                 found.append(met)
         return found
 
-    def _located(self, kind: str, a: Point, b: Point, test: Callable[[Point], float]) -> Special:
+    def _located(
+        self, kind: str, a: EquilibriumPoint, b: EquilibriumPoint, test: Callable[[EquilibriumPoint], float]
+    ) -> Bifurcation:
         """Return where a quantity changes its sign between two points, on the branch."""
         chord = b.x - a.x
         length = float(np.linalg.norm(chord))
         normal = chord / length
 
-        def at(s: float) -> Point | None:
+        def at(s: float) -> EquilibriumPoint | None:
             x = self.corrected(a.x + s * normal, normal)
             return None if x is None else self.point(x, self.tangent(x, normal)[0])
 
         found = located(at, test, 0.0, length, 1e-15)
         if found is not None:
-            return Special(kind, found.x, True)
+            return Bifurcation(kind, found.x, True)
         share = abs(test(a)) / (abs(test(a)) + abs(test(b)))
-        return Special(kind, a.x + share * chord, False)
+        return Bifurcation(kind, a.x + share * chord, False)
 
-    def beside(self, special: Special) -> list[Array]:
+    def beside(self, special: Bifurcation) -> list[Array]:
         """Return points of the other branch through a fork."""
         _, matrix = self._system(special.x)
         null = decomposed(matrix).right[-2:]
@@ -310,12 +312,12 @@ def _nearest(squares: Complex) -> complex:
     return complex(squares[i[k]] + squares[j[k]]) / 2
 
 
-def near(branches: Sequence[Branch], x: Array, tracer: Tracer, within: float) -> bool:
+def near(branches: Sequence[EquilibriumBranch], x: Array, tracer: Tracer, within: float) -> bool:
     """Whether a point lies on one of the branches: closer to a chord of it than the chord bends."""
     return any(_distance(branch, x, tracer) < within for branch in branches)
 
 
-def _distance(branch: Branch, x: Array, tracer: Tracer) -> float:
+def _distance(branch: EquilibriumBranch, x: Array, tracer: Tracer) -> float:
     points = np.array([p.x for p in branch.points])
     turn = 2 * np.pi / tracer.scales
     d = x - points
@@ -330,14 +332,14 @@ def _distance(branch: Branch, x: Array, tracer: Tracer) -> float:
 
 
 def cut(
-    branches: Sequence[Branch], specials: Sequence[Special], tracer: Tracer
-) -> tuple[list[Branch], list[Special], int]:
+    branches: Sequence[EquilibriumBranch], specials: Sequence[Bifurcation], tracer: Tracer
+) -> tuple[list[EquilibriumBranch], list[Bifurcation], int]:
     """Return the parts of branches and the special points that lie short of every contact, and how many points do not."""
 
     def beyond(x: Array) -> bool:
         return bool(penetrated(tracer.at(float(x[-1])), tracer.state(x)))
 
-    kept: list[Branch] = []
+    kept: list[EquilibriumBranch] = []
     left = 0
     for branch in branches:
         inside = [special for special in branch.specials if not beyond(special.x)]
@@ -346,5 +348,5 @@ def cut(
             if out:
                 left += len(points)
             else:
-                kept.append(Branch(points, tuple(inside)))
+                kept.append(EquilibriumBranch(points, tuple(inside)))
     return kept, [special for special in specials if not beyond(special.x)], left

@@ -48,7 +48,7 @@ class Equilibrium(Struct, frozen=True, eq=False):
     free: Array
 
 
-class Rest(Struct, frozen=True, eq=False):
+class RestState(Struct, frozen=True, eq=False):
     """Everything at one state without velocities: ``forces`` [m] (accelerations and rates of states), their derivatives by
     the ``moving`` displacements, residuals of the position constraints and theirs. ``open``: those of the forces that what holds
     leaves; the others are rounding."""
@@ -87,12 +87,12 @@ def at_rest(site: Site, y: Array) -> Array:
     return still
 
 
-def rest(site: Site, y: Array, moved: NDArray[np.intp]) -> Rest:
+def rest(site: Site, y: Array, moved: NDArray[np.intp]) -> RestState:
     """Return everything at one state without velocities, with what holds there among the constraints. Raises SimulationError
     where a derivative is undefined."""
     found, held = held_constraints(site, site.derivatives(y))
     nd, phi = site.chart.nd, site.constraints(y)[0]
-    return Rest(
+    return RestState(
         site.rates(y)[nd:],
         found.rates[nd:][:, moved],
         np.concatenate([phi, row_values(site, y)[held, GAP]]) if held else phi,
@@ -139,7 +139,7 @@ class NewtonStep(Struct, frozen=True, eq=False):
     free: Array
 
 
-def newton_step(here: Rest) -> NewtonStep:
+def newton_step(here: RestState) -> NewtonStep:
     """Return the Newton step at a state; the shortest one where directions are free."""
     rows, left, n = here.equations
     wanted = -left
@@ -175,7 +175,7 @@ def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equ
     """Return the equilibrium to which Newton's method leads by some displacements, None where it does not lead to one."""
     chosen = moving(site.chart) if moved is None else moved
 
-    def step(y: Array) -> tuple[tuple[Rest, NewtonStep], float] | None:
+    def step(y: Array) -> tuple[tuple[RestState, NewtonStep], float] | None:
         try:
             here = rest(site, y, chosen)
         except SimulationError:
@@ -183,7 +183,7 @@ def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equ
         solved = newton_step(here)
         return (here, solved), float(np.abs(solved.step / sizes_of(site, y, chosen)).max(initial=0.0))
 
-    def after(y: Array, found: tuple[Rest, NewtonStep], share: float) -> Array:
+    def after(y: Array, found: tuple[RestState, NewtonStep], share: float) -> Array:
         return site.chart.moved(y, spread(site.chart, chosen, share * found[1].step))
 
     found = newton(at_rest(site, y), step, after, most=NEWTON, close=EPSILON, resting=NEAR, longest=LONGEST)
@@ -191,7 +191,7 @@ def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equ
 
 
 def certified(
-    site: Site, y: Array, moved: NDArray[np.intp], here: Rest, solved: NewtonStep
+    site: Site, y: Array, moved: NDArray[np.intp], here: RestState, solved: NewtonStep
 ) -> Equilibrium | None:
     """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
     rows, left, count = here.equations
@@ -213,7 +213,7 @@ def certified(
     return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), solved.condition, still)
 
 
-def _singular(site: Site, y: Array, moved: NDArray[np.intp], here: Rest, step: Array) -> bool:
+def _singular(site: Site, y: Array, moved: NDArray[np.intp], here: RestState, step: Array) -> bool:
     """Whether forces become infinite so near to a state that Newton's steps are short for that alone.
 
     Of independent coordinates: what is computed of the others may lose digits near places that are regular.

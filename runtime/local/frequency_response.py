@@ -16,7 +16,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..problem import Array
-from .linear_system import Form, LinearSystem
+from .linear_system import LinearSystem, OutputForm
 from .zeros import EPSILON, Complex
 
 ROUNDING = 8 * EPSILON
@@ -72,7 +72,7 @@ class Schur(Struct, frozen=True, eq=False):
 
 
 @functools.lru_cache(maxsize=64)
-def _schur_of(system: LinearSystem | Form) -> Schur | None:
+def _schur_of(system: LinearSystem | OutputForm) -> Schur | None:
     """Return the factors of a large system; small ones are solved as they are."""
     if len(system.a) < LARGE:
         return None
@@ -126,7 +126,7 @@ class Continuous(Struct, frozen=True, eq=False):
 class Sampled(Struct, frozen=True, eq=False):
     """The system x[k+1] = a x[k] + b u[k], y[k] = c x[k] + d u[k] at exp(i w ``period``)."""
 
-    form: Form
+    form: OutputForm
     period: float
     condition: float
 

@@ -14,7 +14,7 @@ from .chart import Chart
 from .operating_point import Derivatives
 
 
-class Independent(Struct, frozen=True, eq=False):
+class IndependentDisplacements(Struct, frozen=True, eq=False):
     """``chosen``: the displacements that are independent; ``tangent`` [n][s]: all displacements by these;
     ``condition`` of the choice: what it multiplies rounding errors by."""
 
@@ -23,14 +23,16 @@ class Independent(Struct, frozen=True, eq=False):
     condition: float
 
 
-def independent(chart: Chart, found: Derivatives, before: NDArray[np.intp] | None = None) -> Independent:
+def independent(
+    chart: Chart, found: Derivatives, before: NDArray[np.intp] | None = None
+) -> IndependentDisplacements:
     """Choose independent displacements: of the positions first, then of the velocities, those of the same coordinates
     where that can be; or keep those that were chosen ``before``. Raises SimulationError where the constraints depend on
     each other, and where those from before do.
     """
     n, nd = chart.size, chart.nd
     if not len(found.rate):
-        return Independent(np.arange(n), np.eye(n), 1.0)
+        return IndependentDisplacements(np.arange(n), np.eye(n), 1.0)
     if before is not None:
         return _kept(found, before)
     n_position = len(found.position)
@@ -45,10 +47,10 @@ def independent(chart: Chart, found: Derivatives, before: NDArray[np.intp] | Non
     held = np.vstack([found.position, found.rate])
     basis = null_space(held, len(held))
     part = basis[everything]
-    return Independent(everything, basis @ np.linalg.inv(part), condition(part))
+    return IndependentDisplacements(everything, basis @ np.linalg.inv(part), condition(part))
 
 
-def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> Independent:
+def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> IndependentDisplacements:
     """Express all displacements by those that were chosen at another state."""
     held = np.vstack([found.position, found.rate])
     basis = null_space(held, len(held))
@@ -58,7 +60,7 @@ def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> Independent:
             "the independent coordinates of the start do not describe the motion everywhere",
             help="begin elsewhere, or end before",
         )
-    return Independent(chosen, basis @ np.linalg.inv(part), condition(part))
+    return IndependentDisplacements(chosen, basis @ np.linalg.inv(part), condition(part))
 
 
 def null_space(rows: Array, rank: int) -> Array:

@@ -60,7 +60,7 @@ class LinearSystem(Struct, frozen=True, eq=False):
         return zeros(a, b, c, d)
 
 
-class Form(Struct, frozen=True, eq=False):
+class OutputForm(Struct, frozen=True, eq=False):
     """x' = ``a`` x + ``b`` u, y = ``c`` x + ``d`` u + ``d1`` u' + ``d2`` u'' for the states x = displacements - ``s0`` u -
     ``s1`` u'."""
 
@@ -114,7 +114,7 @@ def linear_system(
     )
 
 
-def proper_form(system: LinearSystem) -> Form:
+def proper_form(system: LinearSystem) -> OutputForm:
     """Change the state so that only the values of the inputs move it.
 
     What is left of derivatives in the outputs counts as zero where it is below the rounding of its terms, at the largest
@@ -128,7 +128,7 @@ def proper_form(system: LinearSystem) -> Form:
     sizes = np.abs(d0) + fastest * (np.abs(d1) + fastest * np.abs(d2))
     sizes += np.abs(c) @ (np.abs(b1) + np.abs(a) @ np.abs(b2) + fastest * np.abs(b2))
     rounding = 1e3 * EPSILON * sizes
-    return Form(
+    return OutputForm(
         a,
         b0 + a @ s0,
         c,

@@ -179,4 +179,4 @@ def bound(order: int, z: float) -> float:
 
 def right_up_to(order: int, share: float) -> float:
     """Return the z up to which the bound of the error is below a share."""
-    return share ** (1 / (2 * order + 1)) / bound(order, 1.0) ** (1 / (2 * order + 1))
+    return float((share / bound(order, 1.0)) ** (1 / (2 * order + 1)))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from mechc.suggest import suggest
 
 from ..case import SimulationOptions
 from ..functions import Functions
-from ..interface import Offer
+from ..interface import OfferedFunction
 from ..native import calls
 from ..outcome import SimulationError
 from ..past import refuse_past
@@ -71,7 +72,13 @@ class ModelFunctions:
         found = {o.name: self._bound.call([o]) for o in self._problem.offers if o.kind == kind}
         return _Named(found, f"'{self._problem.name}' has no output")
 
-    def offer(self, name: str, kind: str = "own") -> Offer:
+    def of_library(self, path: Path, shapes: Mapping[str, tuple[int, ...]]) -> dict[str, Callable[..., Any]]:
+        """Return functions of the same states in another library, by their names, with the shapes of their results."""
+        bound = _Bound(self._problem, self._bound.site, ctypes.CDLL(str(path)))
+        offers = (OfferedFunction(name, name, name, shape, (), (), False) for name, shape in shapes.items())
+        return {offer.name: bound.call([offer]) for offer in offers}
+
+    def offer(self, name: str, kind: str = "own") -> OfferedFunction:
         """Say what a function gives; ``kind``: own, output or jacobian (of an output)."""
         return next(o for o in self._problem.offers if (o.name, o.kind) == (name, kind))
 
@@ -141,8 +148,16 @@ class _Bound(Struct, frozen=True):
 
     problem: Problem
     site: Site
+    library: ctypes.CDLL | None = None
+    """Of the functions, where it is not that of the model."""
 
-    def call(self, offers: list[Offer]) -> Callable[..., Any]:
+    def address(self, name: str) -> int | None:
+        """Give where a function is."""
+        if self.library is not None:
+            return ctypes.cast(getattr(self.library, name), ctypes.c_void_p).value
+        return _address(self.site.case.functions, name)
+
+    def call(self, offers: list[OfferedFunction]) -> Callable[..., Any]:
         """Return a function of states; of several, the rows below each other."""
         slow = _Slow(self, offers)
         if calls.library() is None:
@@ -151,16 +166,16 @@ class _Bound(Struct, frozen=True):
         slow.record = record
         return calls.built_in(record, "mech_call_bound", offers[0].name, offers[0].doc, slow, *kept)
 
-    def record(self, offers: list[Offer]) -> tuple[calls.Record, tuple[object, ...]]:
+    def record(self, offers: list[OfferedFunction]) -> tuple[calls.CallRecord, tuple[object, ...]]:
         """Fill in what calls.c reads, with what must live as long."""
         problem, site = self.problem, self.site
         functions = site.case.functions
         z, p = np.ascontiguousarray(self.z), np.ascontiguousarray(site.p)
         shape = _shape(offers)
-        record = calls.Record()
+        record = calls.CallRecord()
         begin = 0
         for k, offer in enumerate(offers):
-            record.parts[k] = _address(functions, offer.function)
+            record.parts[k] = self.address(offer.function)
             record.begins[k] = begin
             begin += int(np.prod(offer.shape))
         record.n_out, record.ny, record.nu, record.nz = begin, problem.ny, len(problem.inputs), z.size
@@ -175,7 +190,7 @@ class _Bound(Struct, frozen=True):
             record.indicators, record.n_switches = plan.indicators, plan.n_switches
             record.switches = ctypes.cast(plan.switches, ctypes.c_void_p).value
             record.n_indicators = plan.n_switches + plan.n_rows
-        return record, (z, p, functions.library, plan, site)
+        return record, (z, p, functions.library, self.library, plan, site)
 
     @property
     def z(self) -> Array:
@@ -187,9 +202,9 @@ class _Bound(Struct, frozen=True):
 class _Slow:
     """A function of states for whatever is given: lists, other kinds of numbers, arrays of times."""
 
-    def __init__(self, bound: _Bound, offers: list[Offer]) -> None:
+    def __init__(self, bound: _Bound, offers: list[OfferedFunction]) -> None:
         self.bound, self.offers = bound, offers
-        self.record: calls.Record | None = None
+        self.record: calls.CallRecord | None = None
 
     def __call__(self, y: Any, *rest: Any) -> Any:
         problem, offer = self.bound.problem, self.offers[0]
@@ -239,13 +254,17 @@ class _Slow:
         return np.concatenate([_function(bound, o)(t, y, u, z, p) for o in self.offers])
 
 
-def _function(bound: _Bound, offer: Offer) -> ModelFunction:
-    from ..functions import named_function
+def _function(bound: _Bound, offer: OfferedFunction) -> ModelFunction:
+    from ..functions import compiled_function, named_function
 
+    if bound.library is not None:
+        address = bound.address(offer.function)
+        assert address is not None
+        return compiled_function(address, int(np.prod(offer.shape)))
     return named_function(bound.problem, bound.site.case.functions, offer.function, int(np.prod(offer.shape)))
 
 
-def _shape(offers: list[Offer]) -> tuple[int, ...]:
+def _shape(offers: list[OfferedFunction]) -> tuple[int, ...]:
     """Return the shape of functions below each other."""
     if len(offers) == 1:
         return offers[0].shape

@@ -46,7 +46,7 @@ ARRAY_TYPE, NEW_ARRAY = 2, 93
 MOST_DIMENSIONS, MOST_PARTS = 3, 2
 
 
-class Record(ctypes.Structure):
+class CallRecord(ctypes.Structure):
     """call_record"""
 
     _fields_ = (
@@ -108,7 +108,7 @@ def _numpy_table() -> Any:
 
 
 def built_in(
-    record: Record, entry: str, name: str, doc: str, slow: Callable[..., Any], *kept: object
+    record: CallRecord, entry: str, name: str, doc: str, slow: Callable[..., Any], *kept: object
 ) -> Callable[..., Any]:
     """Return a built-in function for a record whose numbers are filled in; ``slow`` where that cannot be.
 
@@ -132,13 +132,16 @@ def built_in(
 
 def call_of(address: int, size: int, slow: Callable[..., Any]) -> Callable[..., Any]:
     """Return the function (t, y, u, z, p) -> out [size] at an address."""
-    record = Record()
+    record = CallRecord()
     record.parts[0], record.n_out = address, size
     return built_in(record, "mech_call_any", "model_function", "(t, y, u, z, p) -> out", slow)
 
 
 def rows_of(
-    record: Record, n: int, blocks: Sequence[tuple[NDArray[np.float64] | None, int]], out: NDArray[np.float64]
+    record: CallRecord,
+    n: int,
+    blocks: Sequence[tuple[NDArray[np.float64] | None, int]],
+    out: NDArray[np.float64],
 ) -> None:
     """Evaluate a record for n states: y, a, t and u with the way from one state to the next, None where not given."""
     made = library()

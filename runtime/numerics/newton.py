@@ -19,7 +19,7 @@ SHORTER = 4
 """Steps that get shorter by less, near the solution, are rounding."""
 
 
-class Solved(Struct, Generic[X, D], frozen=True, eq=False):
+class NewtonResult(Struct, Generic[X, D], frozen=True, eq=False):
     """Where Newton's method came to: ``size`` of the last step, ``steps`` that it took, ``why`` it did not converge; ``step``:
     the last one, which is taken, or what is left of one at ``at`` where steps do not get shorter; None where there was none."""
 
@@ -44,7 +44,7 @@ def newton(
     resting: float = 0.0,
     longest: float = np.inf,
     accepted: Callable[[X, D, X, float], bool] | None = None,
-) -> Solved[X, D]:
+) -> NewtonResult[X, D]:
     """Take steps until one is ``close`` to nothing, or ``resting``: shorter than that, and no shorter than a quarter of the last.
 
     ``step`` gives the whole step and its size, measured by that of the unknowns, None or why where there is none; ``moved`` the place
@@ -55,15 +55,15 @@ def newton(
     for count in range(1, most + 1):
         found = step(at)
         if found is None or isinstance(found, str):
-            return Solved(at, size, count - 1, found or "undefined")
+            return NewtonResult(at, size, count - 1, found or "undefined")
         if not np.isfinite(found[1]):
-            return Solved(at, size, count - 1, "singular")
+            return NewtonResult(at, size, count - 1, "singular")
         last, (whole, size) = size, found
         if best is None or size < best.size:
-            best = Solved(at, size, count, "", whole)
+            best = NewtonResult(at, size, count, "", whole)
         if size <= close:
             after = moved(at, whole, 1.0)
-            return Solved(at if after is None else after, size, count, "", whole)
+            return NewtonResult(at if after is None else after, size, count, "", whole)
         if size <= resting and size > last / SHORTER:
             return best
         allowed, trusted = min(1.0, longest / size), min(1.0, 2 * trusted)
@@ -72,9 +72,9 @@ def newton(
         ):
             trusted /= 2
             if trusted < SMALLEST:
-                return best if size <= resting else Solved(at, size, count, "no shorter step", whole)
+                return best if size <= resting else NewtonResult(at, size, count, "no shorter step", whole)
         at = after
-    return Solved(at, size, most, "too many steps")
+    return NewtonResult(at, size, most, "too many steps")
 
 
 def added(x: Array, step: Array, share: float) -> Array:

@@ -85,7 +85,7 @@ class _Case(Structure):
     )
 
 
-class Reference(Struct, frozen=True, eq=False):
+class PrecisionReference(Struct, frozen=True, eq=False):
     """States ``high + low`` at the times ``t``: [n, ny] each. ``doubt`` [n] is the difference of the two best
     runs at each time, the largest over all states of |difference| / (nominal + |value|)."""
 
@@ -206,7 +206,7 @@ def reference(
     seconds: float,
     decimals: bool = False,
     ladder: Sequence[float] | None = None,
-) -> Reference:
+) -> PrecisionReference:
     """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
 
     Tightens the tolerance as long as the next run is expected to stay within ``seconds``. ``decimals``: parameters and
@@ -230,7 +230,7 @@ def reference(
             break
     (_, high, low, _), (tolerance, best, rest, evaluations) = runs[-2:]
     doubt = (np.abs((high - best) + (low - rest)) / (nominal + np.abs(best))).max(axis=1)
-    return Reference(
+    return PrecisionReference(
         times, best, rest, doubt, nominal, precision, method, tolerance, watch.taken(), evaluations
     )
 

@@ -14,7 +14,7 @@ from ..case import Case
 from ..native.cache import prune_when_due
 from ..native.kept_files import build_folder, find_entry, keep_entry
 from ..problem import Array
-from .high_precision import LADDERS, SHORT_LADDERS, Reference, reference_library
+from .high_precision import LADDERS, SHORT_LADDERS, PrecisionReference, reference_library
 
 ARRAYS = ("t", "high", "low", "doubt", "nominal")
 
@@ -28,8 +28,8 @@ def kept_reference(
     precision: str,
     method: str,
     seconds: float,
-    make: Callable[[], Reference],
-) -> Reference:
+    make: Callable[[], PrecisionReference],
+) -> PrecisionReference:
     """Return the reference of a case, made anew if the cache has none that was made with the same effort.
 
     ``library`` is named after its content, and so is the kernel. Raises what ``make`` raises.
@@ -63,15 +63,17 @@ def kept_reference(
     return made
 
 
-def _read(file: Path) -> Reference:
+def _read(file: Path) -> PrecisionReference:
     with np.load(file) as held:
         arrays = {name: held[name] for name in ARRAYS}
-        plain = {name: held[name].item() for name in Reference.__struct_fields__ if name not in ARRAYS}
-    return replace(Reference(**arrays, **plain), cached=True)
+        plain = {
+            name: held[name].item() for name in PrecisionReference.__struct_fields__ if name not in ARRAYS
+        }
+    return replace(PrecisionReference(**arrays, **plain), cached=True)
 
 
-def _write(stem: str, made: Reference) -> None:
-    values = {name: np.asarray(getattr(made, name)) for name in Reference.__struct_fields__}
+def _write(stem: str, made: PrecisionReference) -> None:
+    values = {name: np.asarray(getattr(made, name)) for name in PrecisionReference.__struct_fields__}
     with build_folder() as folder:
         file = folder / "built.npz"
         np.savez(file, allow_pickle=False, **values)

@@ -22,7 +22,7 @@ from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import SimulationError
 from ..problem import Array
-from .high_precision import Reference
+from .high_precision import PrecisionReference
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
 STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
@@ -43,7 +43,7 @@ EXACT = 1e-17
 """What an error of zero counts as, on logarithmic scales."""
 
 
-class Point(Struct, frozen=True):
+class WorkPrecisionPoint(Struct, frozen=True):
     """One run: ``setting`` is the tolerance or the step. ``error`` is None where the run failed: ``failure``."""
 
     method: str
@@ -78,7 +78,7 @@ class Task(Struct, frozen=True, eq=False):
 
     case: Case
     nominal: Array
-    reference: Reference
+    reference: PrecisionReference
     longest: float = LONGEST
 
 
@@ -90,7 +90,7 @@ def measure(
     enough: float = 0.0,
     progress: Callable[[], None] | None = None,
     peer: Peer | None = None,
-) -> list[Point]:
+) -> list[WorkPrecisionPoint]:
     """Measure one method over a ladder: tolerances, or steps where it takes fixed ones. ``peer`` runs it, where it is none of
     the kernel's.
 
@@ -112,11 +112,11 @@ def measure(
 
 def _ladder(
     settings: Sequence[float],
-    point: Callable[[float], Point],
+    point: Callable[[float], WorkPrecisionPoint],
     progress: Callable[[], None] | None,
     enough: float,
-) -> list[Point]:
-    points: list[Point] = []
+) -> list[WorkPrecisionPoint]:
+    points: list[WorkPrecisionPoint] = []
     for setting in settings:
         made = point(setting)
         points.append(made)
@@ -127,7 +127,7 @@ def _ladder(
     return points
 
 
-def _point(task: Task, method: Method, setting: float) -> Point:
+def _point(task: Task, method: Method, setting: float) -> WorkPrecisionPoint:
     options = SolverOptions(
         method.name,
         task.case.tolerance if method.fixed_step else setting,
@@ -145,7 +145,7 @@ def _point(task: Task, method: Method, setting: float) -> Point:
     return replace(made, fixed=method.fixed_step)
 
 
-def _peer(task: Task, method: str, setting: float, runs: Peer) -> Point:
+def _peer(task: Task, method: str, setting: float, runs: Peer) -> WorkPrecisionPoint:
     problem, reference = task.case.problem, task.reference
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
@@ -165,10 +165,10 @@ def _peer(task: Task, method: str, setting: float, runs: Peer) -> Point:
 def _repeated(
     name: str,
     setting: float,
-    reference: Reference,
+    reference: PrecisionReference,
     timed: Callable[[], Trajectory],
     run: Callable[[], Trajectory],
-) -> Point:
+) -> WorkPrecisionPoint:
     """Measure the error of a run, and repeat it without its grid for the median of its times."""
     alone = done = run()
     seconds: list[
@@ -188,14 +188,16 @@ def _repeated(
         raise KeyboardInterrupt
     if done.failure is not None:
         message, given_up = done.failure.message, done.failure.kind in GIVEN_UP
-        return Point(
+        return WorkPrecisionPoint(
             name, setting, None, None, taken, spread, made.steps, made.evaluations, message, given_up
         )
     errors = reference.error(done.y)
     if not np.isfinite(errors).all():
         message = "the result is not finite"
-        return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
-    return Point(
+        return WorkPrecisionPoint(
+            name, setting, None, None, taken, spread, made.steps, made.evaluations, message
+        )
+    return WorkPrecisionPoint(
         name,
         setting,
         float(errors.max()),
@@ -208,13 +210,13 @@ def _repeated(
     )
 
 
-def fastest(points: Sequence[Point], error: float) -> Point | None:
+def fastest(points: Sequence[WorkPrecisionPoint], error: float) -> WorkPrecisionPoint | None:
     """The fastest run whose error is at most ``error``; None if there is none."""
     reached = [p for p in points if p.error is not None and p.error <= error]
     return min(reached, key=lambda p: p.seconds, default=None)
 
 
-def time_to_reach(points: Sequence[Point], error: float) -> float | None:
+def time_to_reach(points: Sequence[WorkPrecisionPoint], error: float) -> float | None:
     """Seconds of one method at which its error is ``error``: between two runs, on the line through their
     logarithms; None where no run is as accurate. An error of zero counts as one below rounding."""
     known = sorted((max(p.error, EXACT), p.seconds) for p in points if p.error is not None)

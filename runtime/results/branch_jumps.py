@@ -16,7 +16,7 @@ import numpy as np
 from msgspec import Struct
 
 from ..problem import Array
-from .systems import Place, StatesAt, System
+from .systems import RunSystem, StatesAt, SystemPlace
 
 ONE = 1e-6
 """Solutions that differ by less, as a share of the unknowns, are one, or have just met."""
@@ -40,7 +40,7 @@ MOST_LOOKS = 40_000
 """Intervals that are looked at, at most."""
 
 
-class Kind(StrEnum):
+class JumpKind(StrEnum):
     """What happened to the solution that was followed."""
 
     JUMP = "jump"
@@ -56,17 +56,17 @@ class Kind(StrEnum):
 class Jump(Struct, frozen=True):
     """Names of the outputs of one system, the time, and their values in SI before and behind (not-a-number: none)."""
 
-    kind: Kind
+    kind: JumpKind
     names: tuple[str, ...]
     time: float
     before: tuple[float, ...]
     after: tuple[float, ...]
 
 
-class Point(NamedTuple):
+class JumpPoint(NamedTuple):
     """What is reported at a place."""
 
-    at: Place
+    at: SystemPlace
     values: Array
 
 
@@ -78,13 +78,13 @@ class Followed(NamedTuple):
 
 
 class _Follower:
-    def __init__(self, system: System, states_at: StatesAt, span: float) -> None:
+    def __init__(self, system: RunSystem, states_at: StatesAt, span: float) -> None:
         self.system, self.states_at, self.span = system, states_at, span
         self.jumps: list[Jump] = []
         self.looks = 0
-        self.before: Point | None = None
+        self.before: JumpPoint | None = None
 
-    def between(self, a: Point, b: Point) -> bool:
+    def between(self, a: JumpPoint, b: JumpPoint) -> bool:
         """Follow the solution from one point to another; tell whether there was enough time for it."""
         pending = [(a, b)]
         while pending:
@@ -103,7 +103,7 @@ class _Follower:
             self.before = None
         return True
 
-    def _goes_on(self, a: Point, b: Point) -> bool:
+    def _goes_on(self, a: JumpPoint, b: JumpPoint) -> bool:
         if not np.isfinite(b.values).all():
             return False
         system = self.system
@@ -120,31 +120,31 @@ class _Follower:
         blurred = ROUNDING * system.flatness(system.look(b.at, b.values), b.values)
         return bool(np.all(apart <= min(blurred, ONE) * system.largest))
 
-    def _extrapolated(self, a: Point, b: Point) -> Array:
+    def _extrapolated(self, a: JumpPoint, b: JumpPoint) -> Array:
         before = self.before
         if before is None or not before.at.t < a.at.t or not np.isfinite(before.values).all():
             return a.values
         share = (b.at.t - a.at.t) / (a.at.t - before.at.t)
         return a.values + share * (a.values - before.values)
 
-    def _at_an_instant(self, a: Point, b: Point) -> bool:
+    def _at_an_instant(self, a: JumpPoint, b: JumpPoint) -> bool:
         if b.at.t - a.at.t <= SAME_INSTANT * self.span:
             return True
         return bool(np.isfinite(b.values).all()) and all(
             self.system.flatness(self.system.look(p.at, p.values), p.values) >= FLAT for p in (a, b)
         )
 
-    def _middle(self, a: Point, b: Point) -> Point | None:
+    def _middle(self, a: JumpPoint, b: JumpPoint) -> JumpPoint | None:
         t = 0.5 * (a.at.t + b.at.t)
         if not a.at.t < t < b.at.t:
             return None
         y, z = self.states_at(np.array([t]))
         at = self.system.place(t, y[0], a.at.z if z is None else z[0])
-        return Point(at, self.system.reported(at))
+        return JumpPoint(at, self.system.reported(at))
 
-    def _note(self, a: Point, b: Point) -> None:
+    def _note(self, a: JumpPoint, b: JumpPoint) -> None:
         kind = self._kind(a, b)
-        if kind is None or (kind is Kind.MEETING and self._noted_already(b.at.t)):
+        if kind is None or (kind is JumpKind.MEETING and self._noted_already(b.at.t)):
             return
         names = tuple(q.name for q in self.system.quantities)
         self.jumps.append(
@@ -156,7 +156,7 @@ class _Follower:
     def _noted_already(self, t: float) -> bool:
         return bool(self.jumps) and t - self.jumps[-1].time <= ONE * self.span
 
-    def _kind(self, a: Point, b: Point) -> Kind | None:
+    def _kind(self, a: JumpPoint, b: JumpPoint) -> JumpKind | None:
         system = self.system
         if self._equations_jump(a, b):
             return None
@@ -164,16 +164,16 @@ class _Follower:
         beside = [system.nearest(b.at, start) for start in (a.values, further)]
         goes_on = any(x is not None and system.alike(x, a.values, NEAR) for x in beside)
         if not np.isfinite(b.values).all():
-            return Kind.LOST if goes_on else Kind.FOLD
+            return JumpKind.LOST if goes_on else JumpKind.FOLD
         if not system.alike(a.values, b.values, NEAR):
-            return Kind.JUMP if goes_on else Kind.FOLD
+            return JumpKind.JUMP if goes_on else JumpKind.FOLD
         other = any(
             x is not None and system.alike(x, a.values, NEAR) and not self._one(x, b.values, a.values)
             for x in (*beside, system.nearest(b.at, 2 * a.values - b.values))
         )
-        return Kind.MEETING if other else None
+        return JumpKind.MEETING if other else None
 
-    def _equations_jump(self, a: Point, b: Point) -> bool:
+    def _equations_jump(self, a: JumpPoint, b: JumpPoint) -> bool:
         """Tell whether the equations are others at once, or have no values there."""
         look = self.system.look(b.at, a.values)
         near = self.system.alike(a.values, a.values + self.system.step(look), NEAR)  # where all terms vanish
@@ -185,7 +185,7 @@ class _Follower:
         return apart <= NEAR * max(float(np.max(np.abs(v - w) / self.system.largest)) for v, w in ((x, beside), (y, beside)))  # fmt: skip
 
 
-def follow(system: System, points: Sequence[Point], states_at: StatesAt) -> Followed:
+def follow(system: RunSystem, points: Sequence[JumpPoint], states_at: StatesAt) -> Followed:
     """Find where the outputs of a system leave the solution that they follow. Points at one time are sides of an event."""
     if len(points) < 2:
         return Followed(())

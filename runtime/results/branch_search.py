@@ -9,9 +9,9 @@ import numpy as np
 from ..case import Case
 from ..integrate.trajectory import DenseOutput
 from ..problem import Array
-from .branch_jumps import Jump, Point, follow
+from .branch_jumps import Jump, JumpPoint, follow
 from .further_solutions import Several, several_at
-from .systems import StatesAt, System, systems_of
+from .systems import RunSystem, StatesAt, systems_of
 
 LEAST_POINTS, MOST_POINTS = 400, 5000
 """Rows of the results at which a solution is followed: of fewer, others are put between, of more some are left out; as many
@@ -44,11 +44,11 @@ def look_along(
 
 
 def _points(
-    system: System,
+    system: RunSystem,
     rows: tuple[Array, Array, Array | None],
     dense: Callable[[Array], Array] | None,
     states_at: StatesAt,
-) -> list[Point]:
+) -> list[JumpPoint]:
     t, y, z = rows
     held = system.case.z
     sides = np.zeros(t.size, dtype=bool)  # of events, which stay
@@ -71,4 +71,4 @@ def _points(
             for k, at in enumerate(further)
         ]
         found.sort(key=lambda place: place.t)  # keeps the order of both sides of an event
-    return [Point(place, system.reported(place)) for place in found]
+    return [JumpPoint(place, system.reported(place)) for place in found]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..outcome import time_text
 from ..problem import Problem
-from .branch_jumps import Jump, Kind
+from .branch_jumps import Jump, JumpKind
 from .further_solutions import Several
 
 TOLD_TIMES, TOLD_SOLUTIONS = 4, 3
@@ -16,10 +16,10 @@ JUMP_DIGITS = 5
 """In a fold the last ones come from the root of a small time."""
 
 WORDS = {
-    Kind.JUMP: "the solution that it followed goes on, and the guess leads to another one",
-    Kind.FOLD: "the solution that it followed ends there, in a fold, and the guess leads to another one",
-    Kind.MEETING: "two solutions meet there, and the guess decides, not the equations, which one goes on",
-    Kind.LOST: "the solution that it followed goes on, but is not found from the guess",
+    JumpKind.JUMP: "the solution that it followed goes on, and the guess leads to another one",
+    JumpKind.FOLD: "the solution that it followed ends there, in a fold, and the guess leads to another one",
+    JumpKind.MEETING: "two solutions meet there, and the guess decides, not the equations, which one goes on",
+    JumpKind.LOST: "the solution that it followed goes on, but is not found from the guess",
 }
 ENDS = "the solution that it followed ends there, in a fold, and none is found from the guess"
 
@@ -47,9 +47,9 @@ def jumps_text(problem: Problem, jumps: Sequence[Jump]) -> str:
     ends = not np.isfinite(first.after).all()
     at = f"at {time_text(problem, first.time)}"
     if ends:
-        words = ENDS if first.kind is Kind.FOLD else WORDS[first.kind]
+        words = ENDS if first.kind is JumpKind.FOLD else WORDS[first.kind]
         said = f"{named(first.names)} = {before} is the last value before {at.removeprefix('at ')}: {words}"
-    elif first.kind is Kind.MEETING:
+    elif first.kind is JumpKind.MEETING:
         said = f"{named(first.names)} {at}: {WORDS[first.kind]}"
     else:
         verb = "jumps" if len(first.names) == 1 else "jump"

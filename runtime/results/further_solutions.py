@@ -9,8 +9,8 @@ import numpy as np
 from msgspec import Struct
 
 from ..problem import Array
-from .branch_jumps import ONE, Point
-from .systems import System
+from .branch_jumps import ONE, JumpPoint
+from .systems import RunSystem
 
 STARTS = 24
 """Guesses that are tried beside those with other signs."""
@@ -37,7 +37,7 @@ class Several(Struct, frozen=True):
     outside: bool
 
 
-def several_at(system: System, point: Point) -> Several | None:
+def several_at(system: RunSystem, point: JumpPoint) -> Several | None:
     """Look for solutions beside the one that is reported; None where there is only that within the ranges of the model."""
     taken = point.values
     if not np.isfinite(taken).all():
@@ -66,7 +66,7 @@ def several_at(system: System, point: Point) -> Several | None:
     return Several(names, point.at.t, tuple(map(float, taken)), shown, not _inside(taken, low, high))
 
 
-def _range(system: System) -> tuple[Array, Array]:
+def _range(system: RunSystem) -> tuple[Array, Array]:
     low = [-np.inf if q.minimum is None else q.minimum for q in system.quantities]
     high = [np.inf if q.maximum is None else q.maximum for q in system.quantities]
     return np.array(low), np.array(high)
@@ -77,13 +77,13 @@ def _inside(values: Array, low: Array, high: Array) -> bool:
     return bool(np.all((low - slack <= values) & (values <= high + slack)))
 
 
-def _one(system: System, a: Array, b: Array, periods: Array) -> bool:
+def _one(system: RunSystem, a: Array, b: Array, periods: Array) -> bool:
     difference = a - b
     difference = difference - periods * np.round(difference / TURN)
     return system.alike(b + difference, b, ONE)
 
 
-def _periods(system: System, point: Point) -> Array:
+def _periods(system: RunSystem, point: JumpPoint) -> Array:
     """Give a full turn [n] for unknowns whose equations are the same after it, 0 for others."""
     found = np.zeros(system.count)
     for i in range(system.count):
@@ -100,7 +100,7 @@ def _periods(system: System, point: Point) -> Array:
     return found
 
 
-def _starts(system: System, point: Point, low: Array, high: Array) -> Iterator[Array]:
+def _starts(system: RunSystem, point: JumpPoint, low: Array, high: Array) -> Iterator[Array]:
     """Yield guesses: the taken solution with other signs, then points that fill the range, or surroundings of the guess."""
     taken = point.values
     guess = system.look(point.at, taken).guess

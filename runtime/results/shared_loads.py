@@ -118,13 +118,14 @@ def shared_loads(case: Case, table: Table) -> tuple[str, ...]:
         changed = [at.told(z) for z in others]
         turns = any(_differs(rates, other, free).any() for other, _ in changed)
         shared = _differs(told, at.told(_unshared(at, at.z))[1])
+        least = _differs(
+            told, at.told(_closed_alone(at))[1]
+        ).any()  # where none is found, loads are those of the modes
         depend = shared & np.any([_differs(told, at.told(_unshared(at, z))[1]) for z in others], axis=0)
         depend |= np.any([_differs(told, other) for _, other in changed], axis=0)
         names = [q.name for q, d in zip(problem.outputs, depend, strict=True) if d and q.kind == "output"]
         if turns or names:
-            found[bool(shared.any())].add(
-                at.t, [problem.hybrid.rows[k].name for k in group], names, moves=turns
-            )
+            found[bool(least)].add(at.t, [problem.hybrid.rows[k].name for k in group], names, moves=turns)
     return tuple(
         f"rigid bodies do not determine how {_listed(what.rows)} share their load, as at {time_text(problem, what.since)}: "
         f"{LEAST if least else FIRST}{what.carried}{'; the motion depends on this choice' if what.moves else ''}"
@@ -288,6 +289,15 @@ def _unshared(at: _At, z: Array) -> Array:
     """The same modes, of which forces are told as they are."""
     z = z.copy()
     z[[row.rests for row in at.rows if row.rests >= 0]] = 0.0
+    return z
+
+
+def _closed_alone(at: _At) -> Array:
+    """The modes in which what rests on others counts as closed (to formulas, what is not zero) and shares nothing (in the kernel, what is
+    above one half)."""
+    z = at.z.copy()
+    places = [row.rests for row in at.rows if row.rests >= 0]
+    z[places] = np.where(z[places] > 0.5, 0.25, z[places])
     return z
 
 

@@ -26,7 +26,7 @@ HOLDS = 1e-9
 """Largest residual, as a share of its terms, of equations that hold."""
 
 
-class Place(NamedTuple):
+class SystemPlace(NamedTuple):
     """Time, state [ny], inputs and discrete variables."""
 
     t: float
@@ -35,7 +35,7 @@ class Place(NamedTuple):
     z: Array
 
 
-class Look(NamedTuple):
+class SystemLook(NamedTuple):
     """At values that are tried: the guess [n], rows [m] and their derivatives [m, n] as shares of the ``sizes`` [m] of the
     terms of rows."""
 
@@ -48,7 +48,7 @@ class Look(NamedTuple):
 StatesAt = Callable[[Array], tuple[Array, Array | None]]
 
 
-class System:
+class RunSystem:
     """One system of a run. ``largest`` [n]: the largest sizes of the unknowns along it."""
 
     def __init__(self, case: Case, number: int) -> None:
@@ -69,29 +69,29 @@ class System:
     def count(self) -> int:
         return len(self.outputs)
 
-    def place(self, t: float, y: Array, z: Array) -> Place:
-        return Place(t, np.ascontiguousarray(y), inputs_at(self.case, t), np.ascontiguousarray(z))
+    def place(self, t: float, y: Array, z: Array) -> SystemPlace:
+        return SystemPlace(t, np.ascontiguousarray(y), inputs_at(self.case, t), np.ascontiguousarray(z))
 
-    def reported(self, at: Place) -> Array:
+    def reported(self, at: SystemPlace) -> Array:
         """Give what the model reports [n]: not-a-number where it found nothing."""
         assert self.case.functions.outputs is not None, "a model with unknown outputs has outputs"
         found: Array = self.case.functions.outputs(at.t, at.y, at.u, at.z, self.case.p)[self.outputs]
         return found
 
-    def look(self, at: Place, tried: Array) -> Look:
+    def look(self, at: SystemPlace, tried: Array) -> SystemLook:
         n, m, k = self.count, self.rows, self._first
         self._given[self._place : self._place + n] = tried
         out = self._function(at.t, at.y, np.concatenate([at.u, self._given]), at.z, self.case.p)
         rows, sizes = out[k + n : k + n + m], out[k + n + m : k + n + 2 * m]
         sizes = np.where(sizes > 0, sizes, 1.0)
         matrix = out[k + n + 2 * m : k + n + 2 * m + m * n].reshape(m, n)
-        return Look(out[k : k + n], rows / sizes, matrix / sizes[:, None], sizes)
+        return SystemLook(out[k : k + n], rows / sizes, matrix / sizes[:, None], sizes)
 
     def sizes(self, values: Array) -> Array:
         """Give what changes of the unknowns are measured against."""
         return np.maximum(np.abs(values), VANISHING * self.largest)
 
-    def step(self, look: Look) -> Array:
+    def step(self, look: SystemLook) -> Array:
         """Give the step of Newton's method; not-a-number where there is none."""
         with np.errstate(all="ignore"):
             if not (np.isfinite(look.matrix).all() and np.isfinite(look.rows).all()):
@@ -105,14 +105,14 @@ class System:
             except np.linalg.LinAlgError:
                 return np.full(self.count, np.nan)
 
-    def flatness(self, look: Look, values: Array) -> float:
+    def flatness(self, look: SystemLook, values: Array) -> float:
         """Give how far a solution moves, as a share of the unknowns, for residuals that are shares of their terms."""
         if not np.isfinite(look.matrix).all():
             return np.inf
         least = singular_values(look.matrix * np.maximum(self.largest, np.abs(values)))[-1]
         return float(1 / least) if least > 0 else np.inf
 
-    def nearest(self, at: Place, start: Array) -> Array | None:
+    def nearest(self, at: SystemPlace, start: Array) -> Array | None:
         """Give the solution that Newton's method goes to from a start without detours; None where it does not."""
         values, before = start, np.inf
         for _ in range(STEPS):
@@ -129,7 +129,7 @@ class System:
             before = size
         return None
 
-    def found(self, at: Place, start: Array) -> Array | None:
+    def found(self, at: SystemPlace, start: Array) -> Array | None:
         """Give the solution that steps lead to which are shortened where they lead away; None where there is none."""
         values, fraction = start, 1.0
         look = self.look(at, values)
@@ -147,7 +147,7 @@ class System:
                 fraction /= 4
         return None
 
-    def _holds(self, look: Look) -> bool:
+    def _holds(self, look: SystemLook) -> bool:
         return self.rows == self.count or bool(np.all(np.abs(look.rows) <= HOLDS))
 
     def alike(self, a: Array, b: Array, share: float) -> bool:
@@ -155,6 +155,6 @@ class System:
         return bool(np.all(np.abs(a - b) <= share * np.maximum(self.largest, np.abs(a))))
 
 
-def systems_of(case: Case) -> list[System]:
+def systems_of(case: Case) -> list[RunSystem]:
     """Give the systems of a model for a case."""
-    return [System(case, k) for k in range(len(case.problem.sought))]
+    return [RunSystem(case, k) for k in range(len(case.problem.sought))]

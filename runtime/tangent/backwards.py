@@ -43,7 +43,7 @@ class SweepRecord(ctypes.Structure):
     )
 
 
-class Sweep:
+class BackwardSweep:
     """What a sweep needs of a case whose goal ``functions`` pull back; ``back`` makes it."""
 
     def __init__(

@@ -18,7 +18,7 @@ from ..functions import load_functions
 from ..outcome import SimulationError
 from ..problem import Adjoint, Array, Problem
 from .augmented import BEHIND
-from .backwards import METHOD, Sweep, address, call, steps
+from .backwards import METHOD, BackwardSweep, address, call, steps
 from .directions import Direction, chosen, named
 from .start import assembled
 
@@ -84,7 +84,7 @@ class Gradients:
         rows = self.problem.offers[1].rows
         self.units = tuple(rows[k][1] for k in places)
         seeds = len(self.problem.discretes)
-        self.sweep = Sweep(case, self.functions, self.p, seeds, self.free, float(integral))
+        self.sweep = BackwardSweep(case, self.functions, self.p, seeds, self.free, float(integral))
         self.addresses = {f: address(self.functions, f) for f in ("goal", "pull_back", "start_pull_back")}
         if problem.assembly:
             self.addresses["pull_back_assembly"] = address(self.functions, "pull_back_assembly")

@@ -30,7 +30,7 @@ ROUNDING = 1e-11
 """Share of the largest response below which rows depend on each other, as in the kernel."""
 
 
-class Row(Struct, frozen=True):
+class KernelRow(Struct, frozen=True):
     """``mech_row`` of the kernel."""
 
     kind: int
@@ -55,7 +55,7 @@ class Instant:
         assert struct.hybrid
         self.hybrid = contract.HybridStruct.from_address(struct.hybrid)
         found = (self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
-        self.rows = tuple(Row(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
+        self.rows = tuple(KernelRow(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
         self.reals = augmented.reals
 
     # ------------------------------------------------------------ functions

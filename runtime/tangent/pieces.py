@@ -20,7 +20,7 @@ from ..outcome import Failure, SimulationError, time_text
 from ..problem import Array
 from .augmented import Augmented
 from .instant import Instant
-from .saltation import SAME_TIME, Sizes, check_start, crossed
+from .saltation import SAME_TIME, TangentSizes, check_start, crossed
 
 SHORT = 0.1
 """Roots of the tolerance: the last part of a piece, where errors of the motion turn the direction of a slip that vanishes. A
@@ -139,7 +139,9 @@ class Pieces:
             self._meets(t, until, found, before[:ny])
             if until > begin or (begin in times):
                 rows.append((until, before[:ny], w, before[ny:], dz))
-            jump = crossed(self.augmented, Sizes(self.nominal, sizes), record, number, w, dz, self.probe)
+            jump = crossed(
+                self.augmented, TangentSizes(self.nominal, sizes), record, number, w, dz, self.probe
+            )
             crowd = self._crowded(record, number, dt, jump.dt) if number else ""
             remarks += [said for said in (jump.remark, crowd) if said]
             dt = jump.dt

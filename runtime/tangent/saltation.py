@@ -39,7 +39,7 @@ STRONG = 1e3
 """Growth of derivatives at one event from which on it is told: it is almost grazed, or meets another."""
 
 
-class Sizes(Struct, frozen=True, eq=False):
+class TangentSizes(Struct, frozen=True, eq=False):
     """What counts as one: of states ``nominal`` [ny], of their derivatives ``tangents`` [ny, k]."""
 
     nominal: Array
@@ -56,7 +56,13 @@ class Crossing(Struct, frozen=True):
 
 
 def crossed(
-    augmented: Augmented, sizes: Sizes, record: EventRecord, number: int, w: Array, dz: Array, probe: int
+    augmented: Augmented,
+    sizes: TangentSizes,
+    record: EventRecord,
+    number: int,
+    w: Array,
+    dz: Array,
+    probe: int,
 ) -> Crossing:
     """Take derivatives ``w`` [ny, k] and ``dz`` across instant ``number``. ``probe``: a direction of the state that is free.
 
@@ -276,7 +282,7 @@ def _is_slow(note: Note, measured: Array) -> bool:
     return bool(0 <= rebound <= threshold)
 
 
-def _stay(here: Instant, held: Sequence[int], sizes: Sizes, what: str) -> None:
+def _stay(here: Instant, held: Sequence[int], sizes: TangentSizes, what: str) -> None:
     """Put the derivatives onto what holds now; refuse where they leave it: another mode is about to come."""
     if not held:
         return

@@ -14,7 +14,7 @@ from mechc.lang.build.rules import ACTIONS
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.grammar.keywords import KEYWORDS, RESERVED
 from mechc.lang.grammar.lexer import tokenise
-from mechc.lang.grammar.tables import END, Mode, build_tables, grammar_text, load_tables
+from mechc.lang.grammar.tables import END, LexerMode, build_tables, grammar_text, load_tables
 from mechc.lang.source import SourceFile
 from mechc.lang.units import UNIT_NAMES, unit_end
 
@@ -32,7 +32,7 @@ def test_a_conflict_would_be_noticed() -> None:
 
 
 def test_every_action_is_used_and_every_rule_has_one() -> None:
-    used = {p.action for p in load_tables().productions if p.mode is Mode.CALL}
+    used = {p.action for p in load_tables().productions if p.mode is LexerMode.CALL}
     assert not used ^ set(ACTIONS), f"rules of mech.lark and of lang/build/rules.py: {used ^ set(ACTIONS)}"
 
 

@@ -266,7 +266,7 @@ REFUSED = {
     "no heads": (BODY, "line 1 of .* holds numbers alone"),
     "a gap": (HEAD + BODY.replace(LINES[6], LINES[6].partition(",")[0] + ","), "line 8 of .* has no value of 'measured'"),
     "not a number": (HEAD + BODY.replace(LINES[6], "0.3,NaN"), "line 8 of .* has no value of 'measured'"),
-    "two values at once": (HEAD + BODY + "1.50000,5.0\n", "the time 1.5 stands twice, the second time in line 33"),
+    "two values at once": (HEAD + BODY + "1.50000,5.0\n", "the time 1.5 stands twice, with .* and with 0.0872665 .in SI. in line 33"),
     "unsorted": (HEAD + "\n".join([*LINES[:7], LINES[8], LINES[7], *LINES[9:]]), "in line 10 of .* the time 0.35 follows 0.4"),
     "late": (HEAD + "".join(f"{t + 12.5},{a}\n" for t, a in ANGLES), "reaches from 12.5 s to 14 s, the run from 0 s to 1 s"),
     "another unit": (HEAD.replace("deg", "mm") + BODY, "the column 'measured' is in mm, the model has it in rad"),
@@ -394,6 +394,11 @@ def test_inputs_that_are_refused(rig: mechc.Model, monkeypatch: pytest.MonkeyPat
         ({"many": np.sin}, "has 2 elements: give a function for each, as in 'many\\[1\\]'"),
         ({"push": lambda t: float("nan")}, "the function of 'push' gives nan at 0"),
         ({"push": lambda t: hash(t) % 97}, "changes too often to be followed"),
+        ({"push": lambda t: np.array([t, t])}, "gives array.* at 0, and an input is one number"),
+        ({"push": (T, 1j * T)}, "'push' holds complex numbers"),
+        ({"push": (T.astype("datetime64[s]"), T)}, "'time' holds dates, and a table has numbers"),
+        ({"push": {"time [s]": T, "push [m]": T}}, "the data: the column 'push' is in m"),
+        ([T, T], "'inputs' are tables or functions by the names of inputs, not a list"),
         ("push", "'inputs' are tables or functions by the names of inputs"),
     ):
         with pytest.raises((mechc.UsageMistake, SimulationError), match=words):

@@ -239,3 +239,48 @@ def test_what_is_built_asks_for_the_c_library_itself(tmp_path: Path, monkeypatch
     function = ctypes.CDLL(str(file)).f
     function.restype, function.argtypes = ctypes.c_double, (ctypes.c_double,)
     assert function(0.5) == 42 + math.sin(0.5)
+
+
+ENDS = """
+import json, sys
+from pathlib import Path
+import mechc
+found = {}
+for file in sorted(Path(sys.argv[1]).glob("*.mech")):
+    ran = mechc.load(file).simulate()
+    error = ran.accuracy.error
+    sizes = {} if error is None else error.by_state_at_end
+    found[file.stem] = {
+        name: (float(ran[name][-1]), sizes[name] * (error.nominal[name] + abs(float(ran[name][-1]))))
+        for name in sizes
+    }
+json.dump(found, sys.stdout)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
+def test_all_examples_agree_with_gcc_to_their_errors() -> None:
+    """gcc as it is used, with fused products. Both errors together bound the difference but for their own uncertainty: the
+    factor with which ``gallery.check_estimate`` compares them with true ones."""
+    ends = []
+    for compiler in ("libtcc", "gcc"):
+        made = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", ENDS, str(EXAMPLES)],
+            env={**os.environ, "CC": compiler},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        ends.append(json.loads(made.stdout))
+    ours, theirs = ends
+    assert len(ours) > 200 and ours.keys() == theirs.keys()
+    compared, unlike = 0, {}
+    for example, states in theirs.items():
+        for name, (value, error) in states.items():
+            other, own = ours[example][name]
+            compared += 1
+            off = abs(other - value) / max(error + own, 1e-14 * max(1.0, abs(value)))
+            if not off <= 100:
+                unlike[example, name] = off
+    assert compared > 800 and unlike == {}

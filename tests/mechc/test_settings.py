@@ -182,9 +182,11 @@ end M;
 def _read(kind: str, given: object) -> object:
     import mechc
     from mechc.requests.question import _READ
-    from mechc.runtime.settings import Setting
+    from mechc.runtime.settings import QuestionSetting
 
-    return _READ[kind](Setting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem(quick=True))
+    return _READ[kind](
+        QuestionSetting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem(quick=True)
+    )
 
 
 def test_a_place_is_a_word_or_values_of_the_state() -> None:

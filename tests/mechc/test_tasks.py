@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -84,7 +85,7 @@ def test_inputs_that_the_model_moves_go_on_moving() -> None:
     """An input that is a function of the time is held by nobody: a = 1 - cos t."""
     text = "input AngularAcceleration w = cos(time/(1 s))*(1 rad/s^2);\ncoordinate Angle a = 0 rad;\nkinetic 1/2*(1 kg.m^2)*der(a)^2;\n"
     text += "force (1 kg.m^2)*w on a;\n"
-    found = mechc.loads(text).study("task", observe="a", reward="a", every=0.5, stop=1.0, episodes=2)
+    found: Any = mechc.loads(text).study("task", observe="a", reward="a", every=0.5, stop=1.0, episodes=2)
     assert found.details["returns"] == pytest.approx([2 - math.cos(0.5) - math.cos(1.0)] * 2, rel=1e-6)
     assert found.details["actions"] == []
 

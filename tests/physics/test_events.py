@@ -453,3 +453,17 @@ def test_more_rows_than_a_run_decides_over_are_told() -> None:
     with pytest.raises(mechc.CompileError, match=r"65 rows .* that switch, more than 64") as caught:
         mechc.loads(masses)
     assert [d.code for d in caught.value.diagnostics] == ["E0720"]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_rest_shows_the_state_at_rest(restitution: float) -> None:
+    """The last impact has its own: a rest that repeats its speed is none."""
+    solution = mechc.loads(
+        "coordinate Length h = 1 m; kinetic 1/2*(1 kg)*der(h)^2; potential (9.81 N)*h; "
+        f"contact floor: h restitution {restitution};"
+    ).simulate(stop=3, estimate_error=False)
+    *_, impact, rest = solution.events
+    assert (impact.kind, rest.kind) == ("impact", "rest")
+    assert impact.before["der(h)"] < 0 == impact.after["der(h)"]
+    assert rest.before == rest.after
+    assert rest.after["der(h)"] == 0 and abs(rest.after.get("h", 0.0)) < 1e-15

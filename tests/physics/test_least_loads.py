@@ -384,6 +384,11 @@ def test_a_table_that_slides_straight_shares_and_one_that_turns_has_the_loads_of
     assert len(told) == 1
     assert "the least sum of squares is told" in told[0]
     assert "motion depends" not in told[0]
+    closed = "output shut[4] = {if closed(leg[i]) then 0.5 else 0 for i in 1:4};\n  experiment"
+    model = mechc.loads(
+        SPUN.replace("experiment", closed)
+    )  # what only asks whether it stands, tells no share
+    assert "the least sum of squares is told" in model.simulate(estimate_error=False).remarks[0]
     turning = model.simulate(set={"w0": 3.0}, estimate_error=False)
     told = [remark for remark in turning.remarks if "rigid bodies" in remark]
     assert len(told) == 1

@@ -90,7 +90,7 @@ def test_approximations_are_off_by_no_more_than_is_said(order: int) -> None:
     remark = next(r for r in found.remarks if "at most" in r)
     factor, power = (float(x) for x in remark.split("at most ")[1].split(",")[0].split(" (w T)^"))
     w = np.linspace(0.05, 6, 60)
-    s = 1j * w
+    s = np.asarray(1j * w, dtype=np.complex128)
 
     def off(T: float) -> NDArray[np.float64]:
         return 1.01 * factor * (w * T) ** power  # it is told in three digits

@@ -66,7 +66,11 @@ def profile() -> tuple[Callable[[float], float], Callable[[float], tuple[float, 
         near = np.pi / 2 - phi
         return float(brentq(off, near - 0.8, near + 0.8, xtol=1e-14))
 
-    return of_angle, lambda at: tuple(float(n) for n in told(at))
+    def of_place(at: float) -> tuple[float, float, float]:
+        y, slope, bend = told(at)
+        return float(y), float(slope), float(bend)
+
+    return of_angle, of_place
 
 
 def follower(times: Array) -> Array:

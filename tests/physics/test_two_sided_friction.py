@@ -342,7 +342,7 @@ def test_small_motions_of_what_is_locked() -> None:
         ("friction f: forward 1 N backward -2 N on x;", "E0706"),
         ("friction f: forward 1 N backward 2 N static forward 2 N backward 1 N on x;", "E0706"),
         ("friction f: forward 1 N backward 2 N.m on x;", "E0322"),
-        ("friction f: forward 1 N on x;", "E0123"),
+        ("friction f: forward 1 N on x;", "E0110"),
         ("friction f: backward 1 N forward 2 N on x;", "E0110"),
         ("friction f: forward 1 N backward 2 N static 3 N on x;", "E0110"),
         ("friction f: forward 1 N backward infinite on x; when initial() then release f; end when;", "E0212"),

@@ -641,5 +641,5 @@ def test_it_costs_no_more_than_by_hand(name: str) -> None:
     for _ in range(25):
         runs = [model.simulate(estimate_error=False, method="dop853") for model in models]
         assert all(isinstance(one, mechc.Solution) and one.failure is None for one in runs)
-        quotients.append(runs[0].statistics.run_time / runs[1].statistics.run_time)  # type: ignore[union-attr]
+        quotients.append(runs[0].statistics.run_time / runs[1].statistics.run_time)
     assert sorted(quotients)[12] < 1.2

@@ -155,6 +155,7 @@ VALUES = {
         "TyreCurves": f"kappa = 0.05, Fz = 3000 N, {OF_A_TYRE}",
         "Tyre": f"VERTICAL_STIFFNESS = 3000 N/m, VERTICAL_DAMPING = 50 N.s/m, flattening = 0.01 m, LONGVL = 3 m/s, VXLOW = 0.8 m/s,"
         f" tread = 30 N.s/m, most = 1.2, {OF_A_TYRE}",
+        "RailWheelset": "V = 3 m/s, r0 = 0.4 m, b = 0.7 m, conicity = 0.1, f11 = 30 N, f22 = 40 N",
         "Driver": "preview = 3 m, gain = 0.5, T = 0.2 s, most = 20 deg",
     },
     "space": {
@@ -292,7 +293,7 @@ def functions(package: str) -> list[str]:
     return [item.name for item in file.items if isinstance(item, ast.Function)]
 
 
-ASSEMBLIES = {("planar", name) for name in ("Ram", "LumpedBeam", "HangingLoad")}
+ASSEMBLIES = {("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")}
 """Small machines: their examples have answers of their own, in tests/stdlib/test_machines.py."""
 EVERY = [
     (package, name)

@@ -16,7 +16,7 @@ from mechc.measurement import references, truth
 from mechc.measurement.benchmark import reference_at
 from mechc.measurement.references import compile_for_reference
 from mechc.requests.request import asked
-from mechc.runtime.reference.high_precision import Reference, ReferenceFailed, best_precision
+from mechc.runtime.reference.high_precision import PrecisionReference, ReferenceFailed, best_precision
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.session import plan
 
@@ -60,7 +60,7 @@ def model_of(statements: str, stop: float = 8.0) -> mechc.Model:
     return mechc.loads(f"dimensionless;\n{statements}\nexperiment(stop = {stop});")
 
 
-def exactly(made: Reference, row: int, state: int) -> mpmath.mpf:
+def exactly(made: PrecisionReference, row: int, state: int) -> mpmath.mpf:
     return mpmath.mpf(made.high[row, state]) + mpmath.mpf(made.low[row, state])
 
 
@@ -122,7 +122,7 @@ def test_other_methods_where_there_is_no_series_or_it_is_long(monkeypatch: pytes
 def test_another_method_goes_on_where_a_series_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
 
-    def fail(*arguments: object, method: str, **options: object) -> Reference:
+    def fail(*arguments: object, method: str, **options: object) -> PrecisionReference:
         tried.append(method)
         raise ReferenceFailed("no")
 
@@ -144,7 +144,7 @@ def test_many_operations_are_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 def test_run_by_series_is_judged_by_another_method(monkeypatch: pytest.MonkeyPatch) -> None:
     judges: list[str] = []
 
-    def judge(*arguments: object, **options: object) -> Reference:
+    def judge(*arguments: object, **options: object) -> PrecisionReference:
         judges.append(str(arguments[4]))
         raise ReferenceFailed("asked for its method only")
 

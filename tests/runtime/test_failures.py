@@ -23,7 +23,7 @@ from written_problems import (
 )
 
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.interface import Assertion
+from mechc.runtime.interface import AssertionEntry
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.problem import Array, ModelFunction, Problem
 from mechc.runtime.results.solution import Solution
@@ -37,7 +37,7 @@ def python_scalar(rhs: Callable[[float, float], float], assertion: ModelFunction
     }
     if assertion is not None:
         functions["assertions"] = assertion
-    assertions = (Assertion("x stays small", ORIGIN),) if assertion else ()
+    assertions = (AssertionEntry("x stays small", ORIGIN),) if assertion else ()
     return problem("Scalar", x=[("x", "")], functions=functions, assertions=assertions)
 
 

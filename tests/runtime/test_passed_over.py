@@ -125,7 +125,7 @@ def test_what_a_run_saw_is_no_error_where_its_companion_passed_over_it(
 
 def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """What seemed to be seen there asked for steps of a microsecond, with which no run came to its end, and nobody looked again."""
-    seen: list[missed_feature_scan.Look | None] = []
+    seen: list[missed_feature_scan.MissedFeature | None] = []
     look = missed_feature_scan.look_between
 
     def looking(*given: Any) -> Any:

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.sheets import Named, Reading, Sheet, read_sheet
+from mechc.runtime.sheets import NamedColumn, Sheet, SheetReading, read_sheet
 
-AS_IT_IS = Reading()
+AS_IT_IS = SheetReading()
 UNITS = {"s", "ms", "deg", "m", "mm", "N", "kN", "°"}
 
 
-def read(folder: Path, data: str | bytes, reading: Reading = AS_IT_IS) -> Sheet:
+def read(folder: Path, data: str | bytes, reading: SheetReading = AS_IT_IS) -> Sheet:
     path = folder / "log.csv"
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
     return read_sheet(path, reading, UNITS.__contains__)
@@ -113,7 +113,7 @@ def test_two_readings_are_refused_with_both(tmp_path: Path, text: str, message: 
     with pytest.raises(SimulationError, match=message) as refused:
         read(tmp_path, text)
     assert "--decimal" in refused.value.help
-    found = {sign: read(tmp_path, text, Reading(decimal=sign)).columns[-1][0] for sign in ".,"}
+    found = {sign: read(tmp_path, text, SheetReading(decimal=sign)).columns[-1][0] for sign in ".,"}
     assert found["."] != found[","]
 
 
@@ -146,8 +146,8 @@ def test_wrong_tables(tmp_path: Path, text: str, message: str) -> None:
         read(tmp_path, text)
 
 
-def named(*columns: tuple[str, str, str], **more: object) -> Reading:
-    return Reading(columns=tuple(Named(*one) for one in columns), **more)  # type: ignore[arg-type]
+def named(*columns: tuple[str, str, str], **more: object) -> SheetReading:
+    return SheetReading(columns=tuple(NamedColumn(*one) for one in columns), **more)  # type: ignore[arg-type]
 
 
 def test_columns_are_named_by_their_heads_or_numbers(tmp_path: Path) -> None:
@@ -175,12 +175,12 @@ def test_lines_and_signs_that_are_asked_for(tmp_path: Path) -> None:
     ) as refused:
         read(tmp_path, text)
     assert "--skip 2" in refused.value.help
-    sheet = read(tmp_path, text, Reading(skip=2))
+    sheet = read(tmp_path, text, SheetReading(skip=2))
     assert sheet.columns == ([5], [6]) and sheet.lines == [4]
     with pytest.raises(SimulationError, match="has no line behind the first 9"):
-        read(tmp_path, text, Reading(skip=9))
+        read(tmp_path, text, SheetReading(skip=9))
     with pytest.raises(SimulationError, match="has no rows below"):
-        read(tmp_path, text, Reading(skip=2, separator=","))
+        read(tmp_path, text, SheetReading(skip=2, separator=","))
 
 
 def test_rows_that_loggers_write_twice(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from hand_made import pendulum_problem
 from msgspec.structs import replace
 
 from mechc.runtime.integrate.kernel_failure import kernel_failure
-from mechc.runtime.interface import Assertion, Branch, Hybrid, SwitchedRow
+from mechc.runtime.interface import AssertionEntry, Hybrid, HybridBranch, SwitchedRow
 from mechc.runtime.native.kernel import ReportStruct
 from mechc.runtime.native.status import Status
 
@@ -34,8 +34,8 @@ def test_python_has_the_statuses_of_the_header() -> None:
 
 def words(status: Status, *rows: SwitchedRow) -> str | None:
     """What a run that ends with a status says, in a model that has one of everything, and further rows."""
-    during, at_event = Assertion("it holds", None), Assertion("it holds at the event", None)
-    hybrid = Hybrid((), (Branch("x > 1", (at_event,), None),), (SwitchedRow("floor", "contact"), *rows))
+    during, at_event = AssertionEntry("it holds", None), AssertionEntry("it holds at the event", None)
+    hybrid = Hybrid((), (HybridBranch("x > 1", (at_event,), None),), (SwitchedRow("floor", "contact"), *rows))
     problem = replace(pendulum_problem(), hybrid=hybrid, assertions=(during,))
     failure = kernel_failure(problem, status, ReportStruct(), np.zeros(len(problem.states)))
     return None if failure is None else failure.message

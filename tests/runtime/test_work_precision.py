@@ -20,13 +20,13 @@ from mechc.runtime.functions import load_functions
 from mechc.runtime.reference import reference_cache
 from mechc.runtime.reference.high_precision import (
     LADDERS,
-    Reference,
+    PrecisionReference,
     ReferenceFailed,
     best_precision,
     has_precision,
     reference,
 )
-from mechc.runtime.reference.work_precision import Point, fastest, time_to_reach
+from mechc.runtime.reference.work_precision import WorkPrecisionPoint, fastest, time_to_reach
 
 OSCILLATOR = """
 model Oscillator
@@ -40,8 +40,8 @@ end Oscillator;
 """
 
 
-def point(error: float | None, seconds: float) -> Point:
-    return Point("dop853", 1e-6, error, error, seconds, 0.0, 1, 1)
+def point(error: float | None, seconds: float) -> WorkPrecisionPoint:
+    return WorkPrecisionPoint("dop853", 1e-6, error, error, seconds, 0.0, 1, 1)
 
 
 def test_reference_agrees_with_the_closed_solution_beyond_double_precision() -> None:
@@ -86,12 +86,14 @@ def test_reference_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.Monkey
     functions = load_functions(problem)
     made: list[float] = []
 
-    def kept(case: Case, seconds: float = 1.0) -> Reference:
-        def make() -> Reference:
+    def kept(case: Case, seconds: float = 1.0) -> PrecisionReference:
+        def make() -> PrecisionReference:
             made.append(seconds)
             zero = np.zeros((2, 2))
             t = np.array([0.0, 1.0])
-            return Reference(t, zero + 1 / 3, zero, t, np.ones(2), "exactly", "dop853", 1e-25, 0.5, 7)
+            return PrecisionReference(
+                t, zero + 1 / 3, zero, t, np.ones(2), "exactly", "dop853", 1e-25, 0.5, 7
+            )
 
         return reference_cache.kept_reference(
             Path("model-0"),
@@ -196,7 +198,7 @@ def test_numbers_of_the_processor_take_over_where_the_reference_takes_too_long(
     model = mechc.loads(OSCILLATOR)
     usual = benchmark(model, methods=("dop853",), tolerances=()).reference
 
-    def slow(*arguments: Any, **options: Any) -> Reference:
+    def slow(*arguments: Any, **options: Any) -> PrecisionReference:
         if options["precision"] == "__float128":
             options["seconds"] = 0.0
         return reference(*arguments, **options)

@@ -179,6 +179,7 @@ def test_profiles_of_cams() -> None:
     assert asked("cycloidal(0.25)", "polynomial345(0.25)", "cycloidal(1)", "cam_lift(750 deg, 12 mm, 60 deg, 20 deg, 60 deg)") == pytest.approx([0.25 - 1 / (2 * math.pi), 10 / 64 - 15 / 256 + 6 / 1024, 1, 0.006], rel=1e-12)  # fmt: skip
 
 
+@pytest.mark.slow  # its jumps are looked for over thousands of turns
 @pytest.mark.parametrize("speed", [1500, 3000])
 def test_a_follower_lifts_off_where_the_spring_is_too_weak(speed: int) -> None:
     """Where k s + F0 + m w^2 s'' of a cycloidal rise is negative for the first time, and not below that speed."""
@@ -363,7 +364,7 @@ def test_a_parachute_opens_and_sinks() -> None:
 
     def rate(t: float, v: np.ndarray) -> np.ndarray:
         share = min(max((t - 1) / 2, 0.0), 1.0) ** 2
-        return np.array([0, -9.81]) - 0.5 * 1.225 * 30 * share * np.hypot(*v) * v / 80
+        return np.asarray(np.array([0, -9.81]) - 0.5 * 1.225 * 30 * share * np.hypot(*v) * v / 80)
 
     found = solve_ivp(rate, (0, 3), [40.0, 0.0], "DOP853", rtol=1e-10, atol=1e-10, max_step=0.1).y[:, -1]
     assert [float(s(3.0)[f"der(t.position[{i}])"]) for i in (1, 2)] == pytest.approx(found, rel=1e-6)

@@ -141,3 +141,42 @@ def test_a_car_changes_its_lane() -> None:
 
     found = solve_ivp(rate, (0, 8), [0, 0, 0, 25, 0, 0, 0], "DOP853", rtol=1e-9, atol=1e-10, max_step=0.02)
     assert [s["pose.y"][-1], s["pose.angle"][-1]] == pytest.approx([found.y[1][-1], found.y[2][-1]], abs=1e-6)
+
+
+def test_a_quarter_car_on_a_random_road() -> None:
+    """SciPy with the same road, wave by wave, and the same forces."""
+    s = run_example("quarter_car")
+    n = 0.011 * np.exp((np.arange(1, 61) - 0.5) * math.log(2.83 / 0.011) / 60)
+    height = np.sqrt(2 * 256e-6 * (0.1 / n) ** 2 * n * math.log(2.83 / 0.011) / 60)
+    k = np.arange(1, 61)
+    phase = 2 * np.pi * np.mod(7 * 0.7548776662466927 + k * k * 0.5698402909980532, 1)
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        b, w, db, dw = y
+        angle = 2 * np.pi * n * 20 * t + phase
+        road = height @ np.cos(angle)
+        climb = -(height * 2 * np.pi * n * 20) @ np.sin(angle)
+        depth = 0.32 - (w - road)
+        tyre = max(0.0, 190e3 * depth - 100 * (dw - climb)) if depth > 0 else 0.0
+        v, d = db - dw, max(0.0, 0.30 - (b - w))
+        strut = 22e3 * (b - w - 0.5) + 900 * v + 900 * 0.15 * math.tanh(v / 0.15) - 50e3 * d - 2e7 * d**3
+        return [db, dw, -strut / 320 - 9.81, (strut + tyre) / 40 - 9.81]
+
+    start = [float(s[name][0]) for name in ("body.s", "wheel.s", "der(body.s)", "der(wheel.s)")]
+    found = solve_ivp(rate, (0, 5), start, "DOP853", rtol=1e-9, atol=1e-11, max_step=5e-3)
+    assert [s["body.s"][-1], s["wheel.s"][-1]] == pytest.approx(found.y[:2, -1], abs=1e-7)
+
+
+def test_a_muscle_carries_the_moment_of_a_forearm() -> None:
+    """The tension times its arm is the weights times theirs, the damping and what still accelerates."""
+    t = np.linspace(0.5, 4, 701)
+    s = run_example("elbow")(t)
+    q, w = s["elbow.angle"], s["der(elbow.angle)"]
+    x, y = 0.04 * np.cos(q), 0.04 * np.sin(q)
+    arm = 0.04 * 0.3 * np.cos(q) / np.hypot(x, y - 0.3)
+    weights = 9.81 * np.cos(q) * (1.5 * 0.15 + 2 * 0.32)
+    inertia = 0.01 + 1.5 * 0.15**2 + 2 * 0.32**2
+    left = s["biceps.tension"] * arm - weights - 1.5 * w
+    assert left[5:-5] == pytest.approx(inertia * np.gradient(w, t)[5:-5], abs=2e-3)
+    assert weights.max() > 4
+    assert q[-1] > q[0] and abs(w[-1]) < 0.02

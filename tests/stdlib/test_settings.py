@@ -84,7 +84,21 @@ def test_every_joint_with_settings_is_tried() -> None:
             bases = [s.base for s in model.body if isinstance(s, ast.Extends)]
             if any(base.endswith("Settings") for base in bases):
                 found.add((package, model.name))
-    assert found == set(JOINTS)
+    assert found == {*JOINTS, ("spatial", "Spherical")}
+
+
+def test_a_ball_joint_with_a_spring_and_damping() -> None:
+    """A ball about its centre: a damped swing about any axis, small angles; the damping takes all of a spin."""
+    text = "import mech.spatial.*;\nBody b(m = 1 kg, J = identity(3)*2 kg.m^2);\nSpherical h(world -> b.a{});\n{}experiment(stop = 1 s, tolerance = 1e-11);"
+    start = "orientation = axis_angle({1, 2, 2}, 1e-3 rad)"
+    s = mechc.loads(text.format(f", {start}, stiffness = 50 N.m/rad, damping = 4 N.m.s", "")).simulate()
+    w, t = math.sqrt(25 - 1), s.time
+    swing = 1e-3 * np.exp(-t) * (np.cos(w * t) + np.sin(w * t) / w)
+    assert 2 * s["h.orientation[3]"] == pytest.approx(2 / 3 * swing, abs=1e-9)
+    s = mechc.loads(
+        text.format(", damping = 4 N.m.s", "initial der(h.orientation) = {3, 0, 4} rad/s;")
+    ).simulate()
+    assert s["energy.total"] == pytest.approx(25 * np.exp(-4 * s.time), rel=1e-8)
 
 
 def test_each_setting_has_its_closed_form() -> None:

@@ -229,3 +229,23 @@ def test_a_locked_wheel_slides_to_a_stop() -> None:
     assert abs(s["der(free.position[1])"][-1]) < 1e-3
     # between the way with the friction of full slip and that with the largest one, through which the slip builds up
     assert 0.9 * 387.4 * 50 / force < s["free.position[1]"][-1] < 387.4 * 50 / force
+
+
+def test_a_wheelset_hunts() -> None:
+    """At low speed with the wave of Klingel, V sqrt(conicity/(r0 b)); with mass, the eigenvalues of its four equations."""
+    text = "coordinate Length y = 0 m; coordinate Angle p = 0 rad; kinetic 1/2*1200 kg*der(y)^2 + 1/2*700 kg.m^2*der(p)^2; RailWheelset w(y = y, yaw = p, V = {} m/s); potential 1/2*1e5 N/m*y^2*{};"
+    slow = poles(text.format(0.5, 0))
+    klingel = 0.5 * math.sqrt(0.05 / (0.46 * 0.75))
+    assert slow[slow.imag > 0].imag == pytest.approx(klingel, rel=1e-4)
+    for V in (20.0, 80.0):
+        k, f, b = 1e5, 7e6, 0.75
+        A = np.array(
+            [
+                [0, 0, 1, 0],
+                [0, 0, 0, 1],
+                [-k / 1200, 2 * f / 1200, -2 * f / V / 1200, 0],
+                [-2 * b * f * 0.05 / 0.46 / 700, 0, 0, -2 * b * b * f / V / 700],
+            ]
+        )
+        found, expected = np.sort_complex(poles(text.format(V, 1))), np.sort_complex(np.linalg.eigvals(A))
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()

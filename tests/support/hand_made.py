@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from written_problems import called
 
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.interface import Assertion, Experiment, Origin, Quantity, Setting
+from mechc.runtime.interface import AssertionEntry, Experiment, Origin, Quantity, Setting
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.solution import Solution
@@ -71,7 +71,7 @@ def pendulum_problem() -> Problem:
             known=(True, True, True),
             rotations=(),
             assertions=(
-                Assertion(
+                AssertionEntry(
                     "the bob stays below", Origin("pendulum.mech", 9, 3, '  assert theta < 2, "stay";')
                 ),
             ),

@@ -10,7 +10,7 @@ from mechanisms import Mechanism, chain_parents, planar_tree
 from mechc.compiler.equations.model import Equations, Function, ParameterRule, Slot
 from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.elimination.eliminate import solve
-from mechc.runtime.interface import Assertion, Experiment, Quantity, Setting
+from mechc.runtime.interface import AssertionEntry, Experiment, Quantity, Setting
 
 TIME = Quantity("t", "time", "s")
 
@@ -28,7 +28,7 @@ def equations(
     discretes: Sequence[tuple[Node, Quantity]] = (),
     outputs: Sequence[Quantity] = (),
     experiments: Sequence[Experiment] = (),
-    assertions: Sequence[Assertion] = (),
+    assertions: Sequence[AssertionEntry] = (),
     time: Node | None = None,
     doc: str = "",
 ) -> Equations:
@@ -113,7 +113,7 @@ def pendulum() -> Equations:
             Quantity("x", "output", "m"),
             Quantity("mode", "output", ""),
         ],
-        assertions=[Assertion("theta stays below 3 rad", None)],
+        assertions=[AssertionEntry("theta stays below 3 rad", None)],
         experiments=[
             Experiment(
                 "swing",

@@ -15,7 +15,7 @@ import pytest
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from mechc.runtime.interface import Assertion, Origin, Quantity
+from mechc.runtime.interface import AssertionEntry, Origin, Quantity
 from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 from mechc.runtime.native.kernel import kernel_sources
 from mechc.runtime.problem import Array, ModelFunction, Problem
@@ -433,5 +433,5 @@ def scalar(name: str, rhs: str, initial: str = "1", assertion: str = "") -> Prob
     bodies = {"rhs": f"out[0] = {rhs};", "initial": f"out[0] = {initial};"}
     if assertion:
         bodies["assertions"] = f"out[0] = {assertion};"
-    assertions = (Assertion("x stays small", ORIGIN),) if assertion else ()
+    assertions = (AssertionEntry("x stays small", ORIGIN),) if assertion else ()
     return compiled(problem(name, x=[("x", "")], functions={}, assertions=assertions), (), bodies)

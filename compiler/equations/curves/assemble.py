@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime import interface
-from mechc.runtime.interface import Assertion, CurveRow, Quantity
+from mechc.runtime.interface import AssertionEntry, CurveRow, Quantity
 
 from ...flat.model import Kind
 from ...graph import Graph, Node
@@ -144,7 +144,7 @@ def assemble_curve(
     )
     plans, plan_functions = curve_experiments(system, layout, forms, reporter)
     reporter.stop_on_errors()
-    plan = interface.Curve(
+    plan = interface.CurveInterface(
         coordinates=n,
         order=order,
         depth=depth,
@@ -194,7 +194,7 @@ def assemble_curve(
         functions=(*functions, *plan_functions),
         experiments=plans,
         needs=frozenset(),
-        assertions=tuple(Assertion(a.message, origin(a.origin.span)) for a in system.assertions),
+        assertions=tuple(AssertionEntry(a.message, origin(a.origin.span)) for a in system.assertions),
         choices=(),
         curve=plan,
     )

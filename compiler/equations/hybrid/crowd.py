@@ -18,7 +18,7 @@ from ..crowd_plan import CrowdKind, CrowdPlan, CrowdRow
 from ..model import Function, Slot
 from ..quantities import quantity
 from ..reported.entries import Layout
-from ..rows.crowd import Member
+from ..rows.crowd import CrowdMember
 from ..rows.residual import constraint_rates
 from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
@@ -57,7 +57,7 @@ def crowd_of(
     system: MechanicalSystem,
     solved: Solved,
     layout: Layout,
-    members: Sequence[Member],
+    members: Sequence[CrowdMember],
     outputs: Sequence[Node],
     reporter: Reporter,
 ) -> Crowd | None:
@@ -73,7 +73,7 @@ class _Former:
         system: MechanicalSystem,
         solved: Solved,
         layout: Layout,
-        members: Sequence[Member],
+        members: Sequence[CrowdMember],
         reporter: Reporter,
     ) -> None:
         self.system, self.solved, self.layout, self.members = system, solved, layout, members
@@ -90,7 +90,7 @@ class _Former:
 
     def crowd(self, outputs: Sequence[Node]) -> Crowd:
         keys: dict[Key, int] = {}
-        firsts: list[tuple[Member, _Terms, list[Node]]] = []
+        firsts: list[tuple[CrowdMember, _Terms, list[Node]]] = []
         rows: list[tuple[int, list[Node]]] = []
         for member, terms in zip(self.members, self.terms(), strict=True):
             key, leaves = self.signature(member, terms)
@@ -149,7 +149,7 @@ class _Former:
             result.append(_Terms(gap, tuple(numbers), slip))
         return result
 
-    def signature(self, member: Member, terms: _Terms) -> tuple[Key, list[Node]]:
+    def signature(self, member: CrowdMember, terms: _Terms) -> tuple[Key, list[Node]]:
         """Return what two contacts of one kind have in common, and the symbols in which they differ, in one order."""
         graph = self.graph
         number: dict[Node, int] = {}
@@ -197,7 +197,7 @@ class _Former:
     # ------------------------------------------------------------ the code of a kind
 
     def kind(
-        self, name: str, member: Member, terms: _Terms, leaves: Sequence[Node]
+        self, name: str, member: CrowdMember, terms: _Terms, leaves: Sequence[Node]
     ) -> tuple[CrowdKind, Function, tuple[list[int], list[int]]]:
         """Return a kind, its function, and which of what it is given are the velocities of gap and slip."""
         graph, system = self.graph, self.system

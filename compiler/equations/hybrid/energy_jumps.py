@@ -17,7 +17,7 @@ from ..solve.solved import Solved, check_rates
 from .switches import Switches
 
 
-class Step(Struct, frozen=True):
+class EnergyStep(Struct, frozen=True):
     """A switch across which the potential energy jumps: ``symbol``, and its number among those that are located."""
 
     switch: int
@@ -29,14 +29,14 @@ class Step(Struct, frozen=True):
 
 def energy_steps(
     system: MechanicalSystem, solved: Solved, switches: Switches, reporter: Reporter
-) -> list[Step]:
+) -> list[EnergyStep]:
     """Return the switches across which the energies jump; report what has no meaning."""
     graph = system.graph
     formulas = [solved.energies.potential, system.lagrangian, solved.energies.kinetic]
     potential, lagrangian, kinetic = switches.apply(system, solved.resolve(formulas))
     # As they are written, without what drives put in; a `mass` may change with time: what joins it has its velocity.
     written = switches.apply(system, [system.kinetic, system.potential, system.lagrangian])
-    steps: list[Step] = []
+    steps: list[EnergyStep] = []
     in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential, lagrangian))
     symbols = system.symbols
     moving = symbols.positions | symbols.velocities | {x.node for x in (*symbols.states, *symbols.inputs)}
@@ -69,7 +69,7 @@ def energy_steps(
             if graph.equal_up_to_sign(jump, s.indicator):
                 continue  # nothing jumps, so that no impulse needs the rate
             check_rates(system, [rate], reporter)
-        steps.append(Step(k, s.symbol, rate, graph.symbol(f"#impulse step {k}"), jump))
+        steps.append(EnergyStep(k, s.symbol, rate, graph.symbol(f"#impulse step {k}"), jump))
     return steps
 
 
@@ -124,7 +124,7 @@ def _span(system: MechanicalSystem, kind: str) -> Span | None:
     return None
 
 
-def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[Step]) -> list[Node]:
+def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[EnergyStep]) -> list[Node]:
     """Return eight values for each step in the order of those of rows: its rate, and as force the jump of the energy."""
     graph = system.graph
     zero = graph.zero

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.interface import Assertion, Branch, Hybrid, SwitchedRow
+from mechc.runtime.interface import AssertionEntry, Hybrid, HybridBranch, SwitchedRow
 
 from ...graph import Node
 from ...graph.rewrite import substitute
@@ -15,7 +15,7 @@ from ..model import BranchPlan, HybridPlan, RowPlan, SharePlan
 from ..quantities import origin
 from ..rows.constraints import Row
 from ..solve.shares import Share
-from .energy_jumps import Step
+from .energy_jumps import EnergyStep
 
 
 def one_line(text: str) -> str:
@@ -35,10 +35,10 @@ def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
         BranchPlan(
             branch.event,
             f"act_{k + 1}",
-            Branch(
+            HybridBranch(
                 one_line(branch.text),
                 tuple(
-                    Assertion(a.message, origin(a.origin.span))
+                    AssertionEntry(a.message, origin(a.origin.span))
                     for a in branch.actions
                     if isinstance(a, CheckAction)
                 ),
@@ -58,7 +58,9 @@ def _sampled(system: MechanicalSystem, condition: Node) -> bool:
     return between != condition and between == graph.zero
 
 
-def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, int]) -> tuple[RowPlan, ...]:
+def row_plans(
+    rows: Sequence[Row], steps: Sequence[EnergyStep], place: Mapping[Node, int]
+) -> tuple[RowPlan, ...]:
     """Return what the kernel knows of rows and steps; ``place``: the index of each symbol in z."""
     names = [row.constraint.name for row in rows]
     plans: list[RowPlan] = []
@@ -83,7 +85,7 @@ def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, i
 
 
 def share_plans(
-    rows: Sequence[Row], steps: Sequence[Step], shared: Mapping[Node, Share], place: Mapping[Node, int]
+    rows: Sequence[Row], steps: Sequence[EnergyStep], shared: Mapping[Node, Share], place: Mapping[Node, int]
 ) -> tuple[SharePlan, ...]:
     """Return what each row and step may share; nothing where none does."""
     sorts = list(dict.fromkeys(share.sort for share in shared.values()))

@@ -17,20 +17,20 @@ from msgspec.structs import replace
 from ...graph import Node
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
-from .switches import Switch, Switches
+from .switches import Switches, SwitchPlan
 
 
-class Surface(Struct, frozen=True):
+class SlidingSurface(Struct, frozen=True):
     """``switch`` tells the sides apart, ``mode`` is that of sliding between them; ``share`` of the law where g < 0."""
 
-    switch: Switch
-    mode: Switch
+    switch: SwitchPlan
+    mode: SwitchPlan
     share: Node
 
 
 def with_sliding(
     system: MechanicalSystem, switches: Switches, states: Collection[Node]
-) -> tuple[Switches, tuple[Surface, ...]]:
+) -> tuple[Switches, tuple[SlidingSurface, ...]]:
     """Return the switches with the modes of surfaces along which first-order ``states`` may slide, as their rates jump there.
 
     Comparisons that tell the same two sides apart are one switch, as all of them turn at once. One surface at a time carries
@@ -61,7 +61,9 @@ def with_sliding(
     return replace(switches, located=(*(s.mode for s in surfaces), *located)), tuple(surfaces)
 
 
-def sliding(system: MechanicalSystem, surfaces: Sequence[Surface], nodes: Sequence[Node]) -> tuple[Node, ...]:
+def sliding(
+    system: MechanicalSystem, surfaces: Sequence[SlidingSurface], nodes: Sequence[Node]
+) -> tuple[Node, ...]:
     """Return formulas with the combination of both sides where the motion slides along a surface."""
     graph, found = system.graph, list(nodes)
     for s in surfaces:
@@ -73,7 +75,7 @@ def sliding(system: MechanicalSystem, surfaces: Sequence[Surface], nodes: Sequen
     return tuple(found)
 
 
-def places_of_modes(surfaces: Sequence[Surface], located: Sequence[Switch]) -> tuple[int, ...]:
+def places_of_modes(surfaces: Sequence[SlidingSurface], located: Sequence[SwitchPlan]) -> tuple[int, ...]:
     """Return for each switch the index of the mode of its surface, -1 where it has none; nothing where no motion slides."""
     places = {s.symbol: k for k, s in enumerate(located)}
     modes = {s.switch.symbol: places[s.mode.symbol] for s in surfaces}
@@ -82,10 +84,10 @@ def places_of_modes(surfaces: Sequence[Surface], located: Sequence[Switch]) -> t
 
 def _groups(
     system: MechanicalSystem, switches: Switches, states: Collection[Node]
-) -> list[list[tuple[Switch, bool]]]:
+) -> list[list[tuple[SwitchPlan, bool]]]:
     """Return the switches that states alone decide, those with one surface together; whether each has its sign."""
     graph = system.graph
-    groups: list[list[tuple[Switch, bool]]] = []
+    groups: list[list[tuple[SwitchPlan, bool]]] = []
     for switch in switches.located:
         g = switch.indicator
         support = set(graph.support(g))
@@ -101,15 +103,15 @@ def _groups(
     return groups
 
 
-def _jumps(system: MechanicalSystem, switches: Switches, group: Sequence[tuple[Switch, bool]]) -> bool:
+def _jumps(system: MechanicalSystem, switches: Switches, group: Sequence[tuple[SwitchPlan, bool]]) -> bool:
     """Whether the rate of g differs between the sides."""
     (rate,) = switches.apply(system, [group[0][0].rate])
     return not {switch.symbol for switch, _ in group}.isdisjoint(system.graph.support(rate))
 
 
 def _surface(
-    system: MechanicalSystem, switches: Switches, switch: Switch, mode: Node, others: Sequence[Node]
-) -> Surface:
+    system: MechanicalSystem, switches: Switches, switch: SwitchPlan, mode: Node, others: Sequence[Node]
+) -> SlidingSurface:
     graph = system.graph
     (rate,) = switches.apply(system, [switch.rate])
     up, down = (substitute(graph, [rate], {switch.symbol: n})[0] for n in (graph.zero, graph.one))
@@ -121,10 +123,12 @@ def _surface(
     outside = graph.mul(share, graph.sub(share, graph.one))
     indicator = graph.select(mode, outside, graph.abs(switch.indicator))
     beginning = graph.select(mode, graph.zero, graph.mul(leads, apart))
-    return Surface(switch, Switch(mode, indicator, beginning, indicator, f"{switch.text} slides"), share)
+    return SlidingSurface(
+        switch, SwitchPlan(mode, indicator, beginning, indicator, f"{switch.text} slides"), share
+    )
 
 
-def _held(system: MechanicalSystem, switch: Switch, surface: Surface) -> Switch:
+def _held(system: MechanicalSystem, switch: SwitchPlan, surface: SlidingSurface) -> SwitchPlan:
     """Return a switch that stays as it is while the motion slides along its surface."""
     graph, mode = system.graph, surface.mode.symbol
     as_it_is = graph.select(switch.symbol, graph.minus_one, graph.one)

@@ -24,7 +24,7 @@ UNSEEN = ops.JUMPING | {ops.SELECT}
 """Operations that a derivative does not see jump."""
 
 
-class Switch(Struct, frozen=True):
+class SwitchPlan(Struct, frozen=True):
     """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared.
 
     ``written``: g in the coordinates and rates that the user wrote, of which total derivatives are known.
@@ -49,7 +49,7 @@ class TimeSwitch(Struct, frozen=True):
 class Switches(Struct, frozen=True):
     """``replace`` takes the place of relations in formulas."""
 
-    located: tuple[Switch, ...]
+    located: tuple[SwitchPlan, ...]
     timed: tuple[TimeSwitch, ...]
     replace: Mapping[Node, Node]
 
@@ -81,7 +81,7 @@ def find_switches(
     reached = set(graph.reach(list(formulas)))
     time = system.symbols.time
     unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
-    located: list[Switch] = []
+    located: list[SwitchPlan] = []
     timed: list[TimeSwitch] = []
     made: dict[tuple[Node, Node], Node] = {}
     replace: dict[Node, Node] = {}
@@ -92,7 +92,7 @@ def find_switches(
         (rate,) = substitute(graph, [rate], resolve)
         if set(graph.support(rate)) & set(system.unknown_rates):
             rate = graph.zero
-        located.append(Switch(symbol, g, rate, written, text))
+        located.append(SwitchPlan(symbol, g, rate, written, text))
 
     for relation, image in zip(relations, images, strict=True):
         if image not in reached or image in replace:
@@ -131,7 +131,7 @@ def find_switches(
     differences = substitute(graph, [side.difference for side in sides], resolve)
     for k, (side, difference) in enumerate(zip(sides, differences, strict=True)):
         text = f"side of force {k + 1}"
-        located.append(Switch(side.symbol, difference, graph.zero, side.difference, text))
+        located.append(SwitchPlan(side.symbol, difference, graph.zero, side.difference, text))
     return Switches(tuple(located), tuple(timed), replace)
 
 

@@ -25,18 +25,18 @@ from ..solve.solved import Solved
 from .actions import branch_results, check_masses, check_positions
 from .crowd import Crowd
 from .delays import as_at_the_start, delay_plan
-from .energy_jumps import Step, energy_steps, step_values
+from .energy_jumps import EnergyStep, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
-from .switches import Switch, Switches, find_switches, jumps_of_dissipation, relations_of_time
+from .switches import Switches, SwitchPlan, find_switches, jumps_of_dissipation, relations_of_time
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
 """Functions in which relations are evaluated as they stand."""
 
 
-class Hybrid(Struct, frozen=True):
+class EventEquations(Struct, frozen=True):
     """Layout, functions and plan of a model with events."""
 
     layout: Layout
@@ -55,7 +55,7 @@ def add_events(
     reporter: Reporter,
     parts: Collection[str] = (),
     crowd: Crowd | None = None,
-) -> Hybrid | None:
+) -> EventEquations | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
     check_positions(system, solved, reporter)
@@ -86,7 +86,7 @@ def add_events(
     if not (system.branches or rows or switches.located or switches.timed or crowd or past):
         if "events" not in parts:
             return None
-        never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
+        never = SwitchPlan(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
         switches = replace(switches, located=(never,))
     steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
@@ -141,11 +141,11 @@ def add_events(
     ):  # forces of the crowd are in no formula, so nothing is known of rates that they change
         made = [_without_rates(f, graph) for f in made]
     jumps = bool(steps) or crowd is not None or "energy.supplied" in booked_by_events(system)
-    return Hybrid(layout, (*changed, *made), plan, jumps)
+    return EventEquations(layout, (*changed, *made), plan, jumps)
 
 
 def _beside(
-    system: MechanicalSystem, steps: Sequence[Step], z: Sequence[Node], crowd: Crowd, reporter: Reporter
+    system: MechanicalSystem, steps: Sequence[EnergyStep], z: Sequence[Node], crowd: Crowd, reporter: Reporter
 ) -> list[Node]:
     """Return z with the places of a crowd; report what cannot stand beside one."""
     if steps:
@@ -189,7 +189,7 @@ def _mode_symbols(system: MechanicalSystem) -> list[Node]:
 
 
 def _z_symbols(
-    system: MechanicalSystem, switches: Switches, modes: Sequence[Node], steps: Sequence[Step]
+    system: MechanicalSystem, switches: Switches, modes: Sequence[Node], steps: Sequence[EnergyStep]
 ) -> list[Node]:
     return [
         *(s.node for s in system.symbols.discretes),
@@ -229,7 +229,7 @@ class _Switching(Struct, frozen=True):
     switches: Switches
     rows: Sequence[Row]
     values: RowValues
-    steps: Sequence[Step]
+    steps: Sequence[EnergyStep]
     conditions: Sequence[Node]
 
 
@@ -298,7 +298,7 @@ def _branch_functions(
 
 
 def _respond(
-    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[Step]
+    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[EnergyStep]
 ) -> tuple[Node, ...]:
     """Return the jumps of v, then of the rate of each row, by the impulses in z."""
     graph = system.graph

@@ -20,11 +20,11 @@ from ..quantities import origin
 from ..rows.constraints import Row
 from ..solve.solved import Solved
 from .entries import Layout
-from .found import Condition, Found
+from .found import FoundStart, StartCondition
 
 
 def assembly(
-    system: MechanicalSystem, solved: Solved, layout: Layout, found: Found, reporter: Reporter
+    system: MechanicalSystem, solved: Solved, layout: Layout, found: FoundStart, reporter: Reporter
 ) -> tuple[tuple[AssemblyRow, ...], tuple[Function, ...]]:
     """Return the rows and the functions ``assembly`` (residuals) and ``assembly_jacobian``; none without rows.
 
@@ -65,7 +65,7 @@ def assembly(
         system.q[k].node for k, start in zip(layout.q_indices, found.starts, strict=False) if not start.known
     }
 
-    def stage(condition: Condition) -> int:
+    def stage(condition: StartCondition) -> int:
         support = set(system.graph.support(condition.residual))
         if not support.intersection(velocities):
             if not support.intersection(coordinates):
@@ -149,7 +149,7 @@ def _rate_is_open(system: MechanicalSystem, row: InitialRow, rate: Node, reporte
     )
 
 
-def _no_coordinate(system: MechanicalSystem, condition: Condition, reporter: Reporter) -> None:
+def _no_coordinate(system: MechanicalSystem, condition: StartCondition, reporter: Reporter) -> None:
     row = condition.row
     if condition.late:
         reporter.error(

@@ -54,7 +54,7 @@ class Ends(Struct, frozen=True):
     others: tuple[Vector, ...]
 
 
-class Check(Struct, frozen=True):
+class BalanceCheck(Struct, frozen=True):
     """What is checked, what it is off by, and the square of its size."""
 
     entry: Quantity
@@ -124,7 +124,7 @@ class _Laws:
 
     # ------------------------------------------------------------ what is checked
 
-    def checks(self) -> Iterator[Check]:
+    def checks(self) -> Iterator[BalanceCheck]:
         """Yield Newton's and Euler's law of each body, then what joints hold."""
         graph = self.graph
         lengths = graph.sum(graph.dot(p, p) for p in (e.place for e in self.ends))
@@ -137,11 +137,13 @@ class _Laws:
             if end.joint in switched:
                 continue
             gap = subtract(graph, end.place, end.other)
-            yield Check(quantity(end.joint, "place", "" if pure else "m"), gap, lengths)
+            yield BalanceCheck(quantity(end.joint, "place", "" if pure else "m"), gap, lengths)
             turned = [x for a, b in zip(end.axes, end.others, strict=True) for x in subtract(graph, a, b)]
-            yield Check(quantity(end.joint, "direction", ""), tuple(turned), graph.one)
+            yield BalanceCheck(quantity(end.joint, "direction", ""), tuple(turned), graph.one)
 
-    def _laws(self, name: str, wrenches: Sequence[Wrench], lengths: Node, *, pure: bool) -> Iterator[Check]:
+    def _laws(
+        self, name: str, wrenches: Sequence[Wrench], lengths: Node, *, pure: bool
+    ) -> Iterator[BalanceCheck]:
         graph = self.graph
         title = self._title(name)
         centre = self.apart.origin(self.apart.bodies[name])
@@ -152,7 +154,7 @@ class _Laws:
         total = tuple(graph.sum(f[k] for f in forces) for k in range(len(self._none)))
         turning = self._turning.get(name, [])
         size = graph.sum([*(graph.dot(f, f) for f in forces), *(f for f, _ in turning), floor])
-        yield Check(quantity(title, "force", "" if pure else "N"), total, size)
+        yield BalanceCheck(quantity(title, "force", "" if pure else "N"), total, size)
         arms = [subtract(graph, w.place, centre) for w in wrenches]
         moments = [w.moment for w in wrenches]
         moments += [self._moment(arm, force) for arm, force in zip(arms, forces, strict=True)]
@@ -165,7 +167,7 @@ class _Laws:
         terms = [*levers, *(graph.dot(w.moment, w.moment) for w in wrenches), *(m for _, m in turning)]
         floors = [graph.mul(floor, lengths), graph.mul(share, graph.sum(self._reaction_moments))]
         size = graph.sum([*terms, *floors])
-        yield Check(quantity(title, "moment", "" if pure else "N.m"), total, size)
+        yield BalanceCheck(quantity(title, "moment", "" if pure else "N.m"), total, size)
 
     def _title(self, name: str) -> str:
         definition = next(d for d in self.system.model.definitions if d.name == name)

@@ -23,7 +23,7 @@ from ..solve.solved import Solved
 from .entries import Layout
 
 
-class Condition(Struct, frozen=True):
+class StartCondition(Struct, frozen=True):
     """What an initial state must fulfil, with its residual in numbers that have a place; ``late``: it contains accelerations,
     rates of states or forces, so that all it depends on counts as coordinates do."""
 
@@ -32,12 +32,12 @@ class Condition(Struct, frozen=True):
     late: bool
 
 
-class Found(Struct, frozen=True):
+class FoundStart(Struct, frozen=True):
     """``starts`` of the state with those that the conditions decide; the ``conditions`` that are left; ``parameters`` by index,
     those that follow from others of them too."""
 
     starts: tuple[InitialValue, ...]
-    conditions: tuple[Condition, ...]
+    conditions: tuple[StartCondition, ...]
     parameters: Mapping[int, Node]
     states: tuple[int, ...] = ()
 
@@ -48,7 +48,7 @@ def found_at_start(
     layout: Layout,
     starts: Sequence[InitialValue],
     reporter: Reporter,
-) -> Found:
+) -> FoundStart:
     """Return what the start finds; report parameters that nothing decides, and conditions that cannot hold."""
     graph = system.graph
     guessed = [s for s in system.symbols.parameters if s.variable.found]
@@ -69,7 +69,7 @@ def found_at_start(
                     help="nothing at the start changes it",
                 )
             continue
-        conditions.append(Condition(row, residual, late))
+        conditions.append(StartCondition(row, residual, late))
     first = layout.nq + layout.nv
     states = [s for k, s in enumerate(system.symbols.states, first) if not starts[k].known]
     _refuse_in_starts(system, starts, rules, [s.node for s in guessed], reporter)
@@ -85,7 +85,7 @@ def found_at_start(
             )
     reporter.stop_on_errors()
     if not claimed:
-        return Found(tuple(starts), tuple(conditions), {})
+        return FoundStart(tuple(starts), tuple(conditions), {})
     everything = _values(system, layout, starts)
     guesses = {**default_formulas(system, guessed), **everything}
     solution = _solved(system, conditions, claimed, guesses, reporter)
@@ -97,7 +97,7 @@ def found_at_start(
             node = solution[scalar.node]
             (value,) = substitute(graph, [node], everything)
             values[k] = replace(starts[k], value=value, by_others=node)
-    return Found(
+    return FoundStart(
         tuple(values),
         tuple(replace(c, residual=n) for c, n in zip(rest, residuals, strict=True)),
         _parameters(system, solution, rules),
@@ -160,7 +160,7 @@ def _refuse_in_starts(
 def _claimed(
     system: MechanicalSystem,
     layout: Layout,
-    conditions: Sequence[Condition],
+    conditions: Sequence[StartCondition],
     starts: Sequence[InitialValue],
     guessed: Sequence[Scalar],
     states: Sequence[Scalar],
@@ -202,7 +202,7 @@ def _claimed(
 
 def _solved(
     system: MechanicalSystem,
-    conditions: Sequence[Condition],
+    conditions: Sequence[StartCondition],
     claimed: Mapping[Node, int],
     guesses: Mapping[Node, Node],
     reporter: Reporter,

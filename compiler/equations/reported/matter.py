@@ -14,7 +14,7 @@ from ..solve.solved import Solved
 from .entries import Layout
 
 
-class Matter(Struct, frozen=True):
+class MatterFunctions(Struct, frozen=True):
     """``entries``: one for each mass (kind mass: the number, then its place) and inertia (kind inertia: the tensor in the axes of the
     world, row by row; in the plane one number), named by the body."""
 
@@ -22,7 +22,7 @@ class Matter(Struct, frozen=True):
     functions: tuple[Function, ...]
 
 
-def matter_of(system: MechanicalSystem, solved: Solved, layout: Layout) -> Matter:
+def matter_of(system: MechanicalSystem, solved: Solved, layout: Layout) -> MatterFunctions:
     """Return all masses of a model at a state."""
     kinematics = system.kinematics
     entries: list[Quantity] = []
@@ -43,7 +43,7 @@ def matter_of(system: MechanicalSystem, solved: Solved, layout: Layout) -> Matte
         for k in range(3):
             nodes += kinematics.to_world(body.frame, tuple(column[k] for column in columns))
     functions = (Function("matter", "masses with their places, inertias", solved.resolve(nodes)),)
-    return Matter(tuple(entries), functions if nodes else ())
+    return MatterFunctions(tuple(entries), functions if nodes else ())
 
 
 def _body(instance: str) -> str:

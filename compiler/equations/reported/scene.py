@@ -12,7 +12,7 @@ from itertools import product
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.interface import Scene, Shape
+from mechc.runtime.interface import Scene, ShapeEntry
 
 from ...flat.model import Definition, DefinitionRole, Draw, Expression, Kind
 from ...flat.statements.shapes import SHAPES, TURNS
@@ -44,7 +44,7 @@ def scene_of(
 ) -> tuple[Scene, tuple[Function, ...]]:
     """Return what is drawn, and the functions of its numbers: ``scene_still`` of the parameters, ``scene`` of all."""
     maker = _Maker(system)
-    drawn: list[tuple[Shape, list[Node]]] = []
+    drawn: list[tuple[ShapeEntry, list[Node]]] = []
     for draw in system.model.draws:
         shape, nodes = maker.shape(draw)
         nodes = list(solved.resolve(nodes))
@@ -62,7 +62,7 @@ def scene_of(
 
 
 def _numbered(
-    graph: Graph, layout: Layout, drawn: Sequence[tuple[Shape, list[Node]]], by_rule: bool, size: int
+    graph: Graph, layout: Layout, drawn: Sequence[tuple[ShapeEntry, list[Node]]], by_rule: bool, size: int
 ) -> tuple[Scene, tuple[Function, ...]]:
     """Give every number its place: those of parameters alone first; equal ones have one."""
     everything = dict.fromkeys(n for _, nodes in drawn for n in nodes)
@@ -74,7 +74,7 @@ def _numbered(
     changing = [n for n in everything if n in moving]
     place = {n: k for k, n in enumerate((*still, *changing))}
     shapes = tuple(
-        Shape(
+        ShapeEntry(
             shape.kind,
             tuple(place[n] for n in nodes),
             shape.name,
@@ -166,8 +166,8 @@ class _Maker(Struct):
 
     # ------------------------------------------------------------ statements
 
-    def shape(self, draw: Draw) -> tuple[Shape, list[Node]]:
-        """Return a shape and its numbers, in the order that ``Shape`` states."""
+    def shape(self, draw: Draw) -> tuple[ShapeEntry, list[Node]]:
+        """Return a shape and its numbers, in the order that ``ShapeEntry`` states."""
         grid: tuple[int, ...] = ()
         if draw.samples:
             nodes, grid = self.sampled(draw)
@@ -185,7 +185,7 @@ class _Maker(Struct):
         relative = bool(lengths) and lengths[0] not in draw.values
         text = draw.texts.get("text") or draw.texts.get("file", "")
         name = draw.origin.instance
-        return Shape(draw.shape, (), name, draw.texts.get("colour", ""), text, relative, grid), nodes
+        return ShapeEntry(draw.shape, (), name, draw.texts.get("colour", ""), text, relative, grid), nodes
 
     def values(self, draw: Draw) -> list[Node]:
         found: list[Node] = []
@@ -241,30 +241,30 @@ class _Maker(Struct):
 
     # ------------------------------------------------------------ by rule
 
-    def by_rule(self, instances: Collection[str]) -> Iterator[tuple[Shape, list[Node]]]:
+    def by_rule(self, instances: Collection[str]) -> Iterator[tuple[ShapeEntry, list[Node]]]:
         """Yield what is drawn of a model that says nothing itself: paths of outputs that are points, or of few masses, masses of parts
         that do not draw themselves (``instances`` do), and, where no part does, what its joints carry."""
         system = self.system
         for ends, name in self._links().items() if not instances else ():
-            yield Shape("line", (), name), list(ends)
+            yield ShapeEntry("line", (), name), list(ends)
         masses = [mass for mass in system.masses if mass.origin.instance not in instances]
         for mass in masses:
-            yield Shape("mass", (), mass.origin.instance), [*self.at(mass.point), mass.mass]
+            yield ShapeEntry("mass", (), mass.origin.instance), [*self.at(mass.point), mass.mass]
         place = [] if instances or masses else self._cartesian()
         if place:
-            yield Shape("trail", ()), place
-            yield Shape("sphere", (), relative=True), [*place, *self.pose(None)[3:], self.graph.one]
+            yield ShapeEntry("trail", ()), place
+            yield ShapeEntry("sphere", (), relative=True), [*place, *self.pose(None)[3:], self.graph.one]
         points = [d for d in system.model.definitions if d.value is not None and _is_point(d)]
         for definition in points:
             assert definition.value is not None
             nodes = self.position(definition.value)
-            yield Shape("trail", (), definition.name), nodes
+            yield ShapeEntry("trail", (), definition.name), nodes
             if not masses and not instances:
-                ball = Shape("sphere", (), definition.name, relative=True)
+                ball = ShapeEntry("sphere", (), definition.name, relative=True)
                 yield ball, [*nodes, *self.pose(None)[3:], self.graph.one]
         if not points and not instances and len(masses) <= FEW:
             for mass in masses:
-                yield Shape("trail", (), mass.origin.instance), self.at(mass.point)
+                yield ShapeEntry("trail", (), mass.origin.instance), self.at(mass.point)
 
     def _cartesian(self) -> list[Node]:
         """Return the coordinates, or states, called x and y, and z, of one unit: in a model without frames they are a place."""
@@ -279,13 +279,13 @@ class _Maker(Struct):
             else []
         )
 
-    def without_places(self) -> Iterator[tuple[Shape, list[Node]]]:
+    def without_places(self) -> Iterator[tuple[ShapeEntry, list[Node]]]:
         """Yield what stands for a model whose places nothing tells: the rows of matrices of coordinates as points, else the
         axes of frames, else each coordinate, state or output as a bead on a line of its own, or a hand on a dial."""
         yield from self._rows() or self._turning() or self._gauges()
 
-    def _rows(self) -> list[tuple[Shape, list[Node]]]:
-        found: list[tuple[Shape, list[Node]]] = []
+    def _rows(self) -> list[tuple[ShapeEntry, list[Node]]]:
+        found: list[tuple[ShapeEntry, list[Node]]] = []
         for coordinate in self.system.symbols.coordinates:
             type, name = coordinate.variable.type, coordinate.variable.name
             if len(type.shape) != 2 or type.shape[1] not in (2, 3):
@@ -296,14 +296,14 @@ class _Maker(Struct):
             for k in range(0, len(coordinate.q), width):
                 place = self.solid([s.node for s in coordinate.q[k : k + width]])
                 row = f"{name}[{k // width + 1}]"
-                found.append((Shape("trail", (), row), place))
-                ball = Shape("sphere", (), row, relative=True)
+                found.append((ShapeEntry("trail", (), row), place))
+                ball = ShapeEntry("sphere", (), row, relative=True)
                 found.append((ball, [*place, *self.pose(None)[3:], self.graph.one]))
         return found
 
-    def _turning(self) -> list[tuple[Shape, list[Node]]]:
+    def _turning(self) -> list[tuple[ShapeEntry, list[Node]]]:
         """Return the axes of the frames of the model that move."""
-        found: list[tuple[Shape, list[Node]]] = []
+        found: list[tuple[ShapeEntry, list[Node]]] = []
         for definition in self.system.model.definitions:
             value = definition.value
             if definition.role is DefinitionRole.FRAME and value is not None and "." not in definition.name:
@@ -311,15 +311,15 @@ class _Maker(Struct):
                 pose = [*self.origin(frame), *self.axes(frame)]
                 if not all(self.graph.is_constant(n) for n in pose):
                     moves = not all(self.graph.is_constant(n) for n in pose[:3])
-                    axes = Shape("frame", (), definition.name, relative=moves)
+                    axes = ShapeEntry("frame", (), definition.name, relative=moves)
                     found.append((axes, [*pose, self.graph.one]))
         return found
 
-    def _gauges(self) -> list[tuple[Shape, list[Node]]]:
+    def _gauges(self) -> list[tuple[ShapeEntry, list[Node]]]:
         free = [s for c in self.system.symbols.coordinates if not c.is_rotation for s in c.q]
         scalars = (free or self.system.symbols.states)[:GAUGES]
         found = [
-            (Shape("dial" if s.variable.type.angle else "bead", (), s.name, text=s.name), [s.node])
+            (ShapeEntry("dial" if s.variable.type.angle else "bead", (), s.name, text=s.name), [s.node])
             for s in scalars
         ]
         for definition in self.system.model.definitions if not scalars else ():
@@ -328,7 +328,7 @@ class _Maker(Struct):
                 nodes, name = self.vector(definition.value), definition.name
                 for k, node in enumerate(nodes if len(found) < GAUGES else (), start=1):
                     text = name if len(nodes) == 1 else f"{name}[{k}]"
-                    found.append((Shape("dial" if type.angle else "bead", (), text, text=text), [node]))
+                    found.append((ShapeEntry("dial" if type.angle else "bead", (), text, text=text), [node]))
         return found
 
     def _links(self) -> dict[tuple[Node, ...], str]:

@@ -19,7 +19,7 @@ from ..model import Equations, Function
 from .modes import MOST_ROWS
 
 
-class Member(Struct, frozen=True):
+class CrowdMember(Struct, frozen=True):
     """One contact of a crowd: the row of its gap and that of its friction, if it has any; ``force``, ``grip`` and ``flag``
     are the symbols of its force, of that of its friction, and of whether it is closed."""
 
@@ -30,7 +30,9 @@ class Member(Struct, frozen=True):
     flag: Node
 
 
-def set_apart(system: MechanicalSystem, reporter: Reporter) -> tuple[MechanicalSystem, tuple[Member, ...]]:
+def set_apart(
+    system: MechanicalSystem, reporter: Reporter
+) -> tuple[MechanicalSystem, tuple[CrowdMember, ...]]:
     """Return the system without the contacts that are found by numbers, and these; none where they are few."""
     switching = [rows for rows in system.constraints if rows.mode is not None and rows.mode.smooth is None]
     count = sum(len(rows.residuals) for rows in switching)
@@ -51,12 +53,12 @@ def set_apart(system: MechanicalSystem, reporter: Reporter) -> tuple[MechanicalS
             "others by potentials, or say less of them",
         )
     graph = system.graph
-    members: list[Member] = []
+    members: list[CrowdMember] = []
     for rows in switching:
         assert rows.mode is not None
         if rows.mode.kind == "contact":
             force, grip = (graph.symbol(f"#crowd {what} {rows.name}") for what in ("force", "grip"))
-            members.append(Member(rows, None, force, grip, rows.mode.flag))
+            members.append(CrowdMember(rows, None, force, grip, rows.mode.flag))
         else:
             members[-1] = replace(members[-1], friction=rows)
     kept = tuple(rows for rows in system.constraints if rows.mode is None)
@@ -71,7 +73,7 @@ def _belongs(rows: ConstraintRows) -> bool:
     return mode.kind == "contact" or bool(mode.contact)
 
 
-def forces_by_name(members: Sequence[Member]) -> dict[str, tuple[Node, ...]]:
+def forces_by_name(members: Sequence[CrowdMember]) -> dict[str, tuple[Node, ...]]:
     """Return the symbols of the forces by the names that questions use: those of the parts of a gap together."""
     found: dict[str, tuple[Node, ...]] = {}
     for member in members:
@@ -96,7 +98,7 @@ REFUSED = {
 
 
 def check_crowd(
-    system: MechanicalSystem, members: Sequence[Member], parts: Collection[str], reporter: Reporter
+    system: MechanicalSystem, members: Sequence[CrowdMember], parts: Collection[str], reporter: Reporter
 ) -> None:
     """Report what asks for formulas of the forces of a crowd, or of accelerations, which these are in."""
     asked = [words for part, words in REFUSED.items() if part in parts]
@@ -112,7 +114,10 @@ def check_crowd(
 
 
 def check_askers(
-    system: MechanicalSystem, members: Sequence[Member], functions: Sequence[Function], reporter: Reporter
+    system: MechanicalSystem,
+    members: Sequence[CrowdMember],
+    functions: Sequence[Function],
+    reporter: Reporter,
 ) -> None:
     """Report formulas other than outputs that read the forces of a crowd, or which of its contacts are closed."""
     symbols = {n for m in members for n in (m.force, m.grip, m.flag)}
@@ -123,7 +128,7 @@ def check_askers(
             )
 
 
-def _unformed(members: Sequence[Member], asked: str, reporter: Reporter) -> Exception:
+def _unformed(members: Sequence[CrowdMember], asked: str, reporter: Reporter) -> Exception:
     return reporter.fail(
         "E0722",
         f"{asked} needs formulas, and the forces of {len(members)} contacts are found by numbers",

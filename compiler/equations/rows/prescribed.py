@@ -142,8 +142,8 @@ def _jumps(
             first, here = after, piece(after)
     if not switches:
         return
-    inside = [a + (b - a) * x for a, b in pairwise(sorted({t for _, t in switches})) for x in SHARES]
-    seen = (abs(value(t)) for t in (*inside, *(t for run in runs for t, _ in run[::SPARSE])))
+    between = [a + (b - a) * x for a, b in pairwise(sorted({t for _, t in switches})) for x in SHARES]
+    seen = (abs(value(t)) for t in (*between, *(t for run in runs for t, _ in run[::SPARSE])))
     size = max(filter(math.isfinite, seen), default=0.0)
     for before, after in switches:
         if abs(value(after) - value(before)) > SMALL * size:

@@ -40,7 +40,7 @@ REACHED = 1e-6
 Vector = NDArray[np.float64]
 
 
-class Place(Struct, frozen=True):
+class RankPlace(Struct, frozen=True):
     """A state on the constraint manifold: ``values`` of everything there, ``matrix`` K of all rows."""
 
     values: Mapping[Node, float]
@@ -58,7 +58,7 @@ class Rank(Struct, frozen=True):
     supports: tuple[frozenset[int], ...]
     unfulfilled: frozenset[int]
     """Rows that hold at none of the samples: they contradict others, or the mechanism does not reach."""
-    places: tuple[Place, ...]
+    places: tuple[RankPlace, ...]
 
 
 def rank(
@@ -80,7 +80,7 @@ def rank(
     positions = [graph.zero if row.position is None else row.position for row in rows]
     shape = (len(rows), len(velocities))
     away = np.zeros(len(rows))
-    places: list[Place] = []
+    places: list[RankPlace] = []
     for sample in range(SAMPLES):
         values = dict(start)
         if sample:
@@ -91,7 +91,7 @@ def rank(
         residuals = evaluate(graph, positions, values)
         unfulfilled = {k for k in unfulfilled if not abs(residuals[k]) <= REACHED}
         matrix = _matrix(graph, flat, shape, values)
-        places.append(Place(values, matrix))
+        places.append(RankPlace(values, matrix))
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
         changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)

@@ -29,7 +29,7 @@ from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from .constraints import Row
-from .rank import Place
+from .rank import RankPlace
 from .slopes import BLOCK, slopes
 
 SINGULAR = 1e-12
@@ -57,7 +57,7 @@ def give_weights(
     residual: Sequence[Node],
     rows: Sequence[Row],
     free: Sequence[int],
-    places: Sequence[Place],
+    places: Sequence[RankPlace],
     always: bool = False,
 ) -> tuple[Row, ...]:
     """Return the rows that hold what M leaves open at one of the places with weights, unless something is left open even so;
@@ -83,7 +83,7 @@ def give_weights(
 
 
 def _inertias(
-    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], places: Sequence[Place]
+    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], places: Sequence[RankPlace]
 ) -> list[Array]:
     """Return M at the places, as far as the work allows."""
     fork = system.graph.trial()  # what is formed here must not change the order of nodes

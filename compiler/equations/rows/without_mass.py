@@ -38,7 +38,7 @@ from ...graph.rewrite import substitute
 from ...mechanics.kinematics.frames import Frame
 from ...mechanics.kinematics.pose import numbers_of
 from ...mechanics.meaning.symbols import unit_text
-from ...mechanics.meaning.unknowns import System
+from ...mechanics.meaning.unknowns import UnknownSystem
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
 from .defaults import default_values
 from .residual import residual
@@ -346,7 +346,7 @@ class _Work:
         self.combined = combined
         self.drives: list[DriveRow] = []
         self.assertions: list[AssertionRow] = []
-        self.sought: list[System] = []
+        self.sought: list[UnknownSystem] = []
 
     def accelerated(self, row: Node) -> bool:
         """Tell whether accelerations have a share in a balance with the values of the model."""
@@ -414,7 +414,7 @@ class _Work:
         names = tuple(system.v[m.v].of for m in block)
         symbols = tuple(graph.symbol(f"?{name}") for name in names)
         rows = substitute(graph, balances, dict(zip(places, symbols, strict=True)))
-        self.sought.append(System(names, symbols, tuple(guesses), tuple(rows)))
+        self.sought.append(UnknownSystem(names, symbols, tuple(guesses), tuple(rows)))
 
     def _guesses(self, block: Sequence[Massless], rates: Sequence[Node], first: Sequence[Node]) -> list[Node]:
         """Return from where steps begin: symbols that follow the motion, so that the solution goes on as it began; the starts where

@@ -42,7 +42,7 @@ from .shares import Share, follows, shares_of, told
 from .unknown_forces import report_circle, unknown_forces
 
 if TYPE_CHECKING:
-    from ..rows.rank import Place
+    from ..rows.rank import RankPlace
 
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
@@ -350,7 +350,7 @@ class _Independent(Struct, frozen=True):
     rows: tuple[Row, ...] = ()
     supports: tuple[frozenset[int], ...] = ()
     start: Mapping[Node, float] = {}
-    places: tuple[Place, ...] = ()
+    places: tuple[RankPlace, ...] = ()
 
 
 def _independent(
@@ -363,7 +363,7 @@ def _independent(
     """Return the independent rows, and name the others."""
     if not rows:
         return _Independent()
-    from ..rows.rank import Place, rank  # numpy is imported for models with constraints only
+    from ..rows.rank import RankPlace, rank  # numpy is imported for models with constraints only
 
     values = default_values(system)
     if fixed:
@@ -381,7 +381,7 @@ def _independent(
         tuple(rows[i] for i in kept),
         tuple(found.supports[i] for i in kept),
         values,
-        tuple(Place(place.values, place.matrix[kept]) for place in found.places),
+        tuple(RankPlace(place.values, place.matrix[kept]) for place in found.places),
     )
 
 

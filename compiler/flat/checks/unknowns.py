@@ -5,7 +5,7 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Label, Reporter
 
 from ..model import FlatModel
-from ..unknowns import Group, expressions, groups, unknowns_in
+from ..unknowns import UnknownGroup, expressions, groups, unknowns_in
 
 MOST = 10
 """Most numbers that one system determines."""
@@ -48,7 +48,7 @@ def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
                 )
 
 
-def _check_count(group: Group, reporter: Reporter) -> None:
+def _check_count(group: UnknownGroup, reporter: Reporter) -> None:
     span = group.unknowns[0].origin.span
     labels = tuple(Label(e.origin.span, "an equation") for e in group.equations[:4])
     if group.rows < group.count:

@@ -20,7 +20,7 @@ from .kinematics import KINEMATIC_RULES
 from .meshes import MESH_RULES
 from .own_functions import own_function
 from .queries import QUERY_RULES
-from .signature import Call
+from .signature import ElaboratedCall
 from .tables import TABLE_RULES
 
 _OF_MOTIONS = {
@@ -53,7 +53,7 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     if name == "integral" and scope.flattening.interval is None:
         return _running_integral(scope, node)
     if name in QUERY_RULES:
-        return QUERY_RULES[name](Call(scope, node, name, []))
+        return QUERY_RULES[name](ElaboratedCall(scope, node, name, []))
     interval = scope.flattening.interval
     if interval is not None and name in _OF_MOTIONS:
         raise scope.fail(
@@ -71,7 +71,7 @@ def call(scope: Scope, node: ast.Call) -> Expression:
             help="table(x, y, {x1, x2, ..}, {y1, y2, ..}, {{z11, z12, ..}, ..})",
         )
     arguments = [scope.elaborate(a) for a in node.arguments]
-    return _ALL_RULES[name](Call(scope, node, name, arguments))
+    return _ALL_RULES[name](ElaboratedCall(scope, node, name, arguments))
 
 
 def _check_count(scope: Scope, node: ast.Call, builtin: Builtin) -> None:
@@ -116,7 +116,7 @@ def _aggregate(scope: Scope, node: ast.Call, builtin: Builtin, aggregate: ast.Ag
     if builtin.name in ("sum", "product"):
         _check_alike(scope, builtin.name, items, aggregate)
         return combined(items, "add" if builtin.name == "sum" else "multiply", node.span)
-    call = Call(scope, _unrolled(node, aggregate, len(items)), builtin.name, items)
+    call = ElaboratedCall(scope, _unrolled(node, aggregate, len(items)), builtin.name, items)
     if len(items) == 1:  # the largest of one number, as where a size of arrays is 1
         call.scalar(0)
         return items[0]
@@ -162,7 +162,7 @@ def _quadrature(scope: Scope, node: ast.Call, aggregate: ast.Aggregate) -> Expre
         arguments=(generator.range.start, generator.range.stop),
         span=generator.range.span,
     )
-    limits = Call(scope, bounds, "integral", [scope.elaborate(a) for a in bounds.arguments])
+    limits = ElaboratedCall(scope, bounds, "integral", [scope.elaborate(a) for a in bounds.arguments])
     limits.scalar(0), limits.scalar(1)
     type = limits.same(0, 1)
     if types.is_zero(limits.arguments[0]) and types.is_zero(limits.arguments[1]):

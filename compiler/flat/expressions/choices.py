@@ -15,7 +15,7 @@ from ..values.evaluate import constant
 from .operators import missing_unit, require_truth
 
 
-class Branch(Struct, frozen=True):
+class ChoiceBranch(Struct, frozen=True):
     """Where a branch is written, and its value."""
 
     span: Span
@@ -35,14 +35,16 @@ def conditional(scope: Scope, node: ast.Conditional) -> Expression:
             break
         if known is None:
             conditions.append((condition, branch.value))
-    rest = Branch(otherwise.span, scope.elaborate(otherwise))
+    rest = ChoiceBranch(otherwise.span, scope.elaborate(otherwise))
     for condition, value in reversed(conditions):
-        then = Branch(value.span, scope.elaborate(value))
-        rest = Branch(value.span, choice(scope, node.span, condition, then, rest))
+        then = ChoiceBranch(value.span, scope.elaborate(value))
+        rest = ChoiceBranch(value.span, choice(scope, node.span, condition, then, rest))
     return rest.value
 
 
-def choice(scope: Scope, span: Span, condition: Expression, then: Branch, other: Branch) -> Expression:
+def choice(
+    scope: Scope, span: Span, condition: Expression, then: ChoiceBranch, other: ChoiceBranch
+) -> Expression:
     """Return one of two values by a condition that the run decides. Reports values that differ in kind."""
     for branch in (then, other):
         if branch.value.type.kind in (Kind.FRAME, Kind.POSE, Kind.ROTATION, Kind.STRING):
@@ -73,7 +75,7 @@ def choice(scope: Scope, span: Span, condition: Expression, then: Branch, other:
     return Select(type=type, span=span, condition=condition, then=first, otherwise=second)
 
 
-def _branches_differ(scope: Scope, then: Branch, other: Branch, code: str) -> Poisoned:
+def _branches_differ(scope: Scope, then: ChoiceBranch, other: ChoiceBranch, code: str) -> Poisoned:
     first, second = types.describe(then.value.type), types.describe(other.value.type)
     return scope.fail(
         code,

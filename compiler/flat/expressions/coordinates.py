@@ -9,7 +9,7 @@ from mechc.lang import ast
 from .. import types
 from ..instances.members import definition_value, type_of
 from ..model import Apply, Array, Derivative, Element, Expression, Name, Query, Role, Type
-from ..names.instance import DefinitionMember, LabelMember, Progress, VariableMember
+from ..names.instance import DefinitionMember, ElaborationProgress, LabelMember, VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import children, free_names
 from .operators import meet
@@ -96,7 +96,10 @@ def has_rates(flattening: Flattening, expression: Expression) -> bool:
 def definition_of(flattening: Flattening, name: str) -> list[Expression]:
     """Return the value that a ``let``, ``output`` or connected input stands for, if the name is one."""
     member = flattening.definitions.get(name)
-    if isinstance(member, DefinitionMember) and member.progress in (Progress.DONE, Progress.NEW):
+    if isinstance(member, DefinitionMember) and member.progress in (
+        ElaborationProgress.DONE,
+        ElaborationProgress.NEW,
+    ):
         return [definition_value(member)]
     variable = flattening.variables.get(name)
     return [variable.bound] if variable is not None and variable.bound is not None else []
@@ -106,17 +109,17 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
     """Return the type of left - right of a constraint, of a gap or of what a friction acts on, and whether it is about
     velocities."""
     statement, scope = label.statement, label.scope
-    if label.progress is Progress.OPEN:
-        label.progress = Progress.WRONG
+    if label.progress is ElaborationProgress.OPEN:
+        label.progress = ElaborationProgress.WRONG
         raise scope.fail(
             "E0207",
             f"'{label.name}' depends on its own multiplier",
             statement.span,
             help="the multiplier of a constraint follows from it",
         )
-    if label.progress is Progress.WRONG:
+    if label.progress is ElaborationProgress.WRONG:
         raise Poisoned
-    label.progress = Progress.OPEN
+    label.progress = ElaborationProgress.OPEN
     try:
         if isinstance(statement, ast.Contact):
             gap = scope.elaborate(statement.gap)
@@ -134,9 +137,9 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
             rates = has_rates(scope.flattening, left) or has_rates(scope.flattening, right)
             result = types.with_shape(types.numeric(type), shape), rates
     except Poisoned:
-        label.progress = Progress.WRONG
+        label.progress = ElaborationProgress.WRONG
         raise
-    label.progress = Progress.DONE
+    label.progress = ElaborationProgress.DONE
     return result
 
 

@@ -15,8 +15,8 @@ from ..names.looked_for import note
 from ..names.scope import Scope
 from ..values.evaluate import check_size, constant, not_structural
 from ..values.indexing import stack
-from ..values.value_files import READERS, NoNumbers, Numbers, numbers
-from .signature import Call
+from ..values.value_files import READERS, FileNumbers, NoNumbers, numbers
+from .signature import ElaboratedCall
 
 _KINDS = "'.csv', '.txt', '.dat', '.npz', '.npy' or '.mtx'"
 
@@ -42,7 +42,7 @@ def path_of(
     return path
 
 
-def text_of(call: Call, index: int, purpose: str) -> str:
+def text_of(call: ElaboratedCall, index: int, purpose: str) -> str:
     """Return an argument that is a text known when compiling."""
     argument = call.arguments[index]
     if argument.type.kind is not Kind.STRING or argument.type.shape:
@@ -60,7 +60,7 @@ def noted(scope: Scope, name: str, path: Path) -> None:
     scope.flattening.files[name] = ReadFile(name, sha256(path.read_bytes()).hexdigest())
 
 
-def file(call: Call) -> Expression:
+def file(call: ElaboratedCall) -> Expression:
     """Return the numbers of a file, in the unit that it says."""
     scope, span = call.scope, call.nodes[0].span
     name = text_of(call, 0, "the name of a file")
@@ -79,7 +79,7 @@ def file(call: Call) -> Expression:
     return known[key]
 
 
-def _expression(call: Call, name: str, found: Numbers) -> Expression:
+def _expression(call: ElaboratedCall, name: str, found: FileNumbers) -> Expression:
     scope, span = call.scope, call.node.span
     check_size(scope, len(found.values), span)
     factor, type = Fraction(1), types.NUMBER

@@ -26,7 +26,7 @@ from ..names.scope import Scope
 from ..operands import free_names, written_size
 from ..values.evaluate import constant, elements, values_of
 from ..values.indexing import positions
-from .choices import Branch, choice
+from .choices import ChoiceBranch, choice
 from .operators import require_truth
 
 LARGEST = 200_000
@@ -110,7 +110,7 @@ _Exit = _Fork | _Returned | None
 _Values = dict[str, Expression]
 
 
-class Body:
+class FunctionBody:
     """One call of a function with a body."""
 
     def __init__(self, scope: Scope, function: ast.Function, results: Results) -> None:
@@ -369,7 +369,11 @@ class Body:
         if then is otherwise:
             return then
         value = choice(
-            self.scope, statement.span, condition, Branch(then.span, then), Branch(otherwise.span, otherwise)
+            self.scope,
+            statement.span,
+            condition,
+            ChoiceBranch(then.span, then),
+            ChoiceBranch(otherwise.span, otherwise),
         )
         return self.bindings.name(self.scope, name, value)
 
@@ -411,13 +415,13 @@ class Body:
         """Return the result of number ``k`` by what holds."""
         return self._branch(found, k).value
 
-    def _branch(self, found: _Exit, k: int) -> Branch:
+    def _branch(self, found: _Exit, k: int) -> ChoiceBranch:
         assert found is not None
         if isinstance(found, _Returned):
-            return Branch(found.statement.values[k].span, found.values[k])
+            return ChoiceBranch(found.statement.values[k].span, found.values[k])
         then, otherwise = self._branch(found.then, k), self._branch(found.otherwise, k)
         value = choice(self.scope, found.condition.span, found.condition, then, otherwise)
-        return Branch(then.span, self.bindings.name(self.scope, "result", value))
+        return ChoiceBranch(then.span, self.bindings.name(self.scope, "result", value))
 
 
 def unpacked(scope: Scope, call: ast.Expression, count: int, results: Results) -> Sequence[Made]:

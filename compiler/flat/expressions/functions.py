@@ -20,9 +20,9 @@ from ..values.evaluate import (
     whole_number,
 )
 from .choices import array
-from .signature import Call
+from .signature import ElaboratedCall
 
-Rule = Callable[[Call], Expression]
+Rule = Callable[[ElaboratedCall], Expression]
 
 
 def _of_numbers(types_of: str) -> Rule:
@@ -30,7 +30,7 @@ def _of_numbers(types_of: str) -> Rule:
     given, _, result = types_of.partition(" -> ")
     words = given.split(", ")
 
-    def rule(call: Call) -> Expression:
+    def rule(call: ElaboratedCall) -> Expression:
         for k, word in enumerate(words):
             if word == "angle":
                 call.number(k, "an angle or a number")
@@ -44,7 +44,7 @@ def _of_numbers(types_of: str) -> Rule:
 RESULTS = {"number": types.NUMBER, "angle": types.ANGLE}
 
 
-def _folded_whole(call: Call) -> Expression:
+def _folded_whole(call: ElaboratedCall) -> Expression:
     value = constant(call.arguments[0])
     if isinstance(value, Fraction):
         folded = constant(call.apply(types.INTEGER))
@@ -53,39 +53,39 @@ def _folded_whole(call: Call) -> Expression:
     return call.apply(types.INTEGER)
 
 
-def _atan2(call: Call) -> Expression:
+def _atan2(call: ElaboratedCall) -> Expression:
     call.scalar(0), call.scalar(1)
     call.same(0, 1)
     return call.apply(types.ANGLE)
 
 
-def _sqrt(call: Call) -> Expression:
+def _sqrt(call: ElaboratedCall) -> Expression:
     type = call.scalar(0)
     return call.apply(types.real(type.dimension ** Fraction(1, 2)))
 
 
-def _abs(call: Call) -> Expression:
+def _abs(call: ElaboratedCall) -> Expression:
     return _folded(call, call.scalar(0))
 
 
-def _sign(call: Call) -> Expression:
+def _sign(call: ElaboratedCall) -> Expression:
     call.scalar(0)
     return _folded(call, types.NUMBER)
 
 
-def _mod(call: Call) -> Expression:
+def _mod(call: ElaboratedCall) -> Expression:
     a, b = call.scalar(0), call.scalar(1)
     type = call.same(0, 1)
     return _folded(call, types.INTEGER if a.kind is b.kind is Kind.INTEGER else type)
 
 
-def _div(call: Call) -> Expression:
+def _div(call: ElaboratedCall) -> Expression:
     call.scalar(0), call.scalar(1)
     call.same(0, 1)
     return _folded(call, types.INTEGER)
 
 
-def _folded(call: Call, type: Type) -> Expression:
+def _folded(call: ElaboratedCall, type: Type) -> Expression:
     """Return a function of literals as a literal where its value is exact."""
     result = call.apply(type)
     if all(isinstance(a, Literal) for a in call.arguments):
@@ -95,7 +95,7 @@ def _folded(call: Call, type: Type) -> Expression:
     return result
 
 
-def _alike(call: Call) -> Expression:
+def _alike(call: ElaboratedCall) -> Expression:
     """``clamp`` and ``deadzone``: single values of one dimension."""
     for k in range(len(call.arguments)):
         call.scalar(k)
@@ -103,7 +103,7 @@ def _alike(call: Call) -> Expression:
     return call.apply(type)
 
 
-def _extreme(call: Call) -> Expression:
+def _extreme(call: ElaboratedCall) -> Expression:
     """``min`` and ``max`` of several values or of one array."""
     if len(call.arguments) == 1:
         call.arguments = entries(call, 0)
@@ -126,7 +126,7 @@ def _extreme(call: Call) -> Expression:
     return _folded(call, types.INTEGER if whole else type)
 
 
-def entries(call: Call, index: int) -> list[Expression]:
+def entries(call: ElaboratedCall, index: int) -> list[Expression]:
     """Return the single numbers of an array argument in row-major order."""
     argument = call.arguments[index]
     if argument.type.kind not in types.NUMERIC or not argument.type.shape:
@@ -139,11 +139,11 @@ def entries(call: Call, index: int) -> list[Expression]:
     return items
 
 
-def _sum(call: Call) -> Expression:
+def _sum(call: ElaboratedCall) -> Expression:
     return combined(entries(call, 0), "add", call.node.span)
 
 
-def _product(call: Call) -> Expression:
+def _product(call: ElaboratedCall) -> Expression:
     return combined(entries(call, 0), "multiply", call.node.span)
 
 
@@ -165,7 +165,7 @@ def combined(items: list[Expression], operator: str, span: Span) -> Expression:
 # ---------------------------------------------------------------- vectors and matrices
 
 
-def _dot(call: Call) -> Expression:
+def _dot(call: ElaboratedCall) -> Expression:
     a = call.vector(0)
     b = call.vector(1)
     if a.shape != b.shape:
@@ -173,37 +173,37 @@ def _dot(call: Call) -> Expression:
     return call.apply(types.real(a.dimension * b.dimension))
 
 
-def _cross(call: Call) -> Expression:
+def _cross(call: ElaboratedCall) -> Expression:
     a = call.vector(0, (2, 3))
     b = call.vector(1, a.shape)
     return call.apply(types.real(a.dimension * b.dimension, () if a.shape == (2,) else (3,)))
 
 
-def _norm(call: Call) -> Expression:
+def _norm(call: ElaboratedCall) -> Expression:
     type = call.vector(0)
     return call.apply(types.real(type.dimension, angle=type.angle))
 
 
-def _matrix(call: Call) -> Type:
+def _matrix(call: ElaboratedCall) -> Type:
     type = call.arguments[0].type
     if type.kind not in types.NUMERIC or len(type.shape) != 2:
         raise call.wrong(0, "a matrix", "E0305")
     return type
 
 
-def _transpose(call: Call) -> Expression:
+def _transpose(call: ElaboratedCall) -> Expression:
     type = _matrix(call)
     return call.apply(types.with_shape(type, type.shape[::-1]))
 
 
-def _square(call: Call, wanted: str = "a square matrix") -> Type:
+def _square(call: ElaboratedCall, wanted: str = "a square matrix") -> Type:
     type = types.numeric(call.arguments[0].type)
     if type.kind is not Kind.REAL or len(type.shape) != 2 or type.shape[0] != type.shape[1]:
         raise call.wrong(0, wanted, "E0305")
     return type
 
 
-def _known(call: Call, type: Type) -> Expression:
+def _known(call: ElaboratedCall, type: Type) -> Expression:
     """Return a function of matrices, its value where they are known; long formulas of others are refused."""
     result = call.apply(type)
     value = constant(result)
@@ -225,17 +225,17 @@ _MOST_ROWS = {"det": 10, "inverse": 30, "solve": 40, "eigenvalues": 8}
 """Of matrices that are not known when compiling."""
 
 
-def _det(call: Call) -> Expression:
+def _det(call: ElaboratedCall) -> Expression:
     type = _square(call)
     return _known(call, types.real(type.dimension ** Fraction(type.shape[0])))
 
 
-def _inverse(call: Call) -> Expression:
+def _inverse(call: ElaboratedCall) -> Expression:
     type = _square(call)
     return _known(call, types.real(type.dimension ** Fraction(-1), type.shape))
 
 
-def _solve(call: Call) -> Expression:
+def _solve(call: ElaboratedCall) -> Expression:
     a = _square(call)
     b = types.numeric(call.arguments[1].type)
     if b.kind is not Kind.REAL or len(b.shape) not in (1, 2) or b.shape[0] != a.shape[0]:
@@ -243,12 +243,12 @@ def _solve(call: Call) -> Expression:
     return _known(call, types.real(b.dimension / a.dimension, b.shape))
 
 
-def _trace(call: Call) -> Expression:
+def _trace(call: ElaboratedCall) -> Expression:
     size = _square(call).shape[0]
     return combined([pick(call.arguments[0], (i, i)) for i in range(size)], "add", call.node.span)
 
 
-def _eigenvalues(call: Call) -> Expression:
+def _eigenvalues(call: ElaboratedCall) -> Expression:
     type = _square(call)
     rows = constant(call.arguments[0])
     result = types.real(type.dimension, type.shape[:1])
@@ -260,7 +260,7 @@ def _eigenvalues(call: Call) -> Expression:
     return to_expression(tuple(found), result, call.node.span)
 
 
-def _size(call: Call) -> Expression:
+def _size(call: ElaboratedCall) -> Expression:
     shape = call.arguments[0].type.shape
     if not shape:
         raise call.wrong(0, "an array", "E0305")
@@ -274,7 +274,7 @@ def _size(call: Call) -> Expression:
     return Literal(type=types.INTEGER, span=call.node.span, value=Fraction(shape[index - 1]))
 
 
-def _concat(call: Call) -> Expression:
+def _concat(call: ElaboratedCall) -> Expression:
     rest = max((a.type.shape[1:] for a in call.arguments if a.type.shape), key=len, default=None)
     if rest is None:
         raise call.wrong(0, "an array, or '{a, b}' for single values", "E0305")
@@ -289,12 +289,12 @@ def _concat(call: Call) -> Expression:
     return array(call.scope, call.node, items)
 
 
-def _outer(call: Call) -> Expression:
+def _outer(call: ElaboratedCall) -> Expression:
     a, b = call.vector(0), call.vector(1)
     return call.apply(types.real(a.dimension * b.dimension, a.shape + b.shape))
 
 
-def _identity(call: Call) -> Expression:
+def _identity(call: ElaboratedCall) -> Expression:
     size = whole_number(call.scope, call.nodes[0], "the size of a matrix")
     if not 1 <= size <= 1000:
         raise call.scope.fail("E0422", f"a matrix cannot have {size} rows", call.nodes[0].span)
@@ -302,13 +302,13 @@ def _identity(call: Call) -> Expression:
     return call.apply(types.real(shape=(size, size)), argument)
 
 
-def _diag(call: Call) -> Expression:
+def _diag(call: ElaboratedCall) -> Expression:
     type = call.vector(0)
     size = type.shape[0]
     return call.apply(types.real(type.dimension, (size, size)))
 
 
-def _linspace(call: Call) -> Expression:
+def _linspace(call: ElaboratedCall) -> Expression:
     call.scalar(0), call.scalar(1)
     type = call.same(0, 1)
     count = whole_number(call.scope, call.nodes[2], "the number of values")
@@ -326,7 +326,7 @@ def _linspace(call: Call) -> Expression:
 # ---------------------------------------------------------------- poses and events
 
 
-def _trans(call: Call) -> Expression:
+def _trans(call: ElaboratedCall) -> Expression:
     type = call.vector(0, (2, 3), "a vector of 2 or 3 lengths")
     if type.dimension != call.dimension(types.LENGTH) and not types.is_zero(call.arguments[0]):
         raise call.wrong(0, "a vector of lengths")
@@ -335,7 +335,7 @@ def _trans(call: Call) -> Expression:
 
 
 def _turn(size: int) -> Rule:
-    def rule(call: Call) -> Expression:
+    def rule(call: ElaboratedCall) -> Expression:
         call.number(0, "an angle")
         call.require_space(size)
         return call.apply(types.POSE)
@@ -343,14 +343,14 @@ def _turn(size: int) -> Rule:
     return rule
 
 
-def _axis_angle(call: Call) -> Expression:
+def _axis_angle(call: ElaboratedCall) -> Expression:
     call.vector(0, (3,))
     call.number(1, "an axis and an angle")
     call.require_space(3)
     return call.apply(types.POSE)
 
 
-def _quat(call: Call) -> Expression:
+def _quat(call: ElaboratedCall) -> Expression:
     call.require_space(3)
     if len(call.arguments) == 1:
         if not call.vector(0, (4,)).dimension.is_none:
@@ -363,7 +363,7 @@ def _quat(call: Call) -> Expression:
     return call.apply(types.POSE)
 
 
-def _sample(call: Call) -> Expression:
+def _sample(call: ElaboratedCall) -> Expression:
     """``sample(period)`` and ``sample(period, start)``: always (period, start) in the flat model."""
     time = call.scope.flattening.time_type.dimension
     for k in range(len(call.arguments)):
@@ -375,11 +375,11 @@ def _sample(call: Call) -> Expression:
     return call.apply(types.BOOLEAN, call.arguments[0], start)
 
 
-def _initial(call: Call) -> Expression:
+def _initial(call: ElaboratedCall) -> Expression:
     return Apply(type=types.BOOLEAN, span=call.node.span, function="initial", arguments=())
 
 
-def _delay(call: Call) -> Expression:
+def _delay(call: ElaboratedCall) -> Expression:
     type = types.numeric(call.arguments[0].type)
     if type.kind is not Kind.REAL:
         raise call.wrong(0, "a number or an array of numbers", "E0308")
@@ -389,7 +389,7 @@ def _delay(call: Call) -> Expression:
     return call.apply(type)
 
 
-def _noise(call: Call) -> Expression:
+def _noise(call: ElaboratedCall) -> Expression:
     if call.arguments[0].type.kind is not Kind.INTEGER or call.arguments[0].type.shape:
         raise call.wrong(0, "a whole number as seed", "E0308")
     time = call.scope.flattening.time_type.dimension

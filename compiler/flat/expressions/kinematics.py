@@ -7,15 +7,15 @@ from mechc.lang.units import Dimension
 from .. import types
 from ..model import Apply, Expression, Kind, Type
 from .functions import Rule
-from .signature import Call
+from .signature import ElaboratedCall
 
 
-def _vector(call: Call, dimension: Dimension) -> Type:
+def _vector(call: ElaboratedCall, dimension: Dimension) -> Type:
     """Return the type of a vector of the model's space."""
     return types.real(call.dimension(dimension), (call.space(),))
 
 
-def position_argument(call: Call, index: int) -> Expression:
+def position_argument(call: ElaboratedCall, index: int) -> Expression:
     """Return a frame, a point, or a vector of lengths in world components."""
     argument = call.arguments[index]
     if argument.type.kind in (Kind.FRAME, Kind.POINT):
@@ -27,44 +27,44 @@ def position_argument(call: Call, index: int) -> Expression:
     return argument
 
 
-def _position(call: Call) -> Expression:
+def _position(call: ElaboratedCall) -> Expression:
     position_argument(call, 0)
     return call.apply(_vector(call, types.LENGTH), function="pos")
 
 
-def _velocity(call: Call) -> Expression:
+def _velocity(call: ElaboratedCall) -> Expression:
     call.place(0)
     if len(call.arguments) == 2:
         call.frame(1)
     return call.apply(_vector(call, types.VELOCITY))
 
 
-def _velocity_at(call: Call) -> Expression:
+def _velocity_at(call: ElaboratedCall) -> Expression:
     call.frame(0)
     position_argument(call, 1)
     return call.apply(_vector(call, types.VELOCITY))
 
 
-def _spin(call: Call) -> Expression:
+def _spin(call: ElaboratedCall) -> Expression:
     for k in range(len(call.arguments)):
         call.frame(k)
     shape = () if call.space() == 2 else (3,)
     return call.apply(types.real(call.dimension(types.RATE), shape, angle=True))
 
 
-def _heading(call: Call) -> Expression:
+def _heading(call: ElaboratedCall) -> Expression:
     call.frame(0)
     call.require_space(2)
     return call.apply(types.ANGLE)
 
 
-def _local(call: Call) -> Expression:
+def _local(call: ElaboratedCall) -> Expression:
     call.frame(0)
     position_argument(call, 1)
     return call.apply(_vector(call, types.LENGTH))
 
 
-def _turned(call: Call) -> Expression:
+def _turned(call: ElaboratedCall) -> Expression:
     """``components`` and ``direction``: a vector of any dimension in other axes."""
     call.frame(0)
     type = call.vector(1, (2, 3))
@@ -85,6 +85,6 @@ KINEMATIC_RULES: dict[str, Rule] = {
 }
 
 
-def in_frame(call: Call, vector: Expression, frame: Expression) -> Expression:
+def in_frame(call: ElaboratedCall, vector: Expression, frame: Expression) -> Expression:
     """Return a vector given in world components in those of a frame."""
     return Apply(type=vector.type, span=call.node.span, function="components", arguments=(frame, vector))

@@ -18,7 +18,7 @@ from ..names.scope import Poisoned, Scope
 from ..values.evaluate import Value, constant, not_structural, to_expression
 from ..values.mesh_files import READERS, triangles
 from .files import noted, path_of, text_of
-from .signature import Call
+from .signature import ElaboratedCall
 
 POWERS = {"mesh_volume": 3, "mesh_centre": 1, "mesh_inertia": 5}
 """Power of a length in what each function gives."""
@@ -26,7 +26,7 @@ POWERS = {"mesh_volume": 3, "mesh_centre": 1, "mesh_inertia": 5}
 _OUTWARDS = "the corners of each triangle run counterclockwise, seen from outside"
 
 
-def mesh(call: Call) -> Expression:
+def mesh(call: ElaboratedCall) -> Expression:
     """Return the volume, centre or inertia of unit density of a closed surface of triangles."""
     if call.arguments[0].type.kind is Kind.STRING:
         return _of_file(call)
@@ -38,7 +38,7 @@ def mesh_path(scope: Scope, value: Expression, node_span: Span) -> Path:
     return path_of(scope, value, node_span, READERS, "E1004", "STL or OBJ file", "'.stl' or '.obj'")
 
 
-def _of_file(call: Call) -> Expression:
+def _of_file(call: ElaboratedCall) -> Expression:
     scope, span = call.scope, call.nodes[0].span
     name = text_of(call, 0, "the name of a file")
     if call.scalar(1).dimension != call.dimension(types.LENGTH):
@@ -146,7 +146,7 @@ def _check_closed(scope: Scope, span: Span, faces: Sequence[Sequence[int]], name
     )
 
 
-def _scaled(call: Call, found: Moments) -> Expression:
+def _scaled(call: ElaboratedCall, found: Moments) -> Expression:
     """Return what is asked of a solid, times a power of the length that 1 in its file is."""
     value, shape = _asked(call.name, found)
     power = POWERS[call.name]
@@ -177,7 +177,7 @@ def _asked(name: str, found: Moments) -> tuple[Value, tuple[int, ...]]:
 # ---------------------------------------------------------------- listed corners and faces
 
 
-def _of_corners(call: Call) -> Expression:
+def _of_corners(call: ElaboratedCall) -> Expression:
     type = types.numeric(call.arguments[0].type)
     if type.kind is not Kind.REAL or len(type.shape) != 2 or type.shape[1] != 3:
         raise call.wrong(0, "the name of a file, or corners, a row of three lengths for each", "E0305")
@@ -198,7 +198,7 @@ def _of_corners(call: Call) -> Expression:
     return call.apply(result)
 
 
-def _faces(call: Call, count: int) -> list[tuple[int, ...]]:
+def _faces(call: ElaboratedCall, count: int) -> list[tuple[int, ...]]:
     """Return the corners of each triangle, counted from 0."""
     given = call.arguments[1]
     if given.type.kind not in types.NUMERIC or len(given.type.shape) != 2 or given.type.shape[1] != 3:
@@ -216,7 +216,7 @@ def _faces(call: Call, count: int) -> list[tuple[int, ...]]:
     return found
 
 
-def _no_corner(call: Call, number: object, count: int) -> Poisoned:
+def _no_corner(call: ElaboratedCall, number: object, count: int) -> Poisoned:
     shown = f"{float(number):g}" if isinstance(number, Fraction) else str(number)
     return call.scope.fail(
         "E0337",

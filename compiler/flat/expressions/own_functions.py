@@ -17,10 +17,10 @@ from .. import types
 from ..instances.declared_types import declared_type, fit
 from ..instances.instantiate import extents
 from ..model import Expression, Kind, Literal
-from ..names.namespace import Found
+from ..names.namespace import FoundDefinition
 from ..names.scope import Poisoned, Scope
 from ..operands import written_size
-from .function_bodies import Body, Made, unpacked
+from .function_bodies import FunctionBody, Made, unpacked
 
 _ELSEWHERE = {
     "ln": "log",
@@ -180,7 +180,7 @@ def _results(scope: Scope, node: ast.Call, name: str, place: Place | None = None
     own = Scope(scope.flattening, None, found.namespace, local)
     calls = (*scope.calls, (name, node.span))
     inner = Scope(scope.flattening, None, found.namespace, local, calls, scope.in_event)
-    body = Body(inner, function, results_of)
+    body = FunctionBody(inner, function, results_of)
     for k, (formal, given) in enumerate(zip(function.arguments, node.arguments, strict=True)):
         if formal.name in local:
             size = not any(f.name == formal.name for f in function.arguments[:k])
@@ -272,7 +272,7 @@ def _result(scope: Scope, function: ast.Function, node: ast.Expression, value: E
     return fit(scope, value, type, node.span, name=function.name, declared=function.name_span)
 
 
-def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -> Poisoned:
+def _no_function(scope: Scope, node: ast.Call, name: str, found: FoundDefinition | None) -> Poisoned:
     if found is None and scope.namespace.broken:
         return Poisoned()
     declared = scope.instance is not None and name in scope.instance.members

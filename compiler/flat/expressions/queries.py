@@ -17,23 +17,25 @@ from ..names.scope import Interval, Poisoned, Scope
 from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of
 from .kinematics import in_frame, position_argument
 from .references import CONSTRAINING, find_instance, find_label, question_of
-from .signature import Call
+from .signature import ElaboratedCall
 
 
-def _argument(call: Call) -> ast.Reference | None:
+def _argument(call: ElaboratedCall) -> ast.Reference | None:
     node = call.nodes[0]
     return node if isinstance(node, ast.Reference) else None
 
 
-def _query(call: Call, type: Type, target: str, *arguments: Expression) -> Query:
+def _query(call: ElaboratedCall, type: Type, target: str, *arguments: Expression) -> Query:
     return Query(type=type, span=call.node.span, function=call.name, target=target, arguments=arguments)
 
 
-def _energy(call: Call) -> Expression:
+def _energy(call: ElaboratedCall) -> Expression:
     return _query(call, types.real(call.dimension(types.ENERGY)), "")
 
 
-def _not_named(call: Call, wanted: str, candidates: list[str], other: LabelMember | None = None) -> Poisoned:
+def _not_named(
+    call: ElaboratedCall, wanted: str, candidates: list[str], other: LabelMember | None = None
+) -> Poisoned:
     """``other``: the named statement of another kind that was asked about."""
     node = call.nodes[0]
     near = closest(node.span.text, candidates)
@@ -57,7 +59,7 @@ def _labels(scope: Scope, kinds: tuple[str, ...]) -> list[str]:
     return list(names)
 
 
-def _label(call: Call, kinds: tuple[str, ...], wanted: str) -> LabelMember:
+def _label(call: ElaboratedCall, kinds: tuple[str, ...], wanted: str) -> LabelMember:
     node = _argument(call)
     label = find_label(call.scope, node) if node is not None else None
     if label is None or label.kind not in kinds:
@@ -73,11 +75,11 @@ def _label(call: Call, kinds: tuple[str, ...], wanted: str) -> LabelMember:
     return label
 
 
-def _per(call: Call, dimension: Dimension, per: Dimension) -> Dimension:
+def _per(call: ElaboratedCall, dimension: Dimension, per: Dimension) -> Dimension:
     return types.NUMBER.dimension if call.scope.flattening.dimensionless else dimension / per
 
 
-def _multiplier(call: Call) -> Expression:
+def _multiplier(call: ElaboratedCall) -> Expression:
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     type, of_rates = constraint_dimension(label)
     interval = call.scope.flattening.interval
@@ -92,7 +94,7 @@ def _multiplier(call: Call) -> Expression:
     return result
 
 
-def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: Type) -> Type:
+def _curve_multiplier(call: ElaboratedCall, interval: Interval, label: LabelMember, type: Type) -> Type:
     """Return the type of dJ/dc; of a constraint at every place, that of its density."""
     dimension = interval.functional().dimension / type.dimension
     if on_the_curve(call.scope.flattening, label):
@@ -100,7 +102,7 @@ def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: 
     return types.real(dimension, type.shape)
 
 
-def _closed(call: Call) -> Expression:
+def _closed(call: ElaboratedCall) -> Expression:
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     statement = label.statement
     if isinstance(statement, ast.Friction) and any(_is_regularized(option) for option in statement.options):
@@ -114,7 +116,7 @@ def _closed(call: Call) -> Expression:
     return _query(call, types.BOOLEAN, label.name)
 
 
-def _given(call: Call) -> Expression:
+def _given(call: ElaboratedCall) -> Expression:
     """Return whether a name of this component has a value from the text around it, which is known while compiling."""
     node, instance = call.nodes[0], call.scope.instance
     name = node.parts[0].name if isinstance(node, ast.Reference) and len(node.parts) == 1 else ""
@@ -164,7 +166,7 @@ def _is_regularized(option: ast.Option) -> bool:
     )
 
 
-def _power(call: Call) -> Expression:
+def _power(call: ElaboratedCall) -> Expression:
     type = types.real(call.dimension(types.POWER))
     if len(call.nodes) == 1:
         label = _label(call, ("force", "torque", "damping", "friction"), "a named force or torque")
@@ -192,7 +194,7 @@ def _power(call: Call) -> Expression:
     return Apply(type=type, span=call.node.span, function="multiply", arguments=(force, rate))
 
 
-def _coordinate(call: Call, index: int = 0) -> Target:
+def _coordinate(call: ElaboratedCall, index: int = 0) -> Target:
     """Return the coordinate that an argument names."""
     node = call.nodes[index]
     expression = call.scope.elaborate(node)
@@ -217,7 +219,7 @@ def _coordinates(instance: Instance) -> list[str]:
     return [n for n, m in instance.members.items() if isinstance(m.declaration, ast.Coordinate)]
 
 
-def _momentum(call: Call) -> Expression:
+def _momentum(call: ElaboratedCall) -> Expression:
     target = _coordinate(call)
     interval = call.scope.flattening.interval
     if interval is not None:
@@ -234,7 +236,7 @@ def _momentum(call: Call) -> Expression:
     return _of_elements(call, target, types.real(action / target.type.dimension, target.whole.shape))
 
 
-def _of_elements(call: Call, target: Target, type: Type) -> Expression:
+def _of_elements(call: ElaboratedCall, target: Target, type: Type) -> Expression:
     """Return a question about a coordinate, or the element of it that was asked for."""
     query = _query(call, type, target.name)
     if not target.indices:
@@ -243,7 +245,7 @@ def _of_elements(call: Call, target: Target, type: Type) -> Expression:
     return Element(type=element, span=call.node.span, base=query, indices=target.indices)
 
 
-def _reaction(call: Call) -> Expression:
+def _reaction(call: ElaboratedCall) -> Expression:
     node = _argument(call)
     joint = find_instance(call.scope, node) if node is not None else None
     if joint is not None:
@@ -256,11 +258,11 @@ def _reaction(call: Call) -> Expression:
     return _of_elements(call, target, types.real(dimension, target.whole.shape))
 
 
-def _force_vector(call: Call) -> Type:
+def _force_vector(call: ElaboratedCall) -> Type:
     return types.real(call.dimension(types.FORCE), (call.space(),))
 
 
-def _driven(call: Call) -> Target:
+def _driven(call: ElaboratedCall) -> Target:
     node = call.nodes[0]
     reference = _argument(call)
     label = find_label(call.scope, reference) if reference is not None else None
@@ -274,7 +276,7 @@ def _driven(call: Call) -> Target:
     return _coordinate(call)
 
 
-def _check_joint(call: Call, instance: Instance) -> None:
+def _check_joint(call: ElaboratedCall, instance: Instance) -> None:
     if not instance.cls.places:
         raise call.scope.fail(
             "E0212",
@@ -285,7 +287,7 @@ def _check_joint(call: Call, instance: Instance) -> None:
         )
 
 
-def _in_axes(call: Call, vector: Expression) -> Expression:
+def _in_axes(call: ElaboratedCall, vector: Expression) -> Expression:
     """Apply ``in = F``."""
     for keyword in call.node.keywords:
         if keyword.name == "in":
@@ -296,7 +298,7 @@ def _in_axes(call: Call, vector: Expression) -> Expression:
     return vector
 
 
-def _moment(call: Call) -> Expression:
+def _moment(call: ElaboratedCall) -> Expression:
     node = _argument(call)
     joint = find_instance(call.scope, node) if node is not None else None
     if joint is None:
@@ -306,24 +308,24 @@ def _moment(call: Call) -> Expression:
     return _in_axes(call, _query(call, types.real(call.dimension(types.ENERGY), shape), joint.path))
 
 
-def _elaborated(call: Call) -> None:
+def _elaborated(call: ElaboratedCall) -> None:
     call.arguments = [call.scope.elaborate(node) for node in call.nodes]
 
 
-def _inertia_tensor(call: Call) -> Expression:
+def _inertia_tensor(call: ElaboratedCall) -> Expression:
     _elaborated(call)
     frame = call.frame(0)
     shape = () if call.space() == 2 else (3, 3)
     return _query(call, types.real(call.dimension(types.INERTIA), shape), "", frame)
 
 
-def _mass_centre(call: Call) -> Expression:
+def _mass_centre(call: ElaboratedCall) -> Expression:
     _elaborated(call)
     arguments = [position_argument(call, k) for k in range(len(call.arguments))]
     return _query(call, types.real(call.dimension(types.LENGTH), (call.space(),)), "", *arguments)
 
 
-def _integral(call: Call) -> Expression:
+def _integral(call: ElaboratedCall) -> Expression:
     """Return the integral over the interval of a curve."""
     body = call.scope.elaborate(call.nodes[0])
     if body.type.kind not in types.NUMERIC or body.type.shape:
@@ -338,7 +340,7 @@ def _integral(call: Call) -> Expression:
     return _query(call, type, "", body)
 
 
-def _at(call: Call) -> Expression:
+def _at(call: ElaboratedCall) -> Expression:
     """Return a value at one place of a curve."""
     scope = call.scope
     if scope.flattening.interval is None:
@@ -358,7 +360,7 @@ def _at(call: Call) -> Expression:
     return _query(call, types.numeric(value.type), "", value, place)
 
 
-QUERY_RULES: dict[str, Callable[[Call], Expression]] = {
+QUERY_RULES: dict[str, Callable[[ElaboratedCall], Expression]] = {
     "energy": _energy,
     "kinetic_energy": _energy,
     "potential_energy": _energy,

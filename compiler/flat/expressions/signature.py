@@ -14,7 +14,7 @@ from ..model import Apply, Expression, Kind, Type
 from ..names.scope import Poisoned, Scope
 
 
-class Call(Struct):
+class ElaboratedCall(Struct):
     """``arguments`` are elaborated; ``nodes`` are the same as written."""
 
     scope: Scope

@@ -12,14 +12,14 @@ from mechc.runtime.sheets import PLAIN, Sheet, read_sheet
 from .. import types
 from ..model import Apply, Expression, Literal, TableData
 from .files import noted, path_of, text_of
-from .signature import Call
+from .signature import ElaboratedCall
 from .tables import no_period, text
 
 TEXTS = (".csv", ".txt", ".dat")
 CODE = "E0823"
 
 
-def table_of_file(call: Call, kind: str, outside: str, chosen: list[Literal]) -> Expression:
+def table_of_file(call: ElaboratedCall, kind: str, outside: str, chosen: list[Literal]) -> Expression:
     """Return a table of a column of a file over its first column."""
     scope, span = call.scope, call.nodes[1].span
     name, column = text_of(call, 1, "the name of a file"), text_of(call, 2, "the name of a column")
@@ -38,7 +38,7 @@ def table_of_file(call: Call, kind: str, outside: str, chosen: list[Literal]) ->
         shown = f"is in {written}" if written else "has no unit"
         raise call.wrong(
             0,
-            f"what the first column '{head}' of '{path.name}' holds, which {shown},",
+            f"what the first column '{head}' of '{path.name}' holds (which {shown})",
             help=f"the head of the column names a unit, as in '{head} [m]'" if not written else "",
         )
     late = next((k for k, (a, b) in enumerate(pairwise(points)) if b <= a), None)
@@ -77,7 +77,7 @@ def _is_unit(text: str) -> bool:
 _PURE = Unit("", types.NUMBER.dimension, Fraction(1))
 
 
-def _column(call: Call, sheet: Sheet, k: int) -> tuple[tuple[float, ...], Unit]:
+def _column(call: ElaboratedCall, sheet: Sheet, k: int) -> tuple[tuple[float, ...], Unit]:
     """Return the numbers of a column in SI, and its unit. Raises SimulationError."""
     head, written = sheet.heads[k]
     unit = parse_written_unit(written) if written else _PURE
@@ -85,7 +85,7 @@ def _column(call: Call, sheet: Sheet, k: int) -> tuple[tuple[float, ...], Unit]:
     return tuple(factor * x for x in sheet.complete(k, head)), unit
 
 
-def _place(call: Call, sheet: Sheet, column: str) -> int:
+def _place(call: ElaboratedCall, sheet: Sheet, column: str) -> int:
     names = [name for name, _ in sheet.heads]
     if column not in names:
         raise SimulationError(

@@ -7,7 +7,7 @@ from ..model import Expression, Kind, Literal, Type
 from ..names.scope import Poisoned
 from ..values.evaluate import constant
 from .files import text_of
-from .signature import Call
+from .signature import ElaboratedCall
 
 KINDS = ("smooth", "spline", "linear", "step")
 """How a table runs between its points."""
@@ -21,14 +21,14 @@ _FORMS = (
 )
 
 
-def _table(call: Call) -> Expression:
+def _table(call: ElaboratedCall) -> Expression:
     """Return ``table`` with kind and what is outside, where they are not those of always."""
     of_file = call.arguments[1].type.kind is Kind.STRING
     count = 3 if of_file or call.arguments[1].type.shape else 5
     if not count <= len(call.arguments) <= count + 2:
-        raise call.scope.fail(
-            "E0309", f"a table of these arguments has not {len(call.arguments)}", call.node.span, help=_FORMS
-        )
+        of = "of a file" if of_file else "of one variable" if count == 3 else "of two variables"
+        wanted = f"{count} to {count + 2} arguments, not {len(call.arguments)}"
+        raise call.scope.fail("E0309", f"a table {of} has {wanted}", call.node.span, help=_FORMS)
     words = [text_of(call, k, "the kind of a table") for k in range(count, len(call.arguments))]
     kind, outside = (*words, *("smooth", "extend")[len(words) :])
     if kind not in KINDS:
@@ -62,18 +62,20 @@ def _table(call: Call) -> Expression:
     return call.apply(result, *call.arguments[:count], *chosen)
 
 
-def text(call: Call, word: str) -> Literal:
+def text(call: ElaboratedCall, word: str) -> Literal:
     return Literal(type=types.STRING, span=call.node.span, value=word)
 
 
-def _unknown(call: Call, k: int, what: str, word: str, known: tuple[str, ...], help: str) -> Poisoned:
+def _unknown(
+    call: ElaboratedCall, k: int, what: str, word: str, known: tuple[str, ...], help: str
+) -> Poisoned:
     listed = f"{', '.join(known[:-1])} and {known[-1]}"
     return call.scope.fail(
         "E0340", f"there is no {what} '{word}'", call.nodes[k].span, help=help or f"there are {listed}"
     )
 
 
-def _check_period(call: Call, kind: str, outside: str, values: Type, count: int) -> None:
+def _check_period(call: ElaboratedCall, kind: str, outside: str, values: Type, count: int) -> None:
     """Report a smooth periodic table whose last value is another one than its first."""
     if outside != "periodic" or kind not in ("smooth", "spline"):
         return
@@ -88,7 +90,7 @@ def _check_period(call: Call, kind: str, outside: str, values: Type, count: int)
     raise no_period(call, count - 1, kind)
 
 
-def no_period(call: Call, k: int, kind: str) -> Poisoned:
+def no_period(call: ElaboratedCall, k: int, kind: str) -> Poisoned:
     return call.scope.fail(
         "E0340",
         f"a {kind} periodic table ends with the value that it begins with",

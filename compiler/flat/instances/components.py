@@ -11,7 +11,16 @@ from mechc.lang.units import NAMED_TYPES
 from mechc.suggest import closest
 
 from ..names.classes import Class
-from ..names.instance import STATED, ComponentMember, Instance, Modifier, Pick, Progress, Source, rank_of
+from ..names.instance import (
+    STATED,
+    ComponentMember,
+    ElaborationProgress,
+    Instance,
+    Modifier,
+    Pick,
+    Source,
+    rank_of,
+)
 from ..names.scope import Poisoned, Scope
 from ..subscripts import Index, element_name, subscript_text, subscripts
 from ..values.evaluate import truth, whole_number
@@ -24,21 +33,21 @@ DEEPEST = 60
 
 def instances_of(member: ComponentMember) -> dict[Index, Instance]:
     """Return the instances of a component, making them at the first call."""
-    if member.progress is Progress.WRONG:
+    if member.progress is ElaborationProgress.WRONG:
         raise Poisoned
-    if member.progress is Progress.DONE:
+    if member.progress is ElaborationProgress.DONE:
         return member.instances
     declaration, scope = member.declaration, member.scope
     assert isinstance(declaration, ast.Component)
-    if member.progress is Progress.OPEN:
+    if member.progress is ElaborationProgress.OPEN:
         raise scope.fail("E0207", f"'{declaration.name}' depends on itself", declaration.name_span)
-    member.progress = Progress.OPEN
+    member.progress = ElaborationProgress.OPEN
     try:
         _instantiate(member, declaration, scope)
     except Poisoned:
-        member.progress = Progress.WRONG
+        member.progress = ElaborationProgress.WRONG
         raise
-    member.progress = Progress.DONE
+    member.progress = ElaborationProgress.DONE
     return member.instances
 
 

@@ -9,7 +9,7 @@ from mechc.lang.source import Span
 
 from .. import types
 from ..model import Apply, Array, Expression, Kind, Literal, Name, Type
-from ..names.instance import PlaceMember, Progress
+from ..names.instance import ElaborationProgress, PlaceMember
 from ..names.scope import Poisoned, Scope
 from ..subscripts import Index, element_name
 from ..values.evaluate import pick
@@ -46,10 +46,10 @@ def place_value(member: PlaceMember, index: Index) -> Expression | None:
     """Return the value of one frame or point; None for a free frame."""
     if index in member.values:
         return member.values[index]
-    if member.progress is Progress.WRONG:
+    if member.progress is ElaborationProgress.WRONG:
         raise Poisoned
     if index in member.opening:
-        member.progress = Progress.WRONG
+        member.progress = ElaborationProgress.WRONG
         raise member.scope.fail(
             "E0207",
             f"'{member.declaration.name}' is defined by itself",
@@ -59,7 +59,7 @@ def place_value(member: PlaceMember, index: Index) -> Expression | None:
     try:
         value = _place(member, index)
     except Poisoned:
-        member.progress = Progress.WRONG
+        member.progress = ElaborationProgress.WRONG
         raise
     member.values[index] = value
     return value

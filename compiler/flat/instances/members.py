@@ -11,7 +11,14 @@ from mechc.lang.source import Span
 
 from .. import types
 from ..model import Expression, Kind, Literal, Name, Role, Type, Unknown
-from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Modifier, Progress, VariableMember
+from ..names.instance import (
+    ROLE_WORDS,
+    DefinitionMember,
+    ElaborationProgress,
+    InstanceMember,
+    Modifier,
+    VariableMember,
+)
 from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
 from ..subscripts import subscripts
@@ -23,21 +30,21 @@ from .modifications import check_plain, modified_value, strongest
 from .overrides import overridden
 
 
-def begin(member: Member, what: str) -> bool:
+def begin(member: InstanceMember, what: str) -> bool:
     """Start resolving a member; False if it is resolved. Reports one that needs itself."""
-    if member.progress is Progress.DONE:
+    if member.progress is ElaborationProgress.DONE:
         return False
-    if member.progress is Progress.WRONG:
+    if member.progress is ElaborationProgress.WRONG:
         raise Poisoned
-    if member.progress is Progress.OPEN:
-        member.progress = Progress.WRONG
+    if member.progress is ElaborationProgress.OPEN:
+        member.progress = ElaborationProgress.WRONG
         raise member.scope.fail(
             "E0207",
             f"'{member.declaration.name}' is defined by itself",
             member.declaration.name_span,
             caption=f"{what} depends on this name again",
         )
-    member.progress = Progress.OPEN
+    member.progress = ElaborationProgress.OPEN
     return True
 
 
@@ -46,7 +53,7 @@ def begin(member: Member, what: str) -> bool:
 
 def type_of(member: VariableMember) -> Type:
     """Return the type of a variable, from its declaration or from its default."""
-    if member.progress is Progress.WRONG:
+    if member.progress is ElaborationProgress.WRONG:
         raise Poisoned
     if member.type is not None:
         return member.type
@@ -54,9 +61,9 @@ def type_of(member: VariableMember) -> Type:
         try:
             _resolve_variable(member)
         except Poisoned:
-            member.progress = Progress.WRONG
+            member.progress = ElaborationProgress.WRONG
             raise
-        member.progress = Progress.DONE
+        member.progress = ElaborationProgress.DONE
     assert member.type is not None
     return member.type
 
@@ -400,7 +407,7 @@ def _structural_value(member: VariableMember) -> Expression:
     given = overridden(member)
     if given is not None:
         return given
-    member.progress = Progress.OPEN
+    member.progress = ElaborationProgress.OPEN
     value = _stated_value(member)
     known = constant(value)
     if known is None:
@@ -456,9 +463,9 @@ def definition_value(member: DefinitionMember) -> Expression:
             if isinstance(member.declaration, ast.Output) and member.declaration.guess:
                 member.guess, member.value = member.value, _unknown(member, member.value)
         except Poisoned:
-            member.progress = Progress.WRONG
+            member.progress = ElaborationProgress.WRONG
             raise
-        member.progress = Progress.DONE
+        member.progress = ElaborationProgress.DONE
     assert member.value is not None
     return member.value
 
@@ -535,8 +542,12 @@ def definition_type(member: DefinitionMember) -> Type:
 
     What is declared as a rotation may be any pose: only one that names a coordinate has elements and rates.
     """
-    if member.type is None and is_typed(member.declaration) and member.progress is not Progress.DONE:
-        if member.progress is Progress.WRONG:
+    if (
+        member.type is None
+        and is_typed(member.declaration)
+        and member.progress is not ElaborationProgress.DONE
+    ):
+        if member.progress is ElaborationProgress.WRONG:
             raise Poisoned
         member.type = stated_type(member.declaration, member.scope, _given(member))
     if member.type is None or member.type.kind is Kind.ROTATION:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Label
 
 from ..model import Expression, Role, Type
-from ..names.instance import ROLE_WORDS, Member, Modifier, VariableMember
+from ..names.instance import ROLE_WORDS, InstanceMember, Modifier, VariableMember
 from ..names.scope import Poisoned
 from .declared_types import distributed, fit
 
@@ -70,7 +70,7 @@ def check_plain(member: VariableMember, modifier: Modifier) -> None:
         )
 
 
-def cannot_modify(member: Member, modifier: Modifier, reason: str) -> Poisoned:
+def cannot_modify(member: InstanceMember, modifier: Modifier, reason: str) -> Poisoned:
     """Report a modification of what has none; ``reason`` follows "it"."""
     name = member.declaration.name
     return modifier.source.scope.fail(

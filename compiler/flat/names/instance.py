@@ -80,24 +80,24 @@ ROLE_WORDS = {
 }
 
 
-class Progress(Enum):
+class ElaborationProgress(Enum):
     NEW = 0
     OPEN = 1
     DONE = 2
     WRONG = 3
 
 
-class Member(Struct, eq=False):
+class InstanceMember(Struct, eq=False):
     """A declared name of an instance; ``name`` is its dotted name in the flat model."""
 
     declaration: ast.Declaration
     scope: Scope
     name: str
     modifiers: list[Modifier] = field(default_factory=list)
-    progress: Progress = Progress.NEW
+    progress: ElaborationProgress = ElaborationProgress.NEW
 
 
-class VariableMember(Member, eq=False):
+class VariableMember(InstanceMember, eq=False):
     """A parameter, coordinate, state, discrete variable or input; ``constant`` if structural.
 
     ``bound``: the expression an input is connected to.
@@ -111,7 +111,7 @@ class VariableMember(Member, eq=False):
     bound: Expression | None = None
 
 
-class DefinitionMember(Member, eq=False):
+class DefinitionMember(InstanceMember, eq=False):
     """A ``let`` or ``output``; ``guess`` of one that equations determine."""
 
     type: Type | None = None
@@ -119,7 +119,7 @@ class DefinitionMember(Member, eq=False):
     guess: Expression | None = None
 
 
-class PlaceMember(Member, eq=False):
+class PlaceMember(InstanceMember, eq=False):
     """A frame or point, or an array of them: ``values`` by index, None for a free frame.
 
     ``welds``: values given to free frames from outside by name, which place them as joints would.
@@ -132,7 +132,7 @@ class PlaceMember(Member, eq=False):
     welds: dict[Index, tuple[Expression, Origin]] = field(default_factory=dict)
 
 
-class ComponentMember(Member, eq=False):
+class ComponentMember(InstanceMember, eq=False):
     """A component; ``instances`` by index, none where its condition is false."""
 
     extents: tuple[int, ...] = ()
@@ -153,7 +153,7 @@ class LabelMember(Struct, eq=False):
     name: str
     statement: Labelled
     scope: Scope
-    progress: Progress = Progress.NEW
+    progress: ElaborationProgress = ElaborationProgress.NEW
 
 
 class Expanded(Struct, eq=False):

@@ -19,14 +19,14 @@ from .files import find, importable, load
 Definition = ast.Model | ast.Function | ast.Type
 
 
-class Found(Struct, frozen=True):
+class FoundDefinition(Struct, frozen=True):
     """A definition together with the names that its own text sees."""
 
     definition: Definition
     namespace: Namespace
 
 
-class Library(Struct):
+class SourceLibrary(Struct):
     """The files of one compilation, each loaded once."""
 
     folders: tuple[Path, ...]
@@ -53,12 +53,14 @@ class Library(Struct):
 class Namespace:
     """What the names of models, functions and types mean in one file, or in one model inside it."""
 
-    def __init__(self, items: tuple[ast.Statement, ...], library: Library, parent: Namespace | None = None):
+    def __init__(
+        self, items: tuple[ast.Statement, ...], library: SourceLibrary, parent: Namespace | None = None
+    ):
         self._library = library
         self._parent = parent
         self._imports = tuple(item for item in items if isinstance(item, ast.Import))
         self._own: dict[str, Definition] = {}
-        self._explicit: dict[str, Found | Namespace] | None = None
+        self._explicit: dict[str, FoundDefinition | Namespace] | None = None
         self._paths: dict[str, Namespace] = {}
         self._open: list[tuple[Namespace, ast.Import]] = []
         self._broken = False
@@ -105,7 +107,7 @@ class Namespace:
         for namespace, _ in self._open:
             yield from namespace.models
         for found in explicit.values():
-            if isinstance(found, Found) and isinstance(found.definition, ast.Model):
+            if isinstance(found, FoundDefinition) and isinstance(found.definition, ast.Model):
                 yield found.definition
 
     @property
@@ -116,7 +118,7 @@ class Namespace:
 
     # ------------------------------------------------------------ looking up
 
-    def look_up(self, name: str, span: Span) -> Found | None:
+    def look_up(self, name: str, span: Span) -> FoundDefinition | None:
         """Return what a dotted name means; None if nothing. Reports a name that two imports give."""
         first, _, rest = name.partition(".")
         found = self._first(first, span)
@@ -129,23 +131,23 @@ class Namespace:
             if namespace is not None:
                 return namespace.exported(last)
             return self._parent.look_up(name, span) if self._parent else None
-        if isinstance(found, Found):
+        if isinstance(found, FoundDefinition):
             return found
         return self._parent.look_up(name, span) if self._parent else None
 
-    def exported(self, name: str) -> Found | None:
+    def exported(self, name: str) -> FoundDefinition | None:
         """Return what a name of this file's own definitions means."""
         definition = self._own.get(name)
-        return None if definition is None else Found(definition, self)
+        return None if definition is None else FoundDefinition(definition, self)
 
-    def _first(self, name: str, span: Span) -> Found | Namespace | None:
+    def _first(self, name: str, span: Span) -> FoundDefinition | Namespace | None:
         own = self._own.get(name)
         if own is not None:
-            return Found(own, self)
+            return FoundDefinition(own, self)
         explicit = self._resolve_imports()
         if name in explicit:
             return explicit[name]
-        found: Found | None = None
+        found: FoundDefinition | None = None
         by: ast.Import | None = None
         for namespace, statement in self._open:
             other = namespace.exported(name)
@@ -179,14 +181,14 @@ class Namespace:
         """Follow the imports now, so that wrong ones are reported even if nothing uses them."""
         self._resolve_imports()
 
-    def _resolve_imports(self) -> dict[str, Found | Namespace]:
+    def _resolve_imports(self) -> dict[str, FoundDefinition | Namespace]:
         if self._explicit is None:
             self._explicit = {}
             for statement in self._imports:
                 self._resolve(statement, self._explicit)
         return self._explicit
 
-    def _resolve(self, statement: ast.Import, explicit: dict[str, Found | Namespace]) -> None:
+    def _resolve(self, statement: ast.Import, explicit: dict[str, FoundDefinition | Namespace]) -> None:
         library = self._library
         path = find(statement.path, library.folders)
         names = statement.names

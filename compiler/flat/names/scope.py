@@ -16,7 +16,7 @@ from mechc.lang.source import Span
 from .. import types
 from ..model import Expression, Literal, Origin, TableData, Type
 from .classes import Classes
-from .namespace import Library, Namespace
+from .namespace import Namespace, SourceLibrary
 
 if TYPE_CHECKING:
     from ..model import ReadFile
@@ -99,7 +99,7 @@ class Flattening(Struct):
     """The state of one compilation that all passes share."""
 
     reporter: Reporter
-    library: Library
+    library: SourceLibrary
     classes: Classes
     elaborate: Callable[[ast.Expression, Scope], Expression]
     overrides: Mapping[str, Constant]

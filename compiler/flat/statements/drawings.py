@@ -20,7 +20,7 @@ from ..names.instance import Instance
 from ..names.scope import Flattening, Poisoned, Scope
 from ..values.evaluate import constant
 from .independence import check_alone, not_in_a_picture
-from .shapes import COLOURS, SHAPES, Argument, Shape
+from .shapes import COLOURS, SHAPES, ShapeArgument, ShapeKind
 
 _WANTED = {
     "length": "a length",
@@ -100,7 +100,7 @@ class _Checker(Struct):
     def fail(self, message: str, span: Span, help: str = "", caption: str = "") -> Poisoned:
         return self.scope.fail("E1002", message, span, help=help, caption=caption)
 
-    def shape(self) -> Shape:
+    def shape(self) -> ShapeKind:
         name = self.statement.shape
         if name in SHAPES:
             return SHAPES[name]
@@ -110,12 +110,12 @@ class _Checker(Struct):
 
     # ------------------------------------------------------------ arguments
 
-    def point_nodes(self, shape: Shape) -> list[ast.Expression | ast.Aggregate]:
+    def point_nodes(self, shape: ShapeKind) -> list[ast.Expression | ast.Aggregate]:
         least, most = shape.points
         given = list(self.statement.arguments)
         return given if most is None else given[:most] if least else []
 
-    def arguments(self, shape: Shape, inner: Scope) -> None:
+    def arguments(self, shape: ShapeKind, inner: Scope) -> None:
         """Check the arguments behind the points, by their order and by name."""
         statement = self.statement
         rest = list(statement.arguments)[len(self.point_nodes(shape)) :]
@@ -148,7 +148,7 @@ class _Checker(Struct):
                     help=f"it has {_takes(shape)}",
                 )
 
-    def argument(self, argument: Argument, node: ast.Expression | ast.Aggregate, scope: Scope) -> None:
+    def argument(self, argument: ShapeArgument, node: ast.Expression | ast.Aggregate, scope: Scope) -> None:
         if isinstance(node, ast.Aggregate):
             raise self.fail("'for' makes no argument of a shape", node.span, help="write 's in a:b'")
         value = scope.elaborate(node)
@@ -164,7 +164,7 @@ class _Checker(Struct):
         self.check_sign(argument, value, node.span)
         self.values[argument.name] = value
 
-    def wrong(self, argument: Argument, value: Expression, span: Span) -> Poisoned:
+    def wrong(self, argument: ShapeArgument, value: Expression, span: Span) -> Poisoned:
         wanted = _WANTED[argument.kind]
         if argument.name == "height":
             wanted = "a length, or a vector of 3 lengths"
@@ -176,7 +176,7 @@ class _Checker(Struct):
     def length(self) -> Dimension:
         return types.NUMBER.dimension if self.scope.flattening.dimensionless else types.LENGTH
 
-    def fits(self, argument: Argument, value: Expression) -> bool:
+    def fits(self, argument: ShapeArgument, value: Expression) -> bool:
         kind, shape, dimension = value.type.kind, value.type.shape, value.type.dimension
         if kind not in types.NUMERIC:
             return False
@@ -198,7 +198,7 @@ class _Checker(Struct):
                 number = constant(value)
                 return isinstance(number, Fraction) and number.denominator == 1 and 1 <= number <= 200
 
-    def check_sign(self, argument: Argument, value: Expression, span: Span) -> None:
+    def check_sign(self, argument: ShapeArgument, value: Expression, span: Span) -> None:
         """Report a size that is negative whatever the parameters."""
         if argument.kind not in ("length", "lengths"):
             return
@@ -243,7 +243,7 @@ class _Checker(Struct):
         lengths = value.type.dimension == self.length() or types.is_zero(value)
         return kind in types.NUMERIC and lengths and shape in ((2,), (3,))
 
-    def place(self, shape: Shape) -> Expression | None:
+    def place(self, shape: ShapeKind) -> Expression | None:
         statement = self.statement
         both = [node for node in (statement.on, statement.at) if node is not None]
         if len(both) == 2 or (both and shape.place == "never") or (not both and shape.place == "always"):
@@ -277,7 +277,7 @@ class _Checker(Struct):
 
     # ------------------------------------------------------------ variables of curves, and options
 
-    def samples(self, shape: Shape) -> tuple[tuple[Sample, ...], Scope]:
+    def samples(self, shape: ShapeKind) -> tuple[tuple[Sample, ...], Scope]:
         given = self.statement.samples
         if len(given) != shape.samples:
             wanted = (
@@ -350,13 +350,13 @@ class _Checker(Struct):
             self.texts["colour"] = COLOURS.get(text, text.casefold())
 
 
-def _takes(shape: Shape) -> str:
+def _takes(shape: ShapeKind) -> str:
     names = [f"{a.name}{' (if wanted)' if a.optional else ''}" for a in shape.arguments]
     if shape.points[1] != 0:
         names.insert(0, _points(shape))
     return ", ".join(names) or "no arguments"
 
 
-def _points(shape: Shape) -> str:
+def _points(shape: ShapeKind) -> str:
     least, most = shape.points
     return "at least 2 points" if most is None else "1 point" if least == 1 else "2 points"

@@ -25,14 +25,14 @@ from .energies import energy, gravities, inertia, mass
 from .events import when
 from .initial_values import initial, stationary_start
 from .loads import contact, damping, friction, load
-from .record import JointParts, Record
+from .record import JointParts, StatementRecord
 from .relations import assertion, closure, constraint, drive, equation, exact, place
 from .torques import is_torque
 from .variables import attributes, check_input, check_parameter
 from .variations import end, inequality, refuse, stationary
 
 
-def run(instance: Instance, record: Record) -> None:
+def run(instance: Instance, record: StatementRecord) -> None:
     """Record every statement of an instance and of the components inside it, in order."""
     statements = expand(instance)
     gravities(instance, statements)
@@ -47,7 +47,7 @@ def run(instance: Instance, record: Record) -> None:
     record.draws[drawn:] = audible(record.draws[drawn:], instance)
 
 
-def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: JointParts) -> None:
+def _statement(statement: ast.Statement, scope: Scope, record: StatementRecord, parts: JointParts) -> None:
     if scope.flattening.interval:
         refuse(scope, statement)
     match statement:
@@ -114,7 +114,7 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
 # ---------------------------------------------------------------- declarations
 
 
-def _declaration(declaration: ast.Declaration, scope: Scope, record: Record) -> None:
+def _declaration(declaration: ast.Declaration, scope: Scope, record: StatementRecord) -> None:
     assert scope.instance is not None
     member = scope.instance.members[declaration.name]
     match member:
@@ -132,7 +132,7 @@ def _declaration(declaration: ast.Declaration, scope: Scope, record: Record) -> 
             assert_never(member)
 
 
-def _variable(member: VariableMember, record: Record) -> None:
+def _variable(member: VariableMember, record: StatementRecord) -> None:
     type = type_of(member)
     if member.structural:
         attributes(member.scope, member.declaration, type)  # reports wrong ones
@@ -153,7 +153,7 @@ def _variable(member: VariableMember, record: Record) -> None:
         check_input(member, member.value)
 
 
-def _definition(member: DefinitionMember, record: Record) -> None:
+def _definition(member: DefinitionMember, record: StatementRecord) -> None:
     for modifier in member.modifiers:
         noun = "an abbreviation" if isinstance(member.declaration, ast.Let) else "an output"
         cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
@@ -164,7 +164,7 @@ def _definition(member: DefinitionMember, record: Record) -> None:
         record.unknowns.append(model.UnknownOutput(member.name, member.guess, origin))
 
 
-def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: Record) -> None:
+def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: StatementRecord) -> None:
     frame = isinstance(member.declaration, ast.Frame)
     role = DefinitionRole.FRAME if frame else DefinitionRole.POINT
     name = element_name(member.name, index)
@@ -181,7 +181,7 @@ def _define(
     role: DefinitionRole,
     name: str,
     value: Expression | None,
-    record: Record,
+    record: StatementRecord,
 ) -> None:
     declaration, scope = member.declaration, member.scope
     if isinstance(member, VariableMember):
@@ -200,7 +200,7 @@ def _define(
 # ---------------------------------------------------------------- joints
 
 
-def _joints(parts: JointParts, record: Record) -> None:
+def _joints(parts: JointParts, record: StatementRecord) -> None:
     """Make the joints of an instance from its ``place`` and ``closure`` statements."""
     instance = parts.instance
     declaration = instance.declaration

@@ -14,7 +14,7 @@ from ..instances.frames import frame_or_point
 from ..model import Apply, Expression, Kind, Type
 from ..names.instance import DefinitionMember, Expanded, Instance, VariableMember
 from ..names.scope import Poisoned, Scope
-from .record import Record
+from .record import StatementRecord
 
 _WANTED = {
     "kinetic": "an energy",
@@ -24,7 +24,7 @@ _WANTED = {
 }
 
 
-def energy(scope: Scope, statement: ast.Energy, record: Record) -> None:
+def energy(scope: Scope, statement: ast.Energy, record: StatementRecord) -> None:
     """Check that an energy is one (``dissipation``: a power) and record it."""
     value = scope.elaborate(statement.value)
     flattening = scope.flattening
@@ -126,7 +126,12 @@ _PLACE = "place#gravity"
 
 
 def _weigh(
-    scope: Scope, statement: ast.Mass, value: Expression, at: Expression, record: Record, source: Instance
+    scope: Scope,
+    statement: ast.Mass,
+    value: Expression,
+    at: Expression,
+    record: StatementRecord,
+    source: Instance,
 ) -> None:
     """Record what a field does to a mass: an energy by its potential, or a force by its acceleration."""
     assert source.gravity_field is not None
@@ -194,7 +199,7 @@ def _dimension(scope: Scope, dimension: Dimension) -> Dimension:
     return types.NUMBER.dimension if scope.flattening.dimensionless else dimension
 
 
-def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
+def mass(scope: Scope, statement: ast.Mass, record: StatementRecord) -> None:
     """Check a mass and record it with the field that reaches it: of its instance or the nearest one around it."""
     value = scope.elaborate(statement.value)
     _require(scope, value, types.real(_dimension(scope, types.MASS)), statement.value.span, "a mass (kg)")
@@ -212,7 +217,7 @@ def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
     record.masses.append(model.Mass(value, at, field, scope.origin(statement.span)))
 
 
-def inertia(scope: Scope, statement: ast.Inertia, record: Record) -> None:
+def inertia(scope: Scope, statement: ast.Inertia, record: StatementRecord) -> None:
     """Check a moment of inertia, or in space a matrix of 3 x 3, and record it."""
     value = scope.elaborate(statement.value)
     on = scope.elaborate(statement.on)
@@ -248,7 +253,7 @@ def _require(scope: Scope, value: Expression, wanted: Type, span: Span, words: s
         )
 
 
-def note_fields(record: Record, reporter: Reporter) -> None:
+def note_fields(record: StatementRecord, reporter: Reporter) -> None:
     """Say what a field leaves out over bodies that have an extent."""
     for span in record.fields.values() if record.inertias else ():
         reporter.note(

@@ -15,11 +15,11 @@ from ..model import Role
 from ..names.instance import ROLE_WORDS
 from ..names.scope import Poisoned, Scope
 from .loads import make_load
-from .record import Record
+from .record import StatementRecord
 from .relations import assertion, truth_value
 
 
-def when(scope: Scope, statement: ast.When, record: Record) -> None:
+def when(scope: Scope, statement: ast.When, record: StatementRecord) -> None:
     """Record an event; a branch keeps its actions that are right."""
     inner = scope.for_events()
     branches = []

@@ -18,13 +18,13 @@ from ..names.instance import DECLARED, ROLE_WORDS, STATED, Modifier, VariableMem
 from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index, subscripts
 from ..values.evaluate import elements, pick, whole_number
-from .record import Record, StatedStart
+from .record import StatedStart, StatementRecord
 
 _HIGHEST = {Role.COORDINATE: 2, Role.STATE: 1, Role.DISCRETE: 0}
 """The highest derivatives that may be given at the start."""
 
 
-def initial(scope: Scope, statement: ast.Initial, record: Record) -> None:
+def initial(scope: Scope, statement: ast.Initial, record: StatementRecord) -> None:
     """Record an ``initial`` statement: of a variable, its rate, or any other expression."""
     left = scope.elaborate(statement.target)
     value = scope.elaborate(statement.start.value)
@@ -32,7 +32,7 @@ def initial(scope: Scope, statement: ast.Initial, record: Record) -> None:
 
 
 def _initial(
-    scope: Scope, statement: ast.Initial, left: Expression, value: Expression, record: Record
+    scope: Scope, statement: ast.Initial, left: Expression, value: Expression, record: StatementRecord
 ) -> None:
     node, guess = statement.start.value, statement.start.guess
     target = target_of(scope, left)
@@ -83,7 +83,7 @@ def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisone
     )
 
 
-def stationary_start(scope: Scope, statement: ast.StationaryStart, record: Record) -> None:
+def stationary_start(scope: Scope, statement: ast.StationaryStart, record: StatementRecord) -> None:
     """Record that coordinates are at rest at the start and not accelerated, and that states do not change.
 
     Without names those of the instance and its components are meant, which are known only later.
@@ -109,7 +109,7 @@ def stationary_start(scope: Scope, statement: ast.StationaryStart, record: Recor
             _rest(scope, statement.span, part, one, record)
 
 
-def all_stationary(record: Record) -> None:
+def all_stationary(record: StatementRecord) -> None:
     """Let everything rest that ``initial stationary;`` speaks of, but for what is driven."""
     driven = {_place(d.target) for d in record.drives}
     for scope, statement in record.stationary:
@@ -148,7 +148,7 @@ def _place(expression: Expression) -> tuple[str, Index]:
 _RESTING = (Role.COORDINATE, Role.STATE)
 
 
-def _rest(scope: Scope, span: Span, expression: Expression, target: Target, record: Record) -> None:
+def _rest(scope: Scope, span: Span, expression: Expression, target: Target, record: StatementRecord) -> None:
     """Record rates of zero, and conditions on what gives the highest derivative."""
     order = _HIGHEST[target.role]
     origin, time = scope.origin(span), scope.flattening.time_type.dimension
@@ -175,7 +175,7 @@ def rate_type(flattening: Flattening, type: Type) -> Type:
     return types.real(type.dimension / time, type.shape, type.angle)
 
 
-def stated_starts(member: VariableMember, record: Record) -> list[StatedStart]:
+def stated_starts(member: VariableMember, record: StatementRecord) -> list[StatedStart]:
     """Return every initial value stated for a coordinate or state: declaration, modifications, ``initial``."""
     type = type_of(member)
     found = []

@@ -15,10 +15,10 @@ from ..instances.frames import frame_or_point
 from ..model import Expression, Kind, Type
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import whole_number
-from .record import Record
+from .record import StatementRecord
 
 
-def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: Record) -> str:
+def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: StatementRecord) -> str:
     """Return the dotted name of a statement, or a number where it has no label."""
     if label is None:
         return record.numbered(kind)
@@ -29,7 +29,7 @@ def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: Rec
     return f"{scope.path}.{text}" if scope.path else text
 
 
-def load(scope: Scope, statement: ast.Load, record: Record) -> None:
+def load(scope: Scope, statement: ast.Load, record: StatementRecord) -> None:
     """Record a force or torque."""
     name = label_name(scope, statement.label, statement.kind, record)
     record.loads.append(make_load(scope, statement, statement.kind, name))
@@ -221,7 +221,7 @@ def quantity(scope: Scope, node: ast.Expression, what: str) -> Expression:
     return on
 
 
-def damping(scope: Scope, statement: ast.Damping, record: Record) -> None:
+def damping(scope: Scope, statement: ast.Damping, record: StatementRecord) -> None:
     """Check the dimension of a damping, which is power divided by the square of a rate, and record it."""
     on = quantity(scope, statement.on, "damping")
     value = scope.elaborate(statement.value)
@@ -252,7 +252,7 @@ _CONTACT_OPTIONS = ("rest", "impacts", "law", "v_stick")
 _LAWS = ("stick", "regularized")
 
 
-def friction(scope: Scope, statement: ast.Friction, record: Record) -> None:
+def friction(scope: Scope, statement: ast.Friction, record: StatementRecord) -> None:
     """Check the limits and options of a dry friction and record it."""
     on = quantity(scope, statement.on, "friction")
     kinetic, static = (
@@ -344,7 +344,7 @@ def _slip_type(scope: Scope, on: Expression) -> Type:
     return types.real(on.type.dimension / scope.flattening.time_type.dimension)
 
 
-def contact(scope: Scope, statement: ast.Contact, record: Record) -> None:
+def contact(scope: Scope, statement: ast.Contact, record: StatementRecord) -> None:
     """Check gap, coefficients, slip and options of a contact and record it."""
     gap = quantity(scope, statement.gap, "a contact")
     restitution = _number(scope, statement.restitution, "a restitution")

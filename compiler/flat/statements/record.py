@@ -27,7 +27,7 @@ class StatedStart(Struct, frozen=True):
     span: Span
 
 
-class Record(Struct):
+class StatementRecord(Struct):
     """Everything in the order of its statements; ``variables`` get their values last (variables.py)."""
 
     variables: list[VariableMember] = field(default_factory=list)

@@ -15,7 +15,7 @@ from ..names.instance import PlaceMember
 from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
 from .loads import label_name
-from .record import JointParts, Record
+from .record import JointParts, StatementRecord
 from .servo import keep
 
 
@@ -73,7 +73,7 @@ def _matched(
     return (left, wide) if scalar is right else (wide, right)
 
 
-def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
+def constraint(scope: Scope, statement: ast.Constraint, record: StatementRecord) -> None:
     """Record a constraint."""
     left, right = sides(scope, statement, "the constraint")
     name = label_name(scope, statement.label, "constraint", record)
@@ -83,7 +83,7 @@ def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
         keep(scope, statement, statement.by, (name, left, right), record)
 
 
-def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
+def drive(scope: Scope, statement: ast.Drive, record: StatementRecord) -> None:
     """Record a prescribed motion of a coordinate or its rate."""
     left = scope.elaborate(statement.target)
     target = target_of(scope, left)
@@ -107,7 +107,7 @@ def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
     record.drives.append(model.Drive(left, value, scope.origin(statement.span)))
 
 
-def hold_released_drives(record: Record) -> None:
+def hold_released_drives(record: StatementRecord) -> None:
     """Make constraints of the drives that an event releases or engages: their coordinates move freely meanwhile."""
     switched = frozenset[str]().union(*(event.switched for event in record.events))
     kept = []
@@ -120,7 +120,7 @@ def hold_released_drives(record: Record) -> None:
     record.drives = kept
 
 
-def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Record) -> None:
+def place(scope: Scope, statement: ast.Place, parts: JointParts, record: StatementRecord) -> None:
     """Record the pose that a joint gives to its free frame."""
     target = statement.target
     instance = scope.instance
@@ -175,7 +175,7 @@ def closure(scope: Scope, statement: ast.Closure, parts: JointParts) -> None:
     parts.closures.append(model.ClosureEquation(left, right, scope.origin(statement.span)))
 
 
-def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
+def equation(scope: Scope, statement: ast.Equation, record: StatementRecord) -> None:
     """Record ``equation der(x) = e`` of a state, or an equation between unknown outputs."""
     left = scope.elaborate(statement.left)
     target = target_of(scope, left)
@@ -274,7 +274,7 @@ def _accelerated(left: ast.Expression) -> str:
     return ""
 
 
-def exact(scope: Scope, statement: ast.Exact, record: Record) -> None:
+def exact(scope: Scope, statement: ast.Exact, record: StatementRecord) -> None:
     """Record the closed solution of a coordinate, a state or an output."""
     left = scope.elaborate(statement.left)
     target = target_of(scope, left)

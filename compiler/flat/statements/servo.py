@@ -19,7 +19,7 @@ from ..instances.members import type_of
 from ..model import Apply, DefinitionRole, Element, Expression, FlatModel, Kind, Query, Role, Type
 from ..names.scope import Scope
 from ..subscripts import element_name, subscripts
-from .record import Record
+from .record import StatementRecord
 from .variables import attributes
 
 
@@ -28,7 +28,7 @@ def keep(
     statement: ast.Constraint,
     by: ast.Effort,
     stated: tuple[str, Expression, Expression],
-    record: Record,
+    record: StatementRecord,
 ) -> None:
     """Record what keeps a constraint of this name and these sides, and take back what its multiplier does along it."""
     name, left, right = stated
@@ -102,7 +102,7 @@ def _check_target(scope: Scope, by: ast.Effort, on: Expression, shape: tuple[int
         )
 
 
-def _bind(scope: Scope, by: ast.Effort, name: str, shape: tuple[int, ...], record: Record) -> None:
+def _bind(scope: Scope, by: ast.Effort, name: str, shape: tuple[int, ...], record: StatementRecord) -> None:
     on = scope.elaborate(by.on)
     member = scope.flattening.variables.get(on.name) if isinstance(on, model.Name) else None
     if member is None or member.role is not Role.INPUT or member.modifiers:
@@ -129,7 +129,7 @@ def _bind(scope: Scope, by: ast.Effort, name: str, shape: tuple[int, ...], recor
     record.servo_inputs.append((member, value))
 
 
-def find_inputs(record: Record) -> None:
+def find_inputs(record: StatementRecord) -> None:
     """Define the inputs that servo constraints find."""
     for member, value in record.servo_inputs:
         if member in record.variables:

@@ -12,7 +12,7 @@ ArgumentKind = Literal["length", "lengths", "vector", "axis", "corners", "count"
 any length; ``corners``: points in the axes of the frame; ``count``: a whole number that is known when compiling."""
 
 
-class Argument(Struct, frozen=True):
+class ShapeArgument(Struct, frozen=True):
     """``relative``: where it is left out, the size is chosen with the whole picture in view."""
 
     name: str
@@ -21,53 +21,55 @@ class Argument(Struct, frozen=True):
     relative: bool = False
 
 
-class Shape(Struct, frozen=True):
+class ShapeKind(Struct, frozen=True):
     """``points``: least and most points that it goes through; ``place``: whether it stands ``on`` a frame or ``at`` a
     point: never, always, or where the axes of the world are not meant; ``samples``: its variables ``s in a:b``."""
 
     words: str
-    arguments: tuple[Argument, ...] = ()
+    arguments: tuple[ShapeArgument, ...] = ()
     points: tuple[int, int | None] = (0, 0)
     place: Literal["never", "always", "may"] = "always"
     samples: int = 0
 
 
-_AXIS = Argument("axis", "axis", optional=True)
-_RADIUS = Argument("radius", "length")
+_AXIS = ShapeArgument("axis", "axis", optional=True)
+_RADIUS = ShapeArgument("radius", "length")
 
-SHAPES: Mapping[str, Shape] = {
-    "box": Shape("a box about the origin of a frame", (Argument("size", "lengths"),)),
-    "sphere": Shape("a ball", (Argument("radius", "length", optional=True, relative=True),)),
-    "cylinder": Shape("a cylinder about the origin, along x", (_RADIUS, Argument("length", "length"), _AXIS)),
-    "cone": Shape(
-        "a cone from its base at the origin, along x", (_RADIUS, Argument("length", "length"), _AXIS)
+SHAPES: Mapping[str, ShapeKind] = {
+    "box": ShapeKind("a box about the origin of a frame", (ShapeArgument("size", "lengths"),)),
+    "sphere": ShapeKind("a ball", (ShapeArgument("radius", "length", optional=True, relative=True),)),
+    "cylinder": ShapeKind(
+        "a cylinder about the origin, along x", (_RADIUS, ShapeArgument("length", "length"), _AXIS)
     ),
-    "torus": Shape("a ring around z", (_RADIUS, Argument("tube", "length"), _AXIS)),
-    "disk": Shape(
-        "a flat disk around z", (Argument("radius", "length", optional=True, relative=True), _AXIS)
+    "cone": ShapeKind(
+        "a cone from its base at the origin, along x", (_RADIUS, ShapeArgument("length", "length"), _AXIS)
     ),
-    "polygon": Shape("a closed line through corners", (Argument("corners", "corners"),)),
-    "mesh": Shape(
-        "the surface of an STL or OBJ file", (Argument("file", "file"), Argument("scale", "length"))
+    "torus": ShapeKind("a ring around z", (_RADIUS, ShapeArgument("tube", "length"), _AXIS)),
+    "disk": ShapeKind(
+        "a flat disk around z", (ShapeArgument("radius", "length", optional=True, relative=True), _AXIS)
     ),
-    "frame": Shape(
-        "three axes", (Argument("size", "length", optional=True, relative=True),), (1, 1), "never"
+    "polygon": ShapeKind("a closed line through corners", (ShapeArgument("corners", "corners"),)),
+    "mesh": ShapeKind(
+        "the surface of an STL or OBJ file", (ShapeArgument("file", "file"), ShapeArgument("scale", "length"))
     ),
-    "line": Shape("a line through points", (), (2, None), "never"),
-    "spring": Shape(
+    "frame": ShapeKind(
+        "three axes", (ShapeArgument("size", "length", optional=True, relative=True),), (1, 1), "never"
+    ),
+    "line": ShapeKind("a line through points", (), (2, None), "never"),
+    "spring": ShapeKind(
         "a helix between two points",
         (
-            Argument("radius", "length", optional=True, relative=True),
-            Argument("turns", "count", optional=True),
+            ShapeArgument("radius", "length", optional=True, relative=True),
+            ShapeArgument("turns", "count", optional=True),
         ),
         (2, 2),
         "never",
     ),
-    "trail": Shape("the path of a point up to now", (), (1, 1), "never"),
-    "arrow": Shape("an arrow", (Argument("vector", "vector"),)),
-    "text": Shape("a text beside a point", (Argument("text", "text"),)),
-    "curve": Shape("a curve", (Argument("point", "vector"),), (0, 0), "may", 1),
-    "surface": Shape("a surface", (Argument("height", "vector"),), (0, 0), "may", 2),
+    "trail": ShapeKind("the path of a point up to now", (), (1, 1), "never"),
+    "arrow": ShapeKind("an arrow", (ShapeArgument("vector", "vector"),)),
+    "text": ShapeKind("a text beside a point", (ShapeArgument("text", "text"),)),
+    "curve": ShapeKind("a curve", (ShapeArgument("point", "vector"),), (0, 0), "may", 1),
+    "surface": ShapeKind("a surface", (ShapeArgument("height", "vector"),), (0, 0), "may", 2),
 }
 
 TURNS = 8

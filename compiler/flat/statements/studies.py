@@ -12,7 +12,7 @@ from ..names.instance import Instance
 from ..names.scope import Poisoned, Scope
 
 if TYPE_CHECKING:
-    from mechc.runtime.settings import Setting
+    from mechc.runtime.settings import QuestionSetting
 
 EXPERIMENT = "experiment"
 """Not a setting of a question, but beside all: which experiment it is about."""
@@ -68,7 +68,7 @@ def _settings(scope: Scope, statement: ast.Study) -> dict[str, str | bool]:
     return found
 
 
-def _value(scope: Scope, setting: ast.StudySetting, known: Setting | None) -> str | bool:
+def _value(scope: Scope, setting: ast.StudySetting, known: QuestionSetting | None) -> str | bool:
     """Return a value as it is written on a command line."""
     value = setting.value
     if setting.within is not None:

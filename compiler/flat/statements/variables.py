@@ -20,7 +20,7 @@ from ..operands import free_names
 from ..values.evaluate import constant
 from ..values.known_late import input_changes, parameter_changes
 from .initial_values import rate_type, stated_starts, winner
-from .record import Record
+from .record import StatementRecord
 
 _ELSEWHERE = {
     "start": "the initial value stands behind the name: 'x = 1 m' is known, 'x ~ 1 m' a guess",
@@ -35,7 +35,7 @@ _TEXT_ATTRIBUTES = ("display", "chart", "interpolation")
 _CHOICES = {"chart": ("zxz", "zyx", "xyz"), "interpolation": ("linear", "step", "spline")}
 
 
-def variable(member: VariableMember, value: Expression | None, record: Record) -> Variable:
+def variable(member: VariableMember, value: Expression | None, record: StatementRecord) -> Variable:
     """Return a finished variable; ``value`` is that of a parameter, discrete variable or input."""
     type = type_of(member)
     declaration, scope = member.declaration, member.scope

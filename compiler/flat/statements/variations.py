@@ -13,7 +13,7 @@ from ..names.instance import Instance
 from ..names.scope import Interval, Scope
 from ..operands import free_names
 from .loads import label_name
-from .record import Record
+from .record import StatementRecord
 from .relations import sides
 
 _RANGE = "a curve has a range: 'independent x from a to b;'"
@@ -160,7 +160,7 @@ def refuse(scope: Scope, statement: ast.Statement) -> None:
     )
 
 
-def end(scope: Scope, statement: ast.Initial | ast.Final, record: Record) -> None:
+def end(scope: Scope, statement: ast.Initial | ast.Final, record: StatementRecord) -> None:
     """Record a condition at one end of a curve."""
     upper = isinstance(statement, ast.Final)
     word = "final" if upper else "initial"
@@ -204,7 +204,7 @@ def end(scope: Scope, statement: ast.Initial | ast.Final, record: Record) -> Non
     record.ends.append(model.End(left, value, upper, scope.origin(statement.span)))
 
 
-def stationary(scope: Scope, statement: ast.Stationary, record: Record) -> None:
+def stationary(scope: Scope, statement: ast.Stationary, record: StatementRecord) -> None:
     """Record what is stationary."""
     if scope.flattening.interval is None:
         raise scope.fail(
@@ -243,7 +243,7 @@ def stationary(scope: Scope, statement: ast.Stationary, record: Record) -> None:
     record.functional = value
 
 
-def inequality(scope: Scope, statement: ast.Inequality, record: Record) -> None:
+def inequality(scope: Scope, statement: ast.Inequality, record: StatementRecord) -> None:
     """Record an inequality as ``greater - less`` of a constraint."""
     if scope.flattening.interval is None:
         raise scope.fail(
@@ -267,7 +267,7 @@ def inequality(scope: Scope, statement: ast.Inequality, record: Record) -> None:
 # ---------------------------------------------------------------- the whole
 
 
-def variation(instance: Instance, record: Record) -> model.Variation | None:
+def variation(instance: Instance, record: StatementRecord) -> model.Variation | None:
     """Return what makes the model one of a curve; None where it is one of a motion."""
     flattening = instance.flattening
     interval = flattening.interval
@@ -300,7 +300,7 @@ def variation(instance: Instance, record: Record) -> model.Variation | None:
     )
 
 
-def _check_guesses(scope: Scope, record: Record, interval: Interval) -> None:
+def _check_guesses(scope: Scope, record: StatementRecord, interval: Interval) -> None:
     for member in record.variables:
         start = getattr(member.declaration, "start", None)
         if member.role is not Role.COORDINATE:

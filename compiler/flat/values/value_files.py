@@ -14,11 +14,11 @@ from typing import Any
 from msgspec import Struct
 
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.sheets import Reading, read_sheet
+from mechc.runtime.sheets import SheetReading, read_sheet
 from mechc.suggest import closest
 
 
-class Numbers(Struct, frozen=True):
+class FileNumbers(Struct, frozen=True):
     """``values`` in row-major order, of an array of a shape; ``unit`` of all of them, where the file says it."""
 
     values: tuple[Fraction, ...]
@@ -34,7 +34,7 @@ class NoNumbers(ValueError):
         self.help = help
 
 
-def numbers(path: Path, name: str) -> Numbers:
+def numbers(path: Path, name: str) -> FileNumbers:
     """Return the array or the column ``name`` of a file of a kind in ``READERS``; all of it without a name. Raises NoNumbers."""
     return READERS[path.suffix.casefold()](path, name)
 
@@ -42,10 +42,10 @@ def numbers(path: Path, name: str) -> Numbers:
 # ---------------------------------------------------------------- tables of text
 
 
-def _table(path: Path, name: str) -> Numbers:
+def _table(path: Path, name: str) -> FileNumbers:
     """Return one column by its name, or all; a single one is a vector. Numbers are those of the shortest decimals of doubles."""
     try:
-        sheet = read_sheet(path, Reading(headless=True, decimal="."))
+        sheet = read_sheet(path, SheetReading(headless=True, decimal="."))
         names = [head for head, _ in sheet.heads]
         if name and name not in names:
             near = closest(name, names)
@@ -66,13 +66,13 @@ def _table(path: Path, name: str) -> Numbers:
         raise NoNumbers(str(error), error.help or "") from None
     rows = len(sheet.lines)
     values = tuple(column[row] for row in range(rows) for column in columns)
-    return Numbers(values, (rows,) if len(chosen) == 1 else (rows, len(chosen)), units.pop())
+    return FileNumbers(values, (rows,) if len(chosen) == 1 else (rows, len(chosen)), units.pop())
 
 
 # ---------------------------------------------------------------- arrays
 
 
-def _npz(path: Path, name: str) -> Numbers:
+def _npz(path: Path, name: str) -> FileNumbers:
     import numpy as np
 
     try:
@@ -92,7 +92,7 @@ def _npz(path: Path, name: str) -> Numbers:
         raise NoNumbers("it is no NPZ file of numbers") from None
 
 
-def _npy(path: Path, name: str) -> Numbers:
+def _npy(path: Path, name: str) -> FileNumbers:
     import numpy as np
 
     _unnamed(name)
@@ -103,7 +103,7 @@ def _npy(path: Path, name: str) -> Numbers:
     return _array(found)
 
 
-def _matrix_market(path: Path, name: str) -> Numbers:
+def _matrix_market(path: Path, name: str) -> FileNumbers:
     from scipy.io import mmread
 
     _unnamed(name)
@@ -119,7 +119,7 @@ def _unnamed(name: str) -> None:
         raise NoNumbers(f"it holds one array, which has no name '{name}'", "leave the name out")
 
 
-def _array(found: Any) -> Numbers:
+def _array(found: Any) -> FileNumbers:
     import numpy as np
 
     if found.dtype.kind not in "fiu":
@@ -127,10 +127,10 @@ def _array(found: Any) -> Numbers:
         raise NoNumbers(f"it holds {what}")
     if not np.isfinite(found).all():
         raise NoNumbers("it holds numbers that are not finite")
-    return Numbers(tuple(map(Fraction, found.ravel().tolist())), found.shape)
+    return FileNumbers(tuple(map(Fraction, found.ravel().tolist())), found.shape)
 
 
-READERS: Mapping[str, Callable[[Path, str], Numbers]] = {
+READERS: Mapping[str, Callable[[Path, str], FileNumbers]] = {
     ".csv": _table,
     ".txt": _table,
     ".dat": _table,

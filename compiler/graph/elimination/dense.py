@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..node import Graph, Node
-from .linear import LinearSystem
-from .path_elimination import Solution, TooMuchWork, ZeroPivot
+from .linear import LinearRows
+from .path_elimination import PathElimination, TooMuchWork, ZeroPivot
 
 
 def eliminate_dense(
-    graph: Graph, system: LinearSystem, rows: Sequence[int], order: Sequence[int], limit: float = float("inf")
-) -> Solution:
+    graph: Graph, system: LinearRows, rows: Sequence[int], order: Sequence[int], limit: float = float("inf")
+) -> PathElimination:
     """Solve the system; order, rows and what happens at zero pivots as for ``path.eliminate``.
 
     Raises ZeroPivot, and TooMuchWork beyond ``limit`` products.
@@ -62,7 +62,7 @@ def eliminate_dense(
         values[k] = mul(total, graph.div(graph.one, matrix[row_of[k]][k]))
     unknowns = tuple(values[i] for i in range(len(order)))
     paired = tuple(rows[row_of[i]] for i in done)
-    return Solution(unknowns, tuple(pivots), tuple(done), paired, work)
+    return PathElimination(unknowns, tuple(pivots), tuple(done), paired, work)
 
 
 def _next_pivot(matrix: list[dict[int, Node]], row_of: dict[int, int], pending: list[int]) -> int:
@@ -78,7 +78,7 @@ def _next_pivot(matrix: list[dict[int, Node]], row_of: dict[int, int], pending: 
     raise ZeroPivot(pending[0], tuple(pending))
 
 
-def _expand(graph: Graph, system: LinearSystem, limit: float) -> tuple[list[dict[int, Node]], list[Node]]:
+def _expand(graph: Graph, system: LinearRows, limit: float) -> tuple[list[dict[int, Node]], list[Node]]:
     """Return the matrix A (rows as {column: entry}) and b of A x = b, with all definitions put in."""
     add, mul, zero = graph.add, graph.mul, graph.zero
     expanded: dict[Node, tuple[dict[int, Node], Node]] = {

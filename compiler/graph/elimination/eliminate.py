@@ -9,19 +9,19 @@ from msgspec import Struct
 
 from ..node import Graph, Node
 from .dense import eliminate_dense
-from .linear import LinearSystem, linear_system
+from .linear import LinearRows, linear_system
 from .order import elimination_order
-from .path_elimination import Attempt, Choice, Solution, TooMuchWork, Variant, ZeroPivot
+from .path_elimination import Attempt, NextDefinition, PathElimination, TooMuchWork, Variant, ZeroPivot
 
-__all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
+__all__ = ["VARIANTS", "NextDefinition", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
 
 VARIANTS = (
-    Variant(Choice.LEAST_FILL, 6),
-    Variant(Choice.OLDEST, 5),
-    Variant(Choice.FEWEST_USERS, 6),
-    Variant(Choice.LEAST_FILL, 5),
-    Variant(Choice.OLDEST, 6),
-    Variant(Choice.FEWEST_USERS, 5),
+    Variant(NextDefinition.LEAST_FILL, 6),
+    Variant(NextDefinition.OLDEST, 5),
+    Variant(NextDefinition.FEWEST_USERS, 6),
+    Variant(NextDefinition.LEAST_FILL, 5),
+    Variant(NextDefinition.OLDEST, 6),
+    Variant(NextDefinition.FEWEST_USERS, 5),
 )
 """No variant is best everywhere; each of them has linear cost for every tree tried."""
 
@@ -109,7 +109,7 @@ def solve(
         raise ValueError("no variant to try")
     if best.graph is not graph:
         graph.adopt(best.graph)
-    if isinstance(best.found, Solution):
+    if isinstance(best.found, PathElimination):
         return _elimination(best.found, DENSE, best.operations)
     found = best.found.solution()
     return _elimination(found, best.found.variant.name, graph.count_operations(found.unknowns))
@@ -119,7 +119,7 @@ class _Candidate(Struct, frozen=True, dict=True):
     """What one variant came to in ``graph``, with the formulas and the products that it made so far."""
 
     graph: Graph
-    found: Attempt | Solution
+    found: Attempt | PathElimination
     formulas: Sequence[Node]
     work: int
 
@@ -130,7 +130,7 @@ class _Candidate(Struct, frozen=True, dict=True):
 
 def _try(
     fork: Graph,
-    system: LinearSystem,
+    system: LinearRows,
     rows: Sequence[int],
     order: Sequence[int],
     variant: Variant | None,
@@ -164,11 +164,11 @@ def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
     return variant.choice is done.choice and not any(low < width <= high for width in widths)
 
 
-def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
+def _elimination(found: PathElimination, variant: str, operations: int) -> Elimination:
     return Elimination(found.unknowns, found.pivots, found.order, found.rows, variant, operations)
 
 
-def _variants(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
+def _variants(system: LinearRows, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
     """Return what to try; None stands for dense elimination."""
     found: list[Variant | None] = list(variants)
     if len(system.unknowns) > DENSE_LIMIT and all(len(row) <= 1 for row in system.rows.values()):

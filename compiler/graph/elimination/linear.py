@@ -27,7 +27,7 @@ class NotAffine(ValueError):
         self.node = node
 
 
-class LinearSystem(Struct, frozen=True):
+class LinearRows(Struct, frozen=True):
     """Rows by key: a definition v means v = sum c w + offset; ~i means 0 = sum c w + offset, residual i.
 
     The variables of a definition are unknowns or definitions with smaller numbers.
@@ -38,7 +38,7 @@ class LinearSystem(Struct, frozen=True):
     offsets: dict[int, Node]
 
 
-def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[Node]) -> LinearSystem:
+def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[Node]) -> LinearRows:
     """Return the residuals as sparse rows. Raises NotAffine.
 
     What is not affine may stand in a residual as long as it cancels: nodes are joined by their values, so that one that
@@ -101,7 +101,7 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
         if left_over := [v for v, c in coefficients.items() if v in strange and c != zero]:
             raise NotAffine(left_over[0])
         rows[~i] = {v: c for v, c in coefficients.items() if v not in strange}
-    return LinearSystem(tuple(unknowns), rows, offsets)
+    return LinearRows(tuple(unknowns), rows, offsets)
 
 
 def _scale(graph: Graph, x: tuple[Coefficients, Node], factor: Node) -> tuple[Coefficients, Node]:

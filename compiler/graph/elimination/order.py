@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from ..node import Node
-from .linear import Coefficients, LinearSystem
+from .linear import Coefficients, LinearRows
 
 
 def elimination_order(
-    system: LinearSystem, rows: Sequence[int], after: Mapping[int, Collection[int]] | None
+    system: LinearRows, rows: Sequence[int], after: Mapping[int, Collection[int]] | None
 ) -> list[int]:
     """Return the unknowns by height, the longest path from their row; multipliers after their coordinates.
 
@@ -46,7 +46,7 @@ def elimination_order(
     return order
 
 
-def _heights(system: LinearSystem) -> tuple[dict[Node, int], dict[Node, int]]:
+def _heights(system: LinearRows) -> tuple[dict[Node, int], dict[Node, int]]:
     """Return the longest path from each variable to a residual, and the residuals that each unknown reaches, as bits."""
     heights: dict[Node, int] = {}
     reached: dict[Node, int] = {}
@@ -62,7 +62,7 @@ def _heights(system: LinearSystem) -> tuple[dict[Node, int], dict[Node, int]]:
     return heights, reached
 
 
-def _absent(system: LinearSystem, rows: Sequence[int]) -> dict[int, set[int]]:
+def _absent(system: LinearRows, rows: Sequence[int]) -> dict[int, set[int]]:
     """Return {k: unknowns in the row of k} for every unknown k that its own row does not reach."""
     bits = {v: 1 << i for i, v in enumerate(system.unknowns)}
     definitions = sorted(k for k in system.rows if k >= 0)

@@ -22,7 +22,7 @@ from heapq import heapify, heappop, heappush
 from msgspec import Struct
 
 from ..node import Graph, Node
-from .linear import Coefficients, LinearSystem
+from .linear import Coefficients, LinearRows
 
 
 class ZeroPivot(ZeroDivisionError):
@@ -41,7 +41,7 @@ class TooMuchWork(Exception):
     """The elimination exceeded its limit."""
 
 
-class Choice(Enum):
+class NextDefinition(Enum):
     """Which definition on the paths of an unknown to eliminate next; any choice is safe."""
 
     OLDEST = "oldest definition first"
@@ -52,7 +52,7 @@ class Choice(Enum):
 class Variant(Struct, frozen=True):
     """``frontier``: rows and columns of a pivot with more entries than this are swept."""
 
-    choice: Choice
+    choice: NextDefinition
     frontier: int
 
     @property
@@ -60,7 +60,7 @@ class Variant(Struct, frozen=True):
         return f"path elimination, {self.choice.value}, frontier {self.frontier}"
 
 
-class Solution(Struct, frozen=True):
+class PathElimination(Struct, frozen=True):
     """``unknowns`` in the order given; ``pivots[k]`` is that of unknown ``order[k]`` in residual ``rows[k]``.
 
     ``work`` counts products.
@@ -84,7 +84,7 @@ class Attempt:
     def __init__(
         self,
         graph: Graph,
-        system: LinearSystem,
+        system: LinearRows,
         rows: Sequence[int],
         order: Sequence[int],
         variant: Variant,
@@ -137,13 +137,13 @@ class Attempt:
         left = [c for k, row in state.rows.items() for c in (*row.values(), state.offsets[k])]
         return [*gone, *left]
 
-    def solution(self, *, limit: float = float("inf")) -> Solution:
+    def solution(self, *, limit: float = float("inf")) -> PathElimination:
         """Eliminate what is left, and evaluate the unknowns."""
         self.advance(limit=limit)
         state = self._state
         for k, row in state.rows.items():
             state.solved[Node(k)] = (row, state.offsets[k])
-        return Solution(
+        return PathElimination(
             state.back_substitute(state.unknowns),
             tuple(self._pivots),
             tuple(self._done),
@@ -152,7 +152,7 @@ class Attempt:
         )
 
 
-def _exchange(state: _State, row_of: list[int], pending: list[int], choice: Choice) -> int:
+def _exchange(state: _State, row_of: list[int], pending: list[int], choice: NextDefinition) -> int:
     """Give some unknown a row in which it has a pivot, and return it. Raises ZeroPivot if there is none."""
     for i in pending:
         for j in pending:
@@ -169,7 +169,7 @@ class _State:
 
     __slots__ = ("graph", "limit", "offsets", "ordered", "rows", "solved", "unknowns", "users", "work")
 
-    def __init__(self, graph: Graph, system: LinearSystem) -> None:
+    def __init__(self, graph: Graph, system: LinearRows) -> None:
         self.graph = graph
         self.unknowns = system.unknowns
         self.rows = {k: dict(c) for k, c in system.rows.items()}
@@ -187,7 +187,7 @@ class _State:
         self.work = 0
         self.limit = float("inf")
 
-    def remove_paths(self, unknown: Node, row: int, choice: Choice) -> None:
+    def remove_paths(self, unknown: Node, row: int, choice: NextDefinition) -> None:
         """Eliminate every definition on a path from the unknown to its row."""
         users, rows = self.users, self.rows
         # no path goes beyond the largest one in the row, while definitions depend on smaller numbers only
@@ -206,11 +206,13 @@ class _State:
             if v not in path:
                 path.add(v)
                 frontier += [w for w in rows[v] if w in above]
-        if choice is Choice.OLDEST or len(path) <= 1:
+        if choice is NextDefinition.OLDEST or len(path) <= 1:
             for v in sorted(path):
                 self.remove(v)
         else:
-            self._remove_cheapest_first(path, self._fill if choice is Choice.LEAST_FILL else self._use)
+            self._remove_cheapest_first(
+                path, self._fill if choice is NextDefinition.LEAST_FILL else self._use
+            )
 
     def _remove_cheapest_first(self, path: set[Node], cost: Callable[[Node], tuple[int, int]]) -> None:
         costs = {v: cost(v) for v in path}

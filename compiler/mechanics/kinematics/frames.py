@@ -49,7 +49,7 @@ def along(frame: Frame, key: object, root: Value, advance: Callable[[Frame, Valu
     return value
 
 
-class Kinematics(Protocol):
+class FrameKinematics(Protocol):
     """Positions, velocities and accelerations of frames and points.
 
     Velocities and accelerations have components in *natural* axes: those of the world in the plane, those of

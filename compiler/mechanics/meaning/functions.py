@@ -10,14 +10,14 @@ from mechc.lang.builtins import BUILTINS
 from ...graph import Graph, Node, matrices
 from ...graph import vector as v3
 from ...graph.operations import DIV, EQUAL, LESS, LESS_EQUAL, MODULO, NOT, OPERATIONS
-from ..kinematics.frames import Frame, Kinematics, Point
+from ..kinematics.frames import Frame, FrameKinematics, Point
 from ..kinematics.planar import Planar
 from ..kinematics.pose import Rotate, Translate, Turn
 from . import elliptic
 from .meshes import Sums
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
-Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
+Rule = Callable[[FrameKinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
 """(kinematics, total time derivative, arguments) -> value"""
 
 
@@ -33,12 +33,12 @@ def _each_binary(name: str) -> Rule:
     return lambda k, rate, a: each(getattr(k.graph, name), _numbers(k, a[0]), _numbers(k, a[1]))
 
 
-def _numbers(kinematics: Kinematics, value: Value) -> Value:
+def _numbers(kinematics: FrameKinematics, value: Value) -> Value:
     """Return a point as its world components, anything else as it is."""
     return kinematics.position(value) if isinstance(value, Point) else value
 
 
-def _point(kinematics: Kinematics, value: Value) -> Point:
+def _point(kinematics: FrameKinematics, value: Value) -> Point:
     """Return a frame as its origin, world components as a point of the world."""
     if isinstance(value, Point):
         return value
@@ -49,7 +49,7 @@ def _point(kinematics: Kinematics, value: Value) -> Point:
 
 
 def _fold(name: str) -> Rule:
-    def rule(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    def rule(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
         items = [n for x in a for n in elements(x)]
         result = items[0]
         for item in items[1:]:
@@ -60,7 +60,7 @@ def _fold(name: str) -> Rule:
 
 
 def _solid(name: str) -> Rule:
-    def rule(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    def rule(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
         result: Value = getattr(Sums(k.graph, a[0], a[1]), name)()
         return result
 
@@ -76,7 +76,7 @@ def _cross(graph: Graph, a: Value, b: Value) -> Value:
     return v3.cross_planar(graph, x, y) if len(x) == 2 else v3.cross(graph, x, y)
 
 
-def _power(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _power(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     base, exponent = node(a[0]), node(a[1])
     if k.graph.is_constant(exponent):
         return k.graph.power(base, k.graph.value(exponent))
@@ -91,23 +91,23 @@ def _deadzone(graph: Graph, x: Node, width: Node) -> Node:
     return graph.sub(x, _clamp(graph, x, graph.neg(width), width))
 
 
-def _quotient(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _quotient(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     """Quotient of whole numbers, rounded towards zero."""
     graph, x = k.graph, k.graph.div(node(a[0]), node(a[1]))
     return graph.mul(graph.sign(x), graph.floor(graph.abs(x)))
 
 
-def _diag(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _diag(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     items = list(elements(a[0]))
     zero = k.graph.constant(0)
     return filled((len(items), len(items)), lambda i: items[i[0]] if i[0] == i[1] else zero)
 
 
-def _identity(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _identity(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     return v3.identity(k.graph, int(k.graph.value(node(a[0]))))
 
 
-def _linspace(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _linspace(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     graph, first, last = k.graph, node(a[0]), node(a[1])
     n = int(graph.value(node(a[2])))
     span = graph.sub(last, first)
@@ -126,7 +126,7 @@ def _rows(value: Value) -> tuple[tuple[Node, ...], ...]:
     return tuple(vector(row) for row in value)
 
 
-def _solve(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _solve(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     right = a[1]
     assert isinstance(right, tuple)
     if isinstance(right[0], int):
@@ -142,7 +142,7 @@ def _transpose(value: Value) -> Value:
 # ---------------------------------------------------------------- poses
 
 
-def _trans(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _trans(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     return Placement((Translate(vector(_numbers(k, a[0]))),))
 
 
@@ -150,7 +150,7 @@ def _rotation(axis: int) -> Rule:
     return lambda k, rate, a: Placement((Rotate(axis, node(a[0])),))
 
 
-def _axis_angle(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _axis_angle(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     """Rotation about a unit vector: elementary where the axis is a coordinate axis, else by Rodrigues' formula."""
     graph, axis, angle = k.graph, vector(a[0]), node(a[1])
     values = [graph.value(x) if graph.is_constant(x) else None for x in axis]
@@ -178,7 +178,7 @@ def _matrix_rate(
     return (entry(2, 1), entry(0, 2), entry(1, 0))
 
 
-def _quat(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _quat(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     graph = k.graph
     q = tuple(elements(a[0])) if len(a) == 1 else tuple(node(x) for x in a)
     size = _norm(graph, q)
@@ -190,14 +190,14 @@ def _quat(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> 
 # ---------------------------------------------------------------- kinematics, in world components
 
 
-def _velocity(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _velocity(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     point = _point(k, a[0])
     if len(a) == 1:
         return k.from_natural(point.frame, k.velocity(point))
     return tuple(rate(x) for x in vector(_local(k, rate, (a[1], a[0]))))
 
 
-def _spin(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _spin(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     frame = a[0]
     assert isinstance(frame, Frame)
     natural = k.angular_velocity(frame)
@@ -210,34 +210,34 @@ def _spin(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> 
     return natural if a[1] is frame else k.to_frame(a[1], world)
 
 
-def _velocity_at(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _velocity_at(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     assert isinstance(a[0], Frame)
     return k.velocity_at(a[0], _point(k, a[1]))
 
 
-def _heading(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _heading(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     assert isinstance(a[0], Frame) and isinstance(k, Planar)
     return k.angle(a[0])
 
 
-def _local(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _local(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     frame = a[0]
     assert isinstance(frame, Frame)
     origin = k.position(_point(k, frame))
     return k.to_frame(frame, v3.subtract(k.graph, k.position(_point(k, a[1])), origin))
 
 
-def _components(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _components(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     assert isinstance(a[0], Frame)
     return k.to_frame(a[0], vector(_numbers(k, a[1])))
 
 
-def _direction(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _direction(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     assert isinstance(a[0], Frame)
     return k.to_world(a[0], vector(_numbers(k, a[1])))
 
 
-def _position(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+def _position(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     return k.position(_point(k, a[0]))
 
 

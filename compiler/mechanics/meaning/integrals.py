@@ -32,7 +32,7 @@ place of the outer, with those that tell its error. Each is written out: a rule 
 that leaves is told."""
 
 
-class Integral(Struct, frozen=True):
+class IntegralTerm(Struct, frozen=True):
     """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|, ``inside`` a
     part of the integrand at some place, which is found wherever the integral stands, also where kinks have become switches.
 
@@ -43,10 +43,10 @@ class Integral(Struct, frozen=True):
     error: Node
     slope: Callable[[Sequence[Node]], Node]
 
-    def where(self, graph: Graph, known: Mapping[Node, Node]) -> Integral:
+    def where(self, graph: Graph, known: Mapping[Node, Node]) -> IntegralTerm:
         """Return it with formulas in the place of symbols, as of one in the equations for them; no motion follows its slope."""
         inside, error = substitute(graph, (self.inside, self.error), known)
-        return Integral(self.span, inside, error, lambda _: graph.zero)
+        return IntegralTerm(self.span, inside, error, lambda _: graph.zero)
 
 
 class Integrals:
@@ -67,9 +67,9 @@ class Integrals:
         self._reporter = reporter
         self._rules: dict[str, Rule] = {}
         self._depth = 0
-        self._within: dict[str, list[Integral]] | None = None
+        self._within: dict[str, list[IntegralTerm]] | None = None
         self._places = 0  # at which integrands were asked for
-        self.errors: dict[str, Integral] = {}
+        self.errors: dict[str, IntegralTerm] = {}
 
     def value(self, expression: Quadrature, integrand: Integrand, lower: Node, upper: Node) -> Node:
         """Return an integral by the rule that is chosen once for each that stands in the text."""
@@ -100,7 +100,7 @@ class Integrals:
 
     def _known(
         self, expression: Quadrature, integrand: Integrand, pieces: Sequence[Node], bent: bool
-    ) -> dict[str, list[Integral]]:
+    ) -> dict[str, list[IntegralTerm]]:
         """Return what is known of an integral and, at a few of its places, of those inside of it."""
         graph, rule = self._graph, self._rules[expression.variable]
         self._within = {}
@@ -110,7 +110,7 @@ class Integrals:
         inside = _inside(graph, integrand, pieces[0], pieces[1], rule.points)
         error = error_of(graph, integrand, pieces, bent, rule)
         slope = partial(slope_error, graph, integrand, pieces, rule) if bent else lambda _: graph.zero
-        return {expression.variable: [Integral(expression.span, inside, error, slope)], **within}
+        return {expression.variable: [IntegralTerm(expression.span, inside, error, slope)], **within}
 
     def _places_left(self, integrand: Integrand, s: Node) -> int:
         """Return at how many places an integrand may be asked for."""
@@ -142,14 +142,14 @@ class Integrals:
         return found
 
 
-def _worst(graph: Graph, there: Sequence[Integral]) -> Integral:
+def _worst(graph: Graph, there: Sequence[IntegralTerm]) -> IntegralTerm:
     """Return what is known of an integral from a few places of the one around it: the worst."""
 
     def slope(along: Sequence[Node]) -> Node:
         return reduce(graph.maximum, (integral.slope(along) for integral in there))
 
     first, error = there[0], reduce(graph.maximum, (integral.error for integral in there))
-    return Integral(first.span, first.inside, error, slope)
+    return IntegralTerm(first.span, first.inside, error, slope)
 
 
 def error_of(graph: Graph, integrand: Integrand, pieces: Sequence[Node], bent: bool, rule: Rule) -> Node:

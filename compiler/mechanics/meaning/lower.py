@@ -35,7 +35,7 @@ from ...graph import operations as ops
 from ...graph.kinks import COMPARING, as_choices
 from ...graph.rewrite import substitute
 from ...graph.vector import quaternion_rotation
-from ..kinematics.frames import Frame, Kinematics, Point
+from ..kinematics.frames import Frame, FrameKinematics, Point
 from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
@@ -47,7 +47,7 @@ from .noise import check_noise, noise, over_period, positive_period
 from .questions import Questions, title
 from .symbols import Symbols
 from .tables import Tables
-from .unknowns import Unknowns
+from .unknowns import UnknownSystems
 from .values import Placement, Value, each, elements, filled, node
 
 RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
@@ -70,7 +70,7 @@ class Lowering:
         symbols: Symbols,
         definitions: Mapping[str, Definition],
         rate: TotalDerivative,
-        kinematics: Kinematics,
+        kinematics: FrameKinematics,
         place: Callable[[Definition], Frame],
         questions: Questions,
         reporter: Reporter,
@@ -87,7 +87,7 @@ class Lowering:
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
-        self.unknowns = Unknowns(self, model)
+        self.unknowns = UnknownSystems(self, model)
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
         self.delays = Delays(graph, symbols, rate, questions.unknown_rates)
         self.tables = Tables(graph, self.numbers, model.data, self._locate, reporter)
@@ -330,6 +330,10 @@ class Lowering:
             for name in self._definitions:
                 self._values.pop(name, None)
             yield
+
+    def knows(self, name: str) -> bool:
+        """Whether a name has a value."""
+        return name in self._values or name in self._definitions
 
     def named(self, name: str, span: Span | None = None) -> Value:
         """Return the value of a variable or definition."""

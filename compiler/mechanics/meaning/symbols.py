@@ -31,7 +31,7 @@ class Scalar(Struct, frozen=True):
         return element_name(self.variable.name, self.indices)
 
 
-class Coordinate(Struct, frozen=True):
+class CoordinateSymbols(Struct, frozen=True):
     """One coordinate variable: positions ``q``, velocities ``v``, accelerations ``a`` (4, 3, 3 for a Rotation)."""
 
     variable: Variable
@@ -49,7 +49,7 @@ class Symbols(Struct, frozen=True, dict=True):
     """All symbols of a model. ``values`` maps a variable to its value (nested tuples of nodes)."""
 
     time: Node
-    coordinates: tuple[Coordinate, ...]
+    coordinates: tuple[CoordinateSymbols, ...]
     states: tuple[Scalar, ...]
     inputs: tuple[Scalar, ...]
     discretes: tuple[Scalar, ...]
@@ -95,7 +95,7 @@ def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset(
     values: dict[str, Value] = {}
     rates: dict[str, Value] = {}
     scalars: dict[Role, list[Scalar]] = {role: [] for role in Role}
-    coordinates: list[Coordinate] = []
+    coordinates: list[CoordinateSymbols] = []
     for variable in model.variables:
         if variable.name in dropped:
             continue
@@ -140,7 +140,7 @@ def _arranged(variable: Variable, nodes: tuple[Node, ...]) -> Value:
     return filled(shape, lambda i: nodes[order[i]])
 
 
-def _coordinate(graph: Graph, variable: Variable) -> Coordinate:
+def _coordinate(graph: Graph, variable: Variable) -> CoordinateSymbols:
     if variable.type.kind is Kind.ROTATION:
         return _rotation(graph, variable)
     q = _scalars(graph, variable)
@@ -154,10 +154,10 @@ def _coordinate(graph: Graph, variable: Variable) -> Coordinate:
         for s in q
     )
     a = tuple(graph.symbol(f"der({s.name})", ACCELERATION) for s in v)
-    return Coordinate(variable, q, v, a, tuple(s.node for s in v))
+    return CoordinateSymbols(variable, q, v, a, tuple(s.node for s in v))
 
 
-def _rotation(graph: Graph, variable: Variable) -> Coordinate:
+def _rotation(graph: Graph, variable: Variable) -> CoordinateSymbols:
     """A rotation: unit quaternion (scalar first) and body angular velocity, q' = q (0, w)/2."""
     name = variable.name
 
@@ -168,4 +168,4 @@ def _rotation(graph: Graph, variable: Variable) -> Coordinate:
     v = tuple(make(f"der({name})[{k + 1}]", k, VELOCITY) for k in range(3))
     a = tuple(graph.symbol(f"der({name}, 2)[{k + 1}]", ACCELERATION) for k in range(3))
     qdot = quaternion_rate(graph, tuple(s.node for s in q), tuple(s.node for s in v))
-    return Coordinate(variable, q, v, a, qdot)
+    return CoordinateSymbols(variable, q, v, a, qdot)

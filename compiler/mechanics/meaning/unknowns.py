@@ -10,7 +10,7 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Label
 
 from ...flat.model import FlatModel, Origin
-from ...flat.unknowns import Group, felt, groups
+from ...flat.unknowns import UnknownGroup, felt, groups
 from ...graph import DivisionByZero, Node
 from ...graph.differentiate import jvp
 from ...graph.elimination.clashes import clash, linear
@@ -29,7 +29,7 @@ LARGEST = 1e300
 """Numbers above it are none."""
 
 
-class Condition(Struct, frozen=True):
+class SolvedCondition(Struct, frozen=True):
     """Whether a system has been solved, with what to say where it has not."""
 
     holds: Node
@@ -37,7 +37,7 @@ class Condition(Struct, frozen=True):
     origin: Origin
 
 
-class System(Struct, frozen=True):
+class UnknownSystem(Struct, frozen=True):
     """Rows that vanish for what is sought: the symbols of ``unknowns`` [n] and their guesses; ``names`` of the outputs."""
 
     names: tuple[str, ...]
@@ -46,7 +46,7 @@ class System(Struct, frozen=True):
     rows: tuple[Node, ...]
 
 
-class Unknowns:
+class UnknownSystems:
     """Solves each system when one of its unknowns is first asked for."""
 
     def __init__(self, lowering: Lowering, model: FlatModel) -> None:
@@ -57,15 +57,15 @@ class Unknowns:
         self._values: dict[str, Value] = {}
         self.found: dict[Node, None] = {}
         """All numbers found: what Newton's method compares inside them is no condition of the model."""
-        self.conditions: list[Condition] = []
-        self.systems: list[System] = []
+        self.conditions: list[SolvedCondition] = []
+        self.systems: list[UnknownSystem] = []
 
     def value(self, name: str) -> Value:
         if name not in self._values:
             self._solve(self._groups[name])
         return self._values[name]
 
-    def _solve(self, group: Group) -> None:
+    def _solve(self, group: UnknownGroup) -> None:
         lowering, graph = self._lowering, self._lowering.graph
         symbols = {
             u.name: filled(self._shapes[u.name], lambda i, u=u: graph.symbol(f"?{u.name}{list(i)}"))  # type: ignore[misc]
@@ -107,7 +107,7 @@ class Unknowns:
             self._offer_rates(rows, unknowns, list(found.values()))
         names = tuple(u.name for u in group.unknowns)
         lowering.integrals.errors |= {k: i.where(graph, found) for k, i in integrals.items()}
-        self.systems.append(System(names, tuple(unknowns), tuple(guess), tuple(rows)))
+        self.systems.append(UnknownSystem(names, tuple(unknowns), tuple(guess), tuple(rows)))
         for name, value in symbols.items():
             shape = self._shapes[name]
             numbers = iter(elements(value))
@@ -117,7 +117,7 @@ class Unknowns:
         for x in found.values():
             holds = graph.logical_and(holds, graph.less_equal(graph.abs(x), limit))
         message = f"no solution for {group.words} is found from the guess"
-        self.conditions.append(Condition(holds, message, group.unknowns[0].origin))
+        self.conditions.append(SolvedCondition(holds, message, group.unknowns[0].origin))
 
     def _offer_rates(self, rows: Sequence[Node], unknowns: Sequence[Node], values: Sequence[Node]) -> None:
         """Say how the rates of what is found follow from the equations, and the rates of these rates likewise."""
@@ -138,7 +138,7 @@ class Unknowns:
         for k, node in enumerate(values):
             rate.offer(node, lambda k=k: rates()[k])  # type: ignore[misc]
 
-    def _check(self, group: Group, stated: list[Node], rows: list[Node], unknowns: list[Node]) -> None:
+    def _check(self, group: UnknownGroup, stated: list[Node], rows: list[Node], unknowns: list[Node]) -> None:
         """Report equations that cannot hold, and too few that say something."""
         graph = self._lowering.graph
         for row in rows:
@@ -152,7 +152,7 @@ class Unknowns:
         if len(rows) < len(unknowns):
             raise self._undetermined(group, f"{len(stated) - len(rows)} of them hold whatever it is")
 
-    def _contradicting(self, group: Group, *, everywhere: bool) -> BaseException:
+    def _contradicting(self, group: UnknownGroup, *, everywhere: bool) -> BaseException:
         numbers = "number" if group.count == 1 else "numbers"
         found = f"no {numbers} fulfil{'s' * (group.count == 1)} them all"
         return self._lowering.reporter.fail(
@@ -164,7 +164,7 @@ class Unknowns:
             help="one of them is to be left out, or says something else than is meant",
         )
 
-    def _undetermined(self, group: Group, why: str) -> BaseException:
+    def _undetermined(self, group: UnknownGroup, why: str) -> BaseException:
         return self._lowering.reporter.fail(
             "E0339",
             f"the equations do not determine {group.words}",

@@ -8,7 +8,7 @@ from itertools import repeat
 from msgspec import Struct
 
 from ...graph import Graph, Node
-from ..kinematics.frames import Frame, Kinematics, Point, displaced
+from ..kinematics.frames import Frame, FrameKinematics, Point, displaced
 from ..kinematics.pose import Pose, join
 
 
@@ -65,7 +65,7 @@ def each(function: Callable[..., Node], *values: Value) -> Value:
     return tuple([each(function, *entries) for entries in zip(*columns, strict=False)])
 
 
-def multiply(kinematics: Kinematics, a: Value, b: Value) -> Value:
+def multiply(kinematics: FrameKinematics, a: Value, b: Value) -> Value:
     """Return the product in the sense of the language: numbers, arrays, matrices, poses, frames, points."""
     graph = kinematics.graph
     if isinstance(a, int) and isinstance(b, int):
@@ -88,7 +88,7 @@ def multiply(kinematics: Kinematics, a: Value, b: Value) -> Value:
     raise AssertionError((a, b))
 
 
-def _displaced_vector(kinematics: Kinematics, pose: Pose, offset: tuple[Node, ...]) -> Value:
+def _displaced_vector(kinematics: FrameKinematics, pose: Pose, offset: tuple[Node, ...]) -> Value:
     root = kinematics.world
     return kinematics.position(Point(displaced(kinematics.graph, root, pose), offset))
 

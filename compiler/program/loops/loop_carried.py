@@ -11,15 +11,15 @@ from ..model import Operate
 from .stream import Numbers
 
 if TYPE_CHECKING:
-    from .nest import Nests, Site
+    from .nest import Nests, StatementSite
 
 
-class Carried:
+class CarriedValue:
     """The value of ``source`` in the iteration before; in the first one of each instance what was made as ``first``."""
 
     __slots__ = ("first", "number", "source")
 
-    def __init__(self, number: int, source: Site, first: Numbers) -> None:
+    def __init__(self, number: int, source: StatementSite, first: Numbers) -> None:
         self.number = number
         self.source = source
         self.first = first
@@ -27,7 +27,7 @@ class Carried:
 
 def carry(nests: Nests) -> None:
     """Replace operands by what is carried. Sums that nothing else reads are left: they have one place from end to end."""
-    found: dict[int, list[tuple[Site, int]]] = {}
+    found: dict[int, list[tuple[StatementSite, int]]] = {}
     for site in nests.sites:
         for k, column in enumerate(site.operands):
             if isinstance(column, np.ndarray) and column[0] >= 0:
@@ -49,20 +49,20 @@ def carry(nests: Nests) -> None:
         before_last = np.delete(source.statements, nest.ends)
         if _is_sum(nests, source, readers) and not elsewhere[before_last].any():
             continue
-        known: dict[bytes, Carried] = {}
+        known: dict[bytes, CarriedValue] = {}
         for site, k in readers:
             column = site.operands[k]
             assert isinstance(column, np.ndarray)
             first = column[nest.starts]
             key = first.tobytes()
             if key not in known:
-                known[key] = Carried(number, source, first)
+                known[key] = CarriedValue(number, source, first)
                 nest.carried.append(known[key])
                 number += 1
             site.operands[k] = known[key]
 
 
-def _source(nests: Nests, site: Site, column: Numbers) -> Site | None:
+def _source(nests: Nests, site: StatementSite, column: Numbers) -> StatementSite | None:
     """Return whose value an operand is, where each iteration reads that of the one before it."""
     if not (site.chain and site.chain[-1].innermost):
         return None
@@ -82,7 +82,7 @@ def _source(nests: Nests, site: Site, column: Numbers) -> Site | None:
     return source if (column[nest.starts] < begins).all() else None
 
 
-def _is_sum(nests: Nests, source: Site, readers: list[tuple[Site, int]]) -> bool:
+def _is_sum(nests: Nests, source: StatementSite, readers: list[tuple[StatementSite, int]]) -> bool:
     """Whether a value is read by what it is added to, and by nothing else."""
     statement = nests.stream.statement(source.statements[0])
     return (

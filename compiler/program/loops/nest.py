@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .loop_carried import Carried, carry
-from .runs import Entry, Run
+from .loop_carried import CarriedValue, carry
+from .runs import Entry, IterationRun
 from .stream import NONE, Numbers, Stream
 
 
-class Site:
+class StatementSite:
     """One statement of the text: ``statements`` of the stream, one for each iteration of the loops around it (``chain``,
-    outermost first). ``operands``: by position, a leaf, a value of the same iteration (``Site``) or of the one before
-    (``Carried``), or what lies in w."""
+    outermost first). ``operands``: by position, a leaf, a value of the same iteration (``StatementSite``) or of the one before
+    (``CarriedValue``), or what lies in w."""
 
     __slots__ = ("chain", "in_memory", "last_in_memory", "number", "operands", "statements", "updates")
 
@@ -22,7 +22,7 @@ class Site:
         self.number = number
         self.chain = chain
         self.statements = statements
-        self.operands: list[Numbers | Site | Carried] = []
+        self.operands: list[Numbers | StatementSite | CarriedValue] = []
         """Positions in the stream (negative: leaves) over all iterations, or the site that each iteration reads."""
         self.in_memory = False
         self.last_in_memory = False
@@ -43,12 +43,12 @@ class Nest:
         self.trips = trips
         self.starts = np.cumsum(trips) - trips
         self.total = int(trips.sum())
-        self.children: list[Site | Nest] = []
+        self.children: list[StatementSite | Nest] = []
         self.apart = False
         """Whether no iteration reads or writes what another one writes, but for what is kept."""
         self.kept: dict[int, Numbers] = {}
         """Sites whose place is the same through each instance, and that place by instance."""
-        self.carried: list[Carried] = []
+        self.carried: list[CarriedValue] = []
 
     @property
     def independent(self) -> bool:
@@ -56,7 +56,7 @@ class Nest:
 
     @property
     def innermost(self) -> bool:
-        return all(type(child) is Site for child in self.children)
+        return all(type(child) is StatementSite for child in self.children)
 
     @property
     def ends(self) -> Numbers:
@@ -73,7 +73,7 @@ class Nests:
 
     def __init__(self, stream: Stream, entries: Sequence[Entry]) -> None:
         self.stream = stream
-        self.sites: list[Site] = []
+        self.sites: list[StatementSite] = []
         self.loops: list[Nest] = []
         n = len(stream.done)
         self.site_of = np.zeros(n, np.int64)
@@ -82,21 +82,23 @@ class Nests:
         self.last_reader = self._last_readers()
         self._resolve()
 
-    def _build(self, bodies: Sequence[Sequence[Entry]], chain: tuple[Nest, ...]) -> list[Site | Nest]:
-        found: list[Site | Nest] = []
-        plain = not any(type(entry) is Run for entry in bodies[0])  # statements one behind the other
+    def _build(
+        self, bodies: Sequence[Sequence[Entry]], chain: tuple[Nest, ...]
+    ) -> list[StatementSite | Nest]:
+        found: list[StatementSite | Nest] = []
+        plain = not any(type(entry) is IterationRun for entry in bodies[0])  # statements one behind the other
         begins = np.array([body[0] for body in bodies]) if plain else None
         for q, first in enumerate(bodies[0]):
-            if type(first) is Run:
+            if type(first) is IterationRun:
                 runs = [body[q] for body in bodies]
-                iterations = [run.iterations for run in runs if type(run) is Run]
+                iterations = [run.iterations for run in runs if type(run) is IterationRun]
                 nest = Nest(len(self.loops), len(chain) + 1, np.array([len(i) for i in iterations]))
                 self.loops.append(nest)
                 nest.children = self._build([i for each in iterations for i in each], (*chain, nest))
                 found.append(nest)
             else:
                 statements = np.array([body[q] for body in bodies]) if begins is None else begins + q
-                site = Site(len(self.sites), chain, statements)
+                site = StatementSite(len(self.sites), chain, statements)
                 self.sites.append(site)
                 self.site_of[statements] = site.number
                 self.iteration_of[statements] = np.arange(len(bodies))
@@ -147,9 +149,9 @@ class Nests:
         needed = np.zeros(len(self.stream.done), bool)
         for site in self.sites:
             for read in site.operands:
-                if isinstance(read, Carried):
+                if isinstance(read, CarriedValue):
                     needed[read.first] = True
-                elif not isinstance(read, Site) and read[0] >= 0:
+                elif not isinstance(read, StatementSite) and read[0] >= 0:
                     needed[read] = True
         for site in self.sites:
             site.in_memory = bool(needed[site.statements].any())
@@ -165,16 +167,16 @@ class Nests:
 
     def chain_of(self, nest: Nest) -> tuple[Nest, ...]:
         """Return a loop with those around it, outermost first."""
-        child: Site | Nest = nest
+        child: StatementSite | Nest = nest
         while type(child) is Nest:
             child = child.children[0]
-        assert type(child) is Site
+        assert type(child) is StatementSite
         return child.chain[: nest.depth]
 
-    def sites_in(self, children: Sequence[Site | Nest]) -> Iterator[Site]:
+    def sites_in(self, children: Sequence[StatementSite | Nest]) -> Iterator[StatementSite]:
         for child in children:
             if type(child) is Nest:
                 yield from self.sites_in(child.children)
             else:
-                assert type(child) is Site
+                assert type(child) is StatementSite
                 yield child

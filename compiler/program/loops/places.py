@@ -12,8 +12,8 @@ import numpy as np
 
 from ...graph.operations import ADD, SUB
 from ..model import Operate
-from .loop_carried import Carried
-from .nest import Nest, Nests, Site
+from .loop_carried import CarriedValue
+from .nest import Nest, Nests, StatementSite
 from .stream import Numbers
 
 PAD = 2
@@ -41,12 +41,12 @@ class Places:
             ):
                 continue
             for k, column in enumerate(site.operands):
-                if isinstance(column, Site | Carried) or column[0] < 0:
+                if isinstance(column, StatementSite | CarriedValue) or column[0] < 0:
                     continue
                 if not (last[column] == site.statements).all():
                     continue
                 others = [o for j, o in enumerate(site.operands) if j != k]
-                if all(isinstance(o, Site | Carried) or (o != column).all() for o in others):
+                if all(isinstance(o, StatementSite | CarriedValue) or (o != column).all() for o in others):
                     site.updates = k
                     break
 
@@ -59,7 +59,7 @@ class Places:
         for site in sites:
             if site.updates is not None:
                 column = site.operands[site.updates]
-                assert not isinstance(column, Site | Carried)
+                assert not isinstance(column, StatementSite | CarriedValue)
                 pairs += zip(site.statements.tolist(), column.tolist(), strict=True)
             elif site.in_memory or site.last_in_memory:
                 shared[_in_memory(site)] = _in_memory(site)
@@ -98,7 +98,7 @@ class Places:
     def _analyse(self, nest: Nest) -> None:
         """Find what an innermost loop may keep in a register, and whether its iterations are apart."""
         children = nest.children
-        sites = [child for child in children if type(child) is Site]
+        sites = [child for child in children if type(child) is StatementSite]
         if len(sites) < len(children):
             return
         instance, first = nest.instances(), np.repeat(nest.starts, nest.trips)
@@ -107,7 +107,7 @@ class Places:
             (s.number, k): self.at[o]
             for s in sites
             for k, o in enumerate(s.operands)
-            if not isinstance(o, Site | Carried) and o[0] >= 0
+            if not isinstance(o, StatementSite | CarriedValue) and o[0] >= 0
         }
         for site in sites:
             if site.updates is None or not (written[site.number] == written[site.number][first]).all():
@@ -145,6 +145,6 @@ class Places:
         return True
 
 
-def _in_memory(site: Site) -> Numbers:
+def _in_memory(site: StatementSite) -> Numbers:
     """Return the statements of a site whose values lie in memory."""
     return site.statements[site.chain[-1].ends] if site.last_in_memory else site.statements

@@ -6,7 +6,20 @@ from collections.abc import Mapping
 
 from ...malformed import Malformed
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store, operands_of
-from .rolled import Carried, Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
+from .rolled import (
+    Carried,
+    Compute,
+    Index,
+    Item,
+    Local,
+    Loop,
+    LoopNumber,
+    LoopRegister,
+    Operand,
+    Put,
+    Read,
+    Rolled,
+)
 from .stream import COMMUTATIVE
 
 Value = int
@@ -102,11 +115,11 @@ class _Replay:
                 return _loaded(self.values, self.stored, array, self.at(index))
             case Local(number):
                 return self.local[number]
-            case Kept(number):
+            case LoopRegister(number):
                 return self.kept[number]
             case Carried(number):
                 return self.carried[number]
-            case Number(value):
+            case LoopNumber(value):
                 return _number(self.values, value)
 
     def do(self, item: Item) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
 from . import rolled
 from .indices import Indices, is_affine
-from .loop_carried import Carried
-from .nest import Nest, Nests, Site
+from .loop_carried import CarriedValue
+from .nest import Nest, Nests, StatementSite
 from .places import PAD, Places
 from .rolled import (
     NUMBERS,
@@ -19,10 +19,10 @@ from .rolled import (
     Compute,
     Index,
     Item,
-    Kept,
     Local,
     Loop,
-    Number,
+    LoopNumber,
+    LoopRegister,
     Operand,
     Put,
     Read,
@@ -76,13 +76,13 @@ class _Writer:
         items = self._items(self.nests.top)
         return Rolled(tuple(items), tuple(self.indices.tables), self.places.count, tuple(self.numbers))
 
-    def _items(self, children: Sequence[Site | Nest]) -> list[Item]:
+    def _items(self, children: Sequence[StatementSite | Nest]) -> list[Item]:
         found: list[Item] = []
         for child in children:
             if type(child) is Nest:
                 found += self._loop(child)
             else:
-                assert type(child) is Site
+                assert type(child) is StatementSite
                 found.append(self._statement(child, None, found))
         return found
 
@@ -95,7 +95,7 @@ class _Writer:
             if type(child) is Nest:
                 body += self._loop(child)
             else:
-                assert type(child) is Site
+                assert type(child) is StatementSite
                 body.append(self._statement(child, nest, before))
         trips = self.indices.index(nest.trips, chain[:-1])
         kept = tuple((n, self.indices.index(places, chain[:-1])) for n, places in nest.kept.items())
@@ -115,7 +115,7 @@ class _Writer:
             first = self.indices.index(self.places.at[carried.first], around)
             yield Carry(carried.number, source.number, first, last)
 
-    def _statement(self, site: Site, nest: Nest | None, before: list[Item]) -> Item:
+    def _statement(self, site: StatementSite, nest: Nest | None, before: list[Item]) -> Item:
         statement = self.nests.stream.statement(site.statements[0])
         operands = tuple(self._operand(site, k, nest, before) for k in range(len(site.operands)))
         if type(statement) is Store:
@@ -129,28 +129,28 @@ class _Writer:
             place = self.indices.index(self.places.at[site.statements], site.chain)
         return Compute(site.number, statement, operands, place)
 
-    def _operand(self, site: Site, k: int, nest: Nest | None, before: list[Item]) -> Operand:
+    def _operand(self, site: StatementSite, k: int, nest: Nest | None, before: list[Item]) -> Operand:
         column = site.operands[k]
-        if isinstance(column, Site):
+        if isinstance(column, StatementSite):
             return Local(column.number)
-        if isinstance(column, Carried):
+        if isinstance(column, CarriedValue):
             return rolled.Carried(column.number)
         if column[0] < 0:
             return self._leaf(column, site)
         places = self.places.at[column]
         if nest is not None and site.number in nest.kept and k == site.updates:
-            return Kept(site.number)
+            return LoopRegister(site.number)
         index = None
         if len(site.chain) == 1 and nest is not None:
             index = self._padded(column, places, nest, before)
         return Read("w", index or self.indices.index(places, site.chain))
 
-    def _leaf(self, column: Numbers, site: Site) -> Operand:
+    def _leaf(self, column: Numbers, site: StatementSite) -> Operand:
         first = self.nests.stream.leaf(column[0])
         if type(first) is Literal:
             numbers = tuple(self.nests.stream.numbers_of(column))
             if all(number == first.number for number in numbers):
-                return Number(first.number)
+                return LoopNumber(first.number)
             if numbers not in self.known:
                 self.known[numbers] = len(self.numbers)
                 self.numbers += numbers

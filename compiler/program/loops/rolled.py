@@ -41,7 +41,7 @@ class Local(Struct, frozen=True):
     number: int
 
 
-class Kept(Struct, frozen=True):
+class LoopRegister(Struct, frozen=True):
     """A number that a loop keeps in a register (``Loop.kept``)."""
 
     number: int
@@ -53,11 +53,11 @@ class Carried(Struct, frozen=True):
     number: int
 
 
-class Number(Struct, frozen=True):
+class LoopNumber(Struct, frozen=True):
     value: Fraction
 
 
-Operand = Read | Local | Kept | Carried | Number
+Operand = Read | Local | LoopRegister | Carried | LoopNumber
 
 
 class Compute(Struct, frozen=True):

@@ -15,7 +15,7 @@ LEVELS = ((24, 6, 40), (6, 4, 40), (4, 4, 40))
 """Tokens in a window, least repeats, least statements of a run; the next level sees runs as single tokens."""
 
 
-class Run:
+class IterationRun:
     """Iterations of equal shape: each a list of items; ``size`` statements in all."""
 
     __slots__ = ("iterations", "size")
@@ -25,7 +25,7 @@ class Run:
         self.size = size
 
 
-Entry = int | Run
+Entry = int | IterationRun
 """A statement by its position, or a run."""
 
 
@@ -40,7 +40,7 @@ def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> Sequence[Ent
 
 def count_of_sites(entries: Sequence[Entry]) -> int:
     """Return how many statements the text with these runs as loops would have."""
-    return sum(count_of_sites(entry.iterations[0]) if type(entry) is Run else 1 for entry in entries)
+    return sum(count_of_sites(entry.iterations[0]) if type(entry) is IterationRun else 1 for entry in entries)
 
 
 def _level(
@@ -73,7 +73,7 @@ def _level(
         counts += sizes[done:first], weight[[first + count * period]] - weight[first]
         done = first + count * period
         iterations = [items[k : k + period] for k in range(first, done, period)]
-        out.append(Run(iterations, int(weight[done] - weight[first])))
+        out.append(IterationRun(iterations, int(weight[done] - weight[first])))
         shapes.append(tuple(tokens[first : first + period].tolist()))
     out += items[done:]
     shapes += tokens[done:].tolist()
@@ -161,7 +161,7 @@ def _phase(items: Sequence[Entry], operands: NDArray[np.int64], start: int, end:
 
 
 def _statements(item: Entry) -> Iterator[int]:
-    if type(item) is Run:
+    if type(item) is IterationRun:
         for iteration in item.iterations:
             for inner in iteration:
                 yield from _statements(inner)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..model import Store
-from .nest import Nest, Nests, Site
+from .nest import Nest, Nests, StatementSite
 from .stream import Numbers, Stream
 
 
@@ -20,7 +20,7 @@ def sunk(nests: Nests) -> Stream:
     for nest in nests.top:
         if type(nest) is Nest and nest.independent and not _fixed(nests, nest):
             for site in nest.children:
-                assert type(site) is Site
+                assert type(site) is StatementSite
                 unit[site.statements] = units + np.arange(len(site.statements))
             units += nest.total
     first = [n] * units

@@ -30,7 +30,7 @@ STEADY = 1e-5
 """Change of the native run by the loose tolerance below which its motion magnifies no errors: a thousandth of ``AGREED``."""
 
 
-class Motion(Struct, frozen=True):
+class FmuMotion(Struct, frozen=True):
     """A run: states [n, ny] at times that are ``step`` apart, and both sides [k, 2, ny] of its events at ``instants``.
 
     ``rates``: the largest derivative of each state that was seen; None where nobody asks for it.
@@ -69,7 +69,7 @@ def distance(a: Array, b: Array, size: Array) -> Array:
     return found
 
 
-def apart(a: Array, b: Motion, size: Array, pace: float) -> Array:
+def apart(a: Array, b: FmuMotion, size: Array, pace: float) -> Array:
     """Return how far the states ``a`` at the times of ``b`` are from the curve of ``b``, as far as both go.
 
     Zero as ``pace`` compares at the same times only.
@@ -88,13 +88,13 @@ def apart(a: Array, b: Motion, size: Array, pace: float) -> Array:
     return found
 
 
-def motion_of(times: Array, step: float, states: Array, events: Sequence[tuple[float, Array]]) -> Motion:
+def motion_of(times: Array, step: float, states: Array, events: Sequence[tuple[float, Array]]) -> FmuMotion:
     """Return a run from what was noted of each event: its time and both sides [2, ny]."""
     sides = np.array([sides for _, sides in events]).reshape(len(events), 2, states.shape[1])
-    return Motion(times, step, states, np.array([time for time, _ in events]), sides)
+    return FmuMotion(times, step, states, np.array([time for time, _ in events]), sides)
 
 
-def pace_of(motion: Motion, size: Array) -> float:
+def pace_of(motion: FmuMotion, size: Array) -> float:
     """Return the shortest time in which a state that moves at its largest rate changes by its size; 0: none is known."""
     if motion.rates is None:
         return 0.0

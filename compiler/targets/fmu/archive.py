@@ -74,14 +74,14 @@ def _unfit(archive: zipfile.ZipFile) -> Iterator[str]:
     names = [entry.filename for entry in entries]
     if DESCRIPTION not in names:
         yield f"the file is no FMU: there is no {DESCRIPTION} in it"
-    seen: set[str] = set()
+    seen: dict[str, tuple[str, int, int]] = {}
     for entry in entries:
         name = entry.orig_filename
         if _leads_out(name):
             yield f"the path '{name}' leads out of the archive"
-        if entry.filename.casefold() in seen:
+        content = entry.filename, entry.CRC, entry.file_size
+        if seen.setdefault(entry.filename.casefold(), content) != content:  # some tools write a file twice
             yield f"there are two files '{entry.filename}' in it"
-        seen.add(entry.filename.casefold())
         if stat.S_ISLNK(entry.external_attr >> 16):
             yield f"'{name}' is a link"
         if entry.flag_bits & 1:

@@ -13,7 +13,7 @@ from msgspec import Struct
 
 from mechc.runtime.problem import Array
 
-from .variables import Table, Variable
+from .variables import FmuVariable, VariableTable
 
 _ELEMENT = re.compile(r"(?P<base>(?:der\()?[\w.]+)\[(?P<index>\d+(?:,\d+)*)\](?P<rest>(?:,\d+)?\)?)")
 
@@ -26,12 +26,12 @@ class Group(Struct, frozen=True):
     shape: tuple[int, ...] = ()
 
 
-def scalars(table: Table) -> tuple[Group, ...]:
+def scalars(table: VariableTable) -> tuple[Group, ...]:
     """Return each scalar as a variable of its own."""
     return tuple(Group(v.name, (v.index,)) for v in table.variables)
 
 
-def grouped(table: Table) -> tuple[Group, ...]:
+def grouped(table: VariableTable) -> tuple[Group, ...]:
     """Return the variables with arrays for scalars that are alike, whose references follow each other.
 
     An array of derivatives belongs to an array of states; event indicators and discrete variables stay scalars.
@@ -55,7 +55,7 @@ def grouped(table: Table) -> tuple[Group, ...]:
         ]
 
 
-def _by_name(table: Table) -> Iterator[Group]:
+def _by_name(table: VariableTable) -> Iterator[Group]:
     variables = table.variables
     start = 0
     while start < len(variables):
@@ -64,7 +64,7 @@ def _by_name(table: Table) -> Iterator[Group]:
         start += len(group.members)
 
 
-def _array_at(table: Table, start: int) -> Group:
+def _array_at(table: VariableTable, start: int) -> Group:
     """Return the longest complete array that begins at a position, else the scalar."""
     variables = table.variables
     first = variables[start]
@@ -87,7 +87,7 @@ def _array_at(table: Table, start: int) -> Group:
     return Group(found["base"] + found["rest"], members, shape)
 
 
-def _traits(v: Variable) -> tuple[object, ...]:
+def _traits(v: FmuVariable) -> tuple[object, ...]:
     """Return what the elements of an array have in common."""
     e = v.entry
     return (
@@ -104,7 +104,7 @@ def _traits(v: Variable) -> tuple[object, ...]:
     )
 
 
-def sizes(groups: tuple[Group, ...], table: Table) -> list[int]:
+def sizes(groups: tuple[Group, ...], table: VariableTable) -> list[int]:
     """Return the number of elements by value reference; 0 where it is inside an array or of nothing."""
     result = [0] * (1 + max(v.reference for v in table.variables))
     for g in groups:

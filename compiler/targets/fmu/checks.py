@@ -16,7 +16,7 @@ from mechc.runtime.problem import Array
 from mechc.runtime.results.accuracy import companion_tolerance
 
 from . import driver
-from .agreement import SAFETY, STEADY, Agreement, Motion, agreement, apart, motion_of, pace_of
+from .agreement import SAFETY, STEADY, Agreement, FmuMotion, agreement, apart, motion_of, pace_of
 from .export import Made
 from .native_motion import failed, native_motion
 from .rules import check_file
@@ -89,7 +89,7 @@ def _check_motion(path: Path, made: Made) -> Checked:
     return Checked(me, reference.times, reference.states, error, size)
 
 
-def _steady(made: Made, reference: Motion, size: Array, until: float) -> bool:
+def _steady(made: Made, reference: FmuMotion, size: Array, until: float) -> bool:
     """Tell whether the loose tolerance leaves the native run where it is: the motion itself does not magnify errors."""
     loose = replace(made.start.case, tolerance=CVODE * APART)
     if loose.step is not None:
@@ -103,7 +103,9 @@ def _steady(made: Made, reference: Motion, size: Array, until: float) -> bool:
     return bool(len(changed) and changed.max() < STEADY)
 
 
-def _of_finer_runs(path: Path, reference: Motion, size: Array, error: Array, found: Agreement) -> Agreement:
+def _of_finer_runs(
+    path: Path, reference: FmuMotion, size: Array, error: Array, found: Agreement
+) -> Agreement:
     """Judge once more at a finer tolerance, where two runs of CVode went different ways and the motion is no chaos.
 
     Errors of CVode that add up, as over hundreds of bounces, become smaller; those of a unit remain.
@@ -129,13 +131,13 @@ def _end(start: Start, method: str) -> float:
     return case.begin + reached * POINTS / (POINTS - 0.5)
 
 
-def _again(start: Start, method: str, motion: Motion) -> Motion:
+def _again(start: Start, method: str, motion: FmuMotion) -> FmuMotion:
     """Return the native run from another start, made to stop at the same times."""
     count = len(motion.times) - 1
     return native_motion(start, method, count, start.case.begin + count * motion.step)
 
 
-def native_error(start: Start, method: str, motion: Motion) -> tuple[Array, Array]:
+def native_error(start: Start, method: str, motion: FmuMotion) -> tuple[Array, Array]:
     """Return the sizes of the states, and the estimated error of the native run at each time, with its safety."""
     size: Array = start.nominal + np.max(np.abs(motion.states), axis=0)
     case = start.case
@@ -145,7 +147,7 @@ def native_error(start: Start, method: str, motion: Motion) -> tuple[Array, Arra
     return size, SAFETY * factor * apart(motion.states, companion, size, pace_of(motion, size))
 
 
-def by_another(path: Path, native: Motion, size: Array, error: Array, tolerance: float) -> Agreement:
+def by_another(path: Path, native: FmuMotion, size: Array, error: Array, tolerance: float) -> Agreement:
     """Compare a run by CVode with the native one, as far as both have gone whole steps.
 
     Impacts may not bear the loose tolerance of the companion: the comparison ends where that run does. Raises

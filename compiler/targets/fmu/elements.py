@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from .identity import CATEGORIES, DATE, Identity, tool
 from .units import number, shown_unit, unit_definitions
-from .variables import Table, Variable
+from .variables import FmuVariable, VariableTable
 
 
 def root_of(identity: Identity, version: str, token: str, **further: str) -> Element:
@@ -32,7 +32,7 @@ def root_of(identity: Identity, version: str, token: str, **further: str) -> Ele
 def interfaces(
     root: Element,
     identity: Identity,
-    table: Table,
+    table: VariableTable,
     *,
     both: Mapping[str, str],
     exchange: Mapping[str, str],
@@ -52,7 +52,7 @@ def interfaces(
     return found
 
 
-def definitions(root: Element, identity: Identity, table: Table) -> None:
+def definitions(root: Element, identity: Identity, table: VariableTable) -> None:
     """Append what stands between the interfaces and the variables: units, categories of messages, the experiment."""
     unit_definitions(root, [v.entry for v in table.variables])
     log_categories(root)
@@ -93,7 +93,7 @@ def default_experiment(root: Element, identity: Identity) -> None:
     )
 
 
-def description_of(variable: Variable, name: str) -> dict[str, str]:
+def description_of(variable: FmuVariable, name: str) -> dict[str, str]:
     """Return the attributes that say what a variable is, under its ``name``."""
     attributes = {"name": name, "valueReference": str(variable.reference)}
     if variable.entry.doc.strip():
@@ -105,7 +105,7 @@ def description_of(variable: Variable, name: str) -> dict[str, str]:
     return attributes
 
 
-def range_of(variable: Variable, nominal: float | None) -> dict[str, str]:
+def range_of(variable: FmuVariable, nominal: float | None) -> dict[str, str]:
     """Return the attributes of unit, limits and nominal value, as far as its type has them."""
     entry = variable.entry
     attributes: dict[str, str] = {}
@@ -121,7 +121,7 @@ def range_of(variable: Variable, nominal: float | None) -> dict[str, str]:
     return attributes
 
 
-def value_text(variable: Variable, value: float) -> str:
+def value_text(variable: FmuVariable, value: float) -> str:
     """Write a value as the type of its variable wants it."""
     match variable.entry.type:
         case "integer":

@@ -31,7 +31,7 @@ from .licences import header_folder, licences
 from .platforms import HOST, binaries
 from .sources import sources, with_token
 from .table import settable_parameters, variable_table
-from .variables import Start, Table
+from .variables import Start, VariableTable
 
 DEFAULT_STOP = 10.0
 ICON = "terminalsAndIcons/icon.png"
@@ -90,7 +90,7 @@ class Written(Struct, frozen=True):
 
     program: Program
     code: str
-    table: Table
+    table: VariableTable
 
 
 def write_program(equations: Equations, start: Start, method: str = "auto") -> Written:

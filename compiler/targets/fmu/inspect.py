@@ -17,18 +17,20 @@ from mechc.runtime.problem import Array
 from . import driver
 from .arrays import element_names, flattened
 from .read_description import Finding
-from .reference import Reference, deviation, read_reference
+from .reference import FmuReference, deviation, read_reference
 from .rules import check_file
 
 KINDS = {"me": "ModelExchange", "cs": "CoSimulation"}
 MOST_PARTS = 10
+MOST_STEPS = 100_000
+"""Of Euler's method, which is tried."""
 TOLERANCE = 1e-8
 """Of the integrator that runs a Model Exchange unit with a reference to be met."""
 BOUND = 1e-3
 """Largest difference to the reference results, over the largest value of each variable."""
 
 
-class Line(Struct, frozen=True):
+class CheckLine(Struct, frozen=True):
     """One row of the table; ``rule`` names the rule of a finding."""
 
     what: str
@@ -38,7 +40,7 @@ class Line(Struct, frozen=True):
 
 
 class Report(Struct, frozen=True):
-    lines: tuple[Line, ...]
+    lines: tuple[CheckLine, ...]
 
     @property
     def passed(self) -> bool:
@@ -50,7 +52,7 @@ class Report(Struct, frozen=True):
         return frozenset(line.rule for line in self.lines if line.rule)
 
 
-class Stage(Struct, frozen=True):
+class CheckStage(Struct, frozen=True):
     """A part of a check, which stands alone: the file itself (without a kind), the binary of a kind, a run of it."""
 
     name: str
@@ -62,16 +64,16 @@ class Stage(Struct, frozen=True):
         return f"{KINDS[self.kind]} {self.name}" if self.kind else self.name
 
 
-class Part(Struct, frozen=True):
+class CheckPart(Struct, frozen=True):
     """What a stage found. ``kinds``: what the file has that can be loaded on this machine."""
 
-    lines: tuple[Line, ...]
+    lines: tuple[CheckLine, ...]
     kinds: tuple[str, ...] = ()
 
 
-FILE = Stage("model description")
+FILE = CheckStage("model description")
 
-Perform = Callable[[Stage], Part]
+Perform = Callable[[CheckStage], CheckPart]
 
 
 def inspect(path: Path, *, run: bool = True, perform: Perform | None = None) -> Report:
@@ -83,37 +85,37 @@ def inspect(path: Path, *, run: bool = True, perform: Perform | None = None) -> 
     found = perform(FILE)
     lines = found.lines
     for kind in found.kinds:
-        binary = perform(Stage("binary", kind)).lines
+        binary = perform(CheckStage("binary", kind)).lines
         lines += binary
         if run and all(line.passed for line in binary):
-            lines += perform(Stage("run", kind)).lines
+            lines += perform(CheckStage("run", kind)).lines
     return Report(lines)
 
 
-def perform_stage(path: Path, stage: Stage) -> Part:
+def perform_stage(path: Path, stage: CheckStage) -> CheckPart:
     """Go through one stage of the check of a file."""
     match stage.name:
         case "binary":
             description = fmpy.read_model_description(str(path), validate=False)
-            return Part(tuple(binary_lines(path, stage.kind, description)))
+            return CheckPart(tuple(binary_lines(path, stage.kind, description)))
         case "run":
-            return Part(tuple(run_lines(path, stage.kind, read_reference(path))))
+            return CheckPart(tuple(run_lines(path, stage.kind, read_reference(path, _numbers(path)))))
     problems = check_file(path)
-    return Part(tuple(_finding(p) for p in problems)) if problems else described(path)
+    return CheckPart(tuple(_finding(p) for p in problems)) if problems else described(path)
 
 
-def described(path: Path) -> Part:
+def described(path: Path) -> CheckPart:
     """Tell what a file holds whose description is valid, and whether it can be loaded here."""
     description = fmpy.read_model_description(str(path), validate=False)
-    lines = [Line("model description", True, _described(description))]
-    lines.append(Line("platforms", True, ", ".join(_platforms(path)) or "sources only"))
+    lines = [CheckLine("model description", True, _described(description))]
+    lines.append(CheckLine("platforms", True, ", ".join(_platforms(path)) or "sources only"))
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
-        return Part((*lines, Line("binary", True, f"none for {fmpy.platform}: not run")))
+        return CheckPart((*lines, CheckLine("binary", True, f"none for {fmpy.platform}: not run")))
     try:
-        read_reference(path)
+        read_reference(path, _numbers(path))
     except (ValueError, OSError) as error:
-        return Part((*lines, Line("reference results", False, str(error), "reference results")))
-    return Part(tuple(lines), tuple(kinds_of(description)))
+        return CheckPart((*lines, CheckLine("reference results", False, str(error), "reference results")))
+    return CheckPart(tuple(lines), tuple(kinds_of(description)))
 
 
 def behaviour(path: Path) -> Report:
@@ -123,8 +125,15 @@ def behaviour(path: Path) -> Report:
     )
 
 
-def _finding(finding: Finding) -> Line:
-    return Line("model description", False, finding.text, finding.rule)
+def _finding(finding: Finding) -> CheckLine:
+    return CheckLine("model description", False, finding.text, finding.rule)
+
+
+def _numbers(path: Path) -> frozenset[str]:
+    """Return the names of variables that are numbers, of arrays those of their elements, too: the others are not compared."""
+    description = fmpy.read_model_description(str(path), validate=False)
+    plain = [v for v in description.modelVariables if v.type not in ("String", "Binary", "Clock")]
+    return frozenset(name for v in plain for name in (v.name, *_elements(v)))
 
 
 def kinds_of(description: Any) -> list[str]:
@@ -135,6 +144,7 @@ def kinds_of(description: Any) -> list[str]:
 
 def _described(description: Any) -> str:
     kinds = " and ".join(KINDS[kind] for kind in kinds_of(description))
+    kinds = kinds or "Scheduled Execution, which is not run"
     tool = f", by {description.generationTool}" if description.generationTool else ""
     return f"{description.modelName}, FMI {description.fmiVersion}, {kinds}{tool}"
 
@@ -147,7 +157,7 @@ def _platforms(path: Path) -> list[str]:
     return sorted(folders)
 
 
-def binary_lines(path: Path, kind: str, description: Any) -> list[Line]:
+def binary_lines(path: Path, kind: str, description: Any) -> list[CheckLine]:
     """Compare what the description says with what the binary does: token, event indicators, states."""
     what = f"{KINDS[kind]} binary"
     entered = False
@@ -157,14 +167,16 @@ def binary_lines(path: Path, kind: str, description: Any) -> list[Line]:
             driver.initialise(fmu, 0.0)
             problem = _sizes(fmu, description) if kind == "me" else ""
             rule = "event indicators" if "indicators" in problem else "states" if problem else ""
-            return [Line(what, not problem, problem or "it can be instantiated and initialised", rule)]
+            return [CheckLine(what, not problem, problem or "it can be instantiated and initialised", rule)]
     except MemoryError:
         raise
     except Exception as error:  # fmpy raises plain exceptions where a binary refuses
         if entered:
-            return [Line(what, False, f"it cannot be initialised: {error}", "initialisation")]
+            return [CheckLine(what, False, f"it cannot be initialised: {error}", "initialisation")]
         return [
-            Line(what, False, f"it cannot be instantiated, as with a token of another file: {error}", "token")
+            CheckLine(
+                what, False, f"it cannot be instantiated, as with a token of another file: {error}", "token"
+            )
         ]
 
 
@@ -189,7 +201,7 @@ def _sizes(fmu: Any, description: Any) -> str:
     return ""
 
 
-def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
+def run_lines(path: Path, kind: str, reference: FmuReference | None) -> list[CheckLine]:
     """Simulate the default experiment: all results are finite and, where there is a reference, near to it."""
     what = f"{KINDS[kind]} run"
     try:
@@ -197,13 +209,13 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
     except MemoryError:
         raise
     except Exception as error:  # as above, and whatever the integrator raises
-        return [Line(what, False, str(error), "run")]
+        return [CheckLine(what, False, str(error), "run")]
     columns = dict(flattened(result))
     time = columns.pop("time")
     bad = [name for name, values in columns.items() if not np.all(np.isfinite(values))]
     if bad:
-        return [Line(what, False, f"'{bad[0]}' is not finite", "run")]
-    lines = [Line(what, True, f"to time {time[-1]:g}")]
+        return [CheckLine(what, False, f"'{bad[0]}' is not finite", "run")]
+    lines = [CheckLine(what, True, f"to time {time[-1]:g}")]
     found = deviation(reference, time, columns, _units(path)) if reference is not None else None
     if reference is not None and found is not None:
         near = found.size <= BOUND
@@ -215,19 +227,22 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
         if not near and kind == "me" and (step := _euler_step(path, reference)) is not None:
             near = True
             detail = f"{reference.file} has the motion of Euler's method in steps of {step:g}, which is followed; {detail}"
-        lines.append(Line(f"{KINDS[kind]} reference", near, detail, "" if near else "reference results"))
+        lines.append(CheckLine(f"{KINDS[kind]} reference", near, detail, "" if near else "reference results"))
     elif reference is not None:
-        lines.append(Line(f"{KINDS[kind]} reference", True, f"nothing in common with {reference.file}"))
+        lines.append(CheckLine(f"{KINDS[kind]} reference", True, f"nothing in common with {reference.file}"))
     return lines
 
 
-def _euler_step(path: Path, reference: Reference) -> float | None:
+def _euler_step(path: Path, reference: FmuReference) -> float | None:
     """Return the step with which Euler's method gives the reference; None where it does not. Reference FMUs are made so."""
     experiment = fmpy.read_model_description(str(path), validate=False).defaultExperiment
     steps = np.diff(reference.time)
     own = [float(experiment.stepSize)] if experiment and experiment.stepSize else []
-    for step in dict.fromkeys((*own, float(np.min(steps[steps > 0], initial=np.inf)))):
-        if not np.isfinite(step):
+    shown = float(np.min(steps[steps > 0], initial=np.inf))
+    parts = (shown / n for n in (10, 100, 1000))  # of the rows of a reference, tools write only some
+    duration = float(np.ptp(reference.time))
+    for step in dict.fromkeys((*own, shown, *parts)):
+        if not np.isfinite(step) or duration > MOST_STEPS * step:
             continue
         result = simulate_fmu(
             str(path),
@@ -247,7 +262,7 @@ def _euler_step(path: Path, reference: Reference) -> float | None:
     return None
 
 
-def _as_reference(path: Path, kind: str, reference: Reference) -> Any:
+def _as_reference(path: Path, kind: str, reference: FmuReference) -> Any:
     """Simulate from the start of the default experiment, with outputs at the times of the reference."""
     description = fmpy.read_model_description(str(path), validate=False)
     experiment = description.defaultExperiment
@@ -296,7 +311,7 @@ def _elements(variable: Any) -> list[str]:
     return element_names(variable.name, tuple(variable.shape or ()))
 
 
-def _known(path: Path, reference: Reference) -> list[str]:
+def _known(path: Path, reference: FmuReference) -> list[str]:
     """Return the variables of a reference that an FMU has."""
     description = fmpy.read_model_description(str(path), validate=False)
     names = set(reference.columns)

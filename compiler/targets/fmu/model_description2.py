@@ -6,10 +6,10 @@ from xml.etree.ElementTree import Element, SubElement
 
 from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity
-from .variables import Table, Variable
+from .variables import FmuVariable, VariableTable
 
 
-def write(identity: Identity, table: Table) -> str:
+def write(identity: Identity, table: VariableTable) -> str:
     """Return the text of ``modelDescription.xml``."""
     root = root_of(identity, "2.0", "guid", numberOfEventIndicators=str(len(table.indicators)))
     both = {
@@ -41,7 +41,7 @@ def _sources(element: Element, identity: Identity) -> None:
 _ELEMENTS = {"real": "Real", "integer": "Integer", "boolean": "Boolean"}
 
 
-def _variable(parent: Element, variable: Variable, exchange: bool) -> None:
+def _variable(parent: Element, variable: FmuVariable, exchange: bool) -> None:
     element = SubElement(parent, "ScalarVariable", description_of(variable, variable.name))
     real = range_of(variable, variable.nominal)
     if variable.start is not None:
@@ -53,7 +53,7 @@ def _variable(parent: Element, variable: Variable, exchange: bool) -> None:
     SubElement(element, _ELEMENTS[variable.entry.type], real)
 
 
-def _structure(root: Element, table: Table) -> None:
+def _structure(root: Element, table: VariableTable) -> None:
     structure = SubElement(root, "ModelStructure")
     for title, indices in (("Outputs", table.outputs), ("Derivatives", table.derivatives)):
         if indices:
@@ -68,7 +68,12 @@ def _structure(root: Element, table: Table) -> None:
 
 
 def _unknown(
-    parent: Element, table: Table, index: int, depends: frozenset[int] | None, *, at_start: bool = False
+    parent: Element,
+    table: VariableTable,
+    index: int,
+    depends: frozenset[int] | None,
+    *,
+    at_start: bool = False,
 ) -> None:
     """Write an unknown; FMI 2 counts parameters among the knowns of the initial values only."""
     attributes = {"index": str(index)}

@@ -8,10 +8,10 @@ from xml.etree.ElementTree import Element, SubElement
 from .arrays import Group
 from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity
-from .variables import Table, Variable
+from .variables import FmuVariable, VariableTable
 
 
-def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
+def write(identity: Identity, table: VariableTable, groups: Sequence[Group]) -> str:
     """Return the text of ``modelDescription.xml``; ``groups`` are its variables, arrays among them."""
     root = root_of(identity, "3.0", "instantiationToken")
     both = {
@@ -59,7 +59,7 @@ def build_description(identity: Identity) -> str:
 _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
 
 
-def _variable(parent: Element, group: Group, table: Table) -> None:
+def _variable(parent: Element, group: Group, table: VariableTable) -> None:
     members = [table.at(k) for k in group.members]
     variable = members[0]
     attributes = description_of(variable, group.name)
@@ -77,7 +77,7 @@ def _variable(parent: Element, group: Group, table: Table) -> None:
         SubElement(element, "Dimension", start=str(size))
 
 
-def _nominal(members: Sequence[Variable]) -> float | None:
+def _nominal(members: Sequence[FmuVariable]) -> float | None:
     """Return the nominal value of an array, which has one only: the largest of its elements."""
     return max((v.nominal for v in members if v.nominal is not None), default=None)
 
@@ -85,7 +85,7 @@ def _nominal(members: Sequence[Variable]) -> float | None:
 def _unknown(
     parent: Element,
     title: str,
-    table: Table,
+    table: VariableTable,
     group: Group,
     depends: Sequence[frozenset[int] | None],
     own: Mapping[int, Group],

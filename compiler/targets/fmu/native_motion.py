@@ -13,7 +13,7 @@ from mechc.runtime.native import kernel as native
 from mechc.runtime.native.status import Status
 from mechc.runtime.problem import Array
 
-from .agreement import Motion
+from .agreement import FmuMotion
 from .variables import Start
 
 
@@ -27,7 +27,7 @@ def failed(reason: str) -> CompileError:
     )
 
 
-def native_motion(start: Start, method: str, count: int, end: float | None = None) -> Motion:
+def native_motion(start: Start, method: str, count: int, end: float | None = None) -> FmuMotion:
     """Return a run of ``count`` whole steps, with both sides of its events, and the largest rates at its times.
 
     ``end``: the last time; the stop without it. Where the model ends the run, that is the last time.
@@ -67,7 +67,7 @@ def native_motion(start: Start, method: str, count: int, end: float | None = Non
         instants = solver.happened()[1] if hybrid else np.empty((0, 1 + 2 * len(rates)))
     ny, half = len(rates), (instants.shape[1] - 1) // 2
     sides = np.stack((instants[:, 1 : 1 + ny], instants[:, 1 + half : 1 + half + ny]), axis=1)
-    return Motion(np.array(times), step, np.array(rows), instants[:, 0].copy(), sides, rates)
+    return FmuMotion(np.array(times), step, np.array(rows), instants[:, 0].copy(), sides, rates)
 
 
 def _rates(case: Case, solver: Solver) -> Array:

@@ -28,6 +28,8 @@ class Described(Struct, frozen=True):
     unit: str | None
     display: str | None
     derivative: str | None
+    clocked: bool = False
+    """Whether it has a value at ticks of clocks only."""
 
 
 def read_variables(root: Element, version: int) -> list[Described]:
@@ -50,16 +52,17 @@ def read_variables(root: Element, version: int) -> list[Described]:
                 causality=causality,
                 variability=variability,
                 initial=element.get("initial", _usual_initial(causality, variability)),
-                start=typed.get("start") if typed.tag != "String" else _string_start(typed),
+                start=_nested_start(typed) if typed.tag in ("String", "Binary") else typed.get("start"),
                 unit=typed.get("unit"),
                 display=typed.get("displayUnit"),
                 derivative=typed.get("derivative"),
+                clocked=typed.get("clocks") is not None,
             )
         )
     return found
 
 
-def _string_start(element: Element) -> str | None:
+def _nested_start(element: Element) -> str | None:
     child = element.find("Start")
     return child.get("value") if child is not None else element.get("start")
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ SMALL = 1e-3
 DRAFT = "extra/org.fmi-standard.fmi-ls-ref/"
 
 
-class Reference(Struct, frozen=True):
+class FmuReference(Struct, frozen=True):
     """``columns``: values over ``time``, by the name of the variable."""
 
     file: str
@@ -52,18 +52,19 @@ def _cell(name: str) -> str:
     return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name else name
 
 
-def read_reference(path: Path) -> Reference | None:
-    """Return the reference that an FMU holds; None if it holds none. Raises ValueError for a table that is wrong."""
+def read_reference(path: Path, numbers: Collection[str] | None = None) -> FmuReference | None:
+    """Return the reference that an FMU holds; None if it holds none. ``numbers``: variables that can be compared; without
+    it, all are. Raises ValueError for a table that is wrong."""
     with zipfile.ZipFile(path) as archive:
         names = archive.namelist()
         found = [n for n in names if n == OWN or (n.startswith(DRAFT) and n.endswith(".csv"))]
         if not found:
             return None
-        return parse_reference(found[0], archive.read(found[0]).decode("utf-8"))
+        return parse_reference(found[0], archive.read(found[0]).decode("utf-8"), numbers)
 
 
-def parse_reference(file: str, text: str) -> Reference:
-    """Read a table. Raises ValueError."""
+def parse_reference(file: str, text: str, numbers: Collection[str] | None = None) -> FmuReference:
+    """Read a table; of others than ``numbers`` and the time only the head. Raises ValueError."""
     rows = [row for row in csv.reader(io.StringIO(text)) if row]
     if len(rows) < 2:
         raise ValueError(f"{file}: there are no rows")
@@ -71,6 +72,8 @@ def parse_reference(file: str, text: str) -> Reference:
         raise ValueError(f"{file}: the rows are not as long as the head")
     columns: dict[str, Array] = {}
     for i, name in enumerate(rows[0]):
+        if numbers is not None and name.strip() not in ("time", *numbers):
+            continue
         try:
             values = np.array([[_number(one) for one in row[i].split()] for row in rows[1:]])
         except ValueError as error:
@@ -82,7 +85,7 @@ def parse_reference(file: str, text: str) -> Reference:
     time = columns.pop("time", None)
     if time is None or np.any(np.diff(time) < 0):
         raise ValueError(f"{file}: there is no column 'time' that rises")
-    return Reference(file, time, columns)
+    return FmuReference(file, time, columns)
 
 
 def _number(text: str) -> float:
@@ -112,7 +115,7 @@ def sizes(columns: Mapping[str, Array], units: Mapping[str, str], duration: floa
 
 
 def deviation(
-    reference: Reference, time: Array, columns: Mapping[str, Array], units: Mapping[str, str]
+    reference: FmuReference, time: Array, columns: Mapping[str, Array], units: Mapping[str, str]
 ) -> Deviation | None:
     """Compare results with a reference at its times; None if they have nothing in common.
 

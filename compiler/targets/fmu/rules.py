@@ -154,7 +154,7 @@ def _attributes(variables: list[Described], version: int) -> Iterator[Finding]:
             yield Finding("causality", text)
         if v.type in _DISCRETE and v.variability == "continuous":
             yield Finding("variability", f"'{v.name}' is of type {v.type} and cannot be continuous")
-        needs = v.causality == "input" or v.initial in ("exact", "approx")
+        needs = v.type != "Clock" and (v.causality == "input" or v.initial in ("exact", "approx"))
         if needs and v.start is None and v.causality != "independent":
             yield Finding("missing start", f"'{v.name}' has no start value")
         if not needs and v.start is not None:

@@ -9,7 +9,7 @@ from mechc.runtime.interface import Quantity
 from ...program.model import Program
 from ..kernel_files import needed_kernel
 from .prefix import with_prefix
-from .variables import Start, Table
+from .variables import Start, VariableTable
 
 _TYPES = ("real", "integer", "boolean")
 """In the order of ``fmu_type``."""
@@ -25,7 +25,7 @@ def sources(
     program: Program,
     code: str,
     start: Start,
-    table: Table,
+    table: VariableTable,
     method: str,
     fmi: int,
     *,
@@ -69,7 +69,9 @@ def _hidden(text: str) -> str:
     return text
 
 
-def _description(program: Program, start: Start, table: Table, method: str, sizes: Sequence[int]) -> str:
+def _description(
+    program: Program, start: Start, table: VariableTable, method: str, sizes: Sequence[int]
+) -> str:
     case = start.case
     ny, nu = program.nq + program.nv + program.nx, len(program.arrays["u"])
     n_seeds = sum(e.kind == "seed" for e in program.arrays["z"])

@@ -64,7 +64,10 @@ def structure_findings(root: Element, variables: list[Described], version: int) 
         if v.initial in ("calculated", "approx")
         and (v.causality in ("output", "calculatedParameter") or v.key in involved)
     }
-    yield from _compare(by_key, set(unknowns), initial, "initial unknowns")
+    ticking = {
+        v.key for v in variables if v.type == "Clock" or v.clocked
+    }  # these have no values before the first tick
+    yield from _compare(by_key, set(unknowns) - ticking, initial - ticking, "initial unknowns")
 
 
 def _rate_name(by_key: dict[str, Described], key: str) -> Iterator[Finding]:

@@ -14,10 +14,10 @@ from ...equations.model import Equations, Slot
 from ...equations.sensitivities import SEED, dependencies
 from ...graph import Node
 from .structured_names import Names
-from .variables import Start, Table, Variable
+from .variables import FmuVariable, Start, VariableTable
 
 
-def variable_table(equations: Equations, start: Start) -> Table:
+def variable_table(equations: Equations, start: Start) -> VariableTable:
     """Return the table: time, states, their rates, inputs, parameters, outputs, discrete variables, event indicators."""
     settable = settable_parameters(equations, start.given_parameters)
     crossings = moving_indicators(equations)
@@ -80,7 +80,7 @@ class Listing(Struct):
     equations: Equations
     start: Start
     names: Names = field(default_factory=Names)
-    rows: list[Variable] = field(default_factory=list)
+    rows: list[FmuVariable] = field(default_factory=list)
     place: dict[Slot, int] = field(default_factory=dict)
     first: dict[str, int] = field(default_factory=dict)
 
@@ -119,7 +119,7 @@ class Listing(Struct):
         self.place[slot] = index = len(self.rows) + 1
         if entry.type != "real" and variability == "continuous":
             variability = "discrete"
-        variable = Variable(
+        variable = FmuVariable(
             index,
             self.first[slot.array] + slot.index,
             name or self.names.new(entry.name),
@@ -238,7 +238,7 @@ def _with_dependencies(
     settable: tuple[int, ...],
     free: Sequence[bool],
     entangled: bool,
-) -> Table:
+) -> VariableTable:
     """Return the table with what each unknown depends on; ``entangled``: initial values on each other."""
     equations, rows, place = listing.equations, listing.rows, listing.place
     seeds = {Slot("z", i) for i, e in enumerate(equations.discretes) if e.kind == SEED}
@@ -292,7 +292,7 @@ def _with_dependencies(
         if v.causality == "calculatedParameter"
         or (v.index in wanted and v.initial in ("calculated", "approx"))
     )
-    return Table(
+    return VariableTable(
         variables,
         derivatives,
         outputs,

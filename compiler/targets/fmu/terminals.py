@@ -14,7 +14,7 @@ from msgspec import Struct
 
 from .arrays import Group
 from .elements import text_of
-from .variables import Table
+from .variables import VariableTable
 
 SIDE = "100.0"
 _ELEMENT = re.compile(r"(?P<base>[\w.]+)\[(?P<member>[\d,]+)\]")
@@ -29,7 +29,7 @@ class Terminal(Struct, frozen=True):
     members: tuple[tuple[str, str], ...]
 
 
-def terminals(groups: Sequence[Group], table: Table) -> tuple[Terminal, ...]:
+def terminals(groups: Sequence[Group], table: VariableTable) -> tuple[Terminal, ...]:
     """Return the terminals of at least two variables, in the order of the variables; an array needs none."""
     members_of: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for group in groups:
@@ -49,7 +49,7 @@ def terminals(groups: Sequence[Group], table: Table) -> tuple[Terminal, ...]:
     return tuple(result)
 
 
-def write(groups: Sequence[Group], table: Table, *, icon: bool) -> str:
+def write(groups: Sequence[Group], table: VariableTable, *, icon: bool) -> str:
     """Return the text of ``terminalsAndIcons/terminalsAndIcons.xml``; an icon fills the square of the model."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     if icon:

@@ -9,7 +9,7 @@ from mechc.runtime.interface import Quantity
 from mechc.runtime.problem import Array, Problem
 
 
-class Variable(Struct, frozen=True):
+class FmuVariable(Struct, frozen=True):
     """One scalar. ``index``: its position in the list, from 1; ``reference``: the value reference.
 
     ``derivative``: the index of the state of which this is the derivative, else 0. ``depends``: positions
@@ -33,10 +33,10 @@ class Variable(Struct, frozen=True):
     """A state that events or projections change."""
 
 
-class Table(Struct, frozen=True):
+class VariableTable(Struct, frozen=True):
     """All variables in the order of the model description; derivatives in the order of the states."""
 
-    variables: tuple[Variable, ...]
+    variables: tuple[FmuVariable, ...]
     derivatives: tuple[int, ...]
     outputs: tuple[int, ...]
     initial_unknowns: tuple[int, ...]
@@ -50,7 +50,7 @@ class Table(Struct, frozen=True):
     free_initial: bool
     """Whether no initial value depends on other quantities."""
 
-    def at(self, index: int) -> Variable:
+    def at(self, index: int) -> FmuVariable:
         return self.variables[index - 1]
 
 

@@ -158,7 +158,7 @@ def function_body(kinds: Sequence[int], code: bytes) -> bytes:
     return unsigned(len(body)) + body
 
 
-class Reader:
+class BinaryReader:
     """Reads numbers and texts from a place in a module on."""
 
     def __init__(self, data: bytes, at: int = 0) -> None:
@@ -192,7 +192,7 @@ def sections(module: bytes) -> dict[int, bytes]:
     """Return the bodies of the sections by kind, without custom ones."""
     assert module[:8] == MAGIC
     found: dict[int, bytes] = {}
-    reader = Reader(module, 8)
+    reader = BinaryReader(module, 8)
     while reader.at < len(module):
         kind = reader.take(1)[0]
         body = reader.take(reader.unsigned())
@@ -203,6 +203,6 @@ def sections(module: bytes) -> dict[int, bytes]:
 
 def appended(section_body: bytes, items: Sequence[bytes]) -> bytes:
     """Return a section that is a vector, with further items at its end."""
-    reader = Reader(section_body)
+    reader = BinaryReader(section_body)
     n = reader.unsigned()
     return unsigned(n + len(items)) + section_body[reader.at :] + b"".join(items)

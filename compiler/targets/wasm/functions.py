@@ -14,9 +14,9 @@ from ..c_loops import ON_STACK, loops_of
 from ..c_tables import LARGE, used_tables
 from ..model_data import OF_SHARES, is_emitted, readers
 from . import binary as b
-from .place import PARAMETER, PIECE, Place
+from .place import PARAMETER, PIECE, MemoryPlace
 from .rolled import Loops
-from .straight import Arrays, Writer, number
+from .straight import Arrays, FunctionWriter, number
 
 WITH_SHARES: Final = "with_shares"
 """The function of the kernel (``mechc/web/kernel/web_shares.c``)."""
@@ -28,7 +28,7 @@ ALIGNED: Final = 16
 """Bytes of which the stack takes multiples."""
 
 
-def place_functions(program: Program, place: Place) -> None:
+def place_functions(program: Program, place: MemoryPlace) -> None:
     """Write all functions of a program."""
     loops = loops_of(program)
     program = chunk(program, LONGEST, whole={*loops})
@@ -52,7 +52,7 @@ def place_functions(program: Program, place: Place) -> None:
 
 
 class _Functions:
-    def __init__(self, program: Program, place: Place, tables: Mapping[int, tuple[int, int]]) -> None:
+    def __init__(self, program: Program, place: MemoryPlace, tables: Mapping[int, tuple[int, int]]) -> None:
         self.program = program
         self.place = place
         self.tables = tables
@@ -72,14 +72,14 @@ class _Functions:
     def reader(self, name: str, count: int) -> bytes:
         """Return the body of a function that calls one of so many results with shares of loads."""
         where = arguments(parameters=False, piece=False)
-        writer = Writer(self.place, len(where), {})
+        writer = FunctionWriter(self.place, len(where), {})
         given = b.i32(self.place.pointer(name)) + b.i32(count) + b"".join(map(b.get, where.values()))
         writer.flush(given + self.place.call(WITH_SHARES))
         return writer.body()
 
     def _straight(self, function: ProgramFunction, k: int, parameters: bool, *, piece: bool) -> bytes:
         where = arguments(parameters, piece=piece)
-        writer = Writer(self.place, len(where), self.tables)
+        writer = FunctionWriter(self.place, len(where), self.tables)
         writer.write(function.bodies[k], Arrays(where, self.inputs))
         return writer.body()
 
@@ -93,7 +93,7 @@ class _Functions:
             for k in range(len(function.bodies))
         ]
         where = arguments(parameters, piece=False)
-        writer = Writer(self.place, len(where), self.tables)
+        writer = FunctionWriter(self.place, len(where), self.tables)
         end = self._workspace(writer, where, max(1, function.workspace))
         given = b"".join(b.get(where[array]) for array in arguments(parameters, piece=True))
         writer.flush(b"".join(given + b.call(piece) for piece in pieces) + end)
@@ -101,13 +101,13 @@ class _Functions:
 
     def _looped(self, rolled: Rolled, parameters: bool) -> bytes:
         where = arguments(parameters, piece=False)
-        writer = Writer(self.place, len(where), self.tables)
+        writer = FunctionWriter(self.place, len(where), self.tables)
         end = self._workspace(writer, where, rolled.workspace)
         Loops(writer, rolled, Arrays(where, self.inputs)).items(rolled.items)
         writer.flush(end)
         return writer.body()
 
-    def _workspace(self, writer: Writer, where: dict[str, int], numbers: int) -> bytes:
+    def _workspace(self, writer: FunctionWriter, where: dict[str, int], numbers: int) -> bytes:
         """Make room for w, on the stack if it is not too large; return the code that gives it back."""
         if not numbers:
             return b""

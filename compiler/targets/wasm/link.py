@@ -9,7 +9,7 @@ from ...program import Program
 from ..alone import standing_alone
 from . import binary as b
 from .functions import place_functions
-from .place import TYPES, Place
+from .place import TYPES, MemoryPlace
 from .plan import web_plan
 from .structs import placed
 
@@ -24,7 +24,7 @@ class Kernel:
         self.parts = b.sections(module)
         self.exports: dict[str, tuple[int, int]] = {}
         """Kind and index."""
-        reader = b.Reader(self.parts[b.EXPORT])
+        reader = b.BinaryReader(self.parts[b.EXPORT])
         for _ in range(reader.unsigned()):
             name = reader.text()
             self.exports[name] = (reader.take(1)[0], reader.unsigned())
@@ -34,19 +34,19 @@ class Kernel:
         return {name: index for name, (kind, index) in self.exports.items() if kind == 0}
 
     def count(self, section: int) -> int:
-        return b.Reader(self.parts[section]).unsigned()
+        return b.BinaryReader(self.parts[section]).unsigned()
 
     @cached_property
     def pages(self) -> int:
         """Pages of memory to begin with: what lies behind them is the model's, and behind that what the kernel asks for."""
-        reader = b.Reader(self.parts[b.MEMORY])
+        reader = b.BinaryReader(self.parts[b.MEMORY])
         reader.take(2)  # one memory, whether it has an upper limit
         return reader.unsigned()
 
     @cached_property
     def table(self) -> tuple[bytes, int]:
         """The type of the entries of the table of functions, and how many there are."""
-        reader = b.Reader(self.parts[b.TABLE])
+        reader = b.BinaryReader(self.parts[b.TABLE])
         reader.take(1)  # one table
         kind, _ = reader.take(1), reader.take(1)
         return kind, reader.unsigned()
@@ -54,7 +54,7 @@ class Kernel:
     def constant(self, name: str) -> int:
         """Return the number that an exported global begins with."""
         index = self.exports[name][1]
-        reader = b.Reader(self.parts[b.GLOBAL])
+        reader = b.BinaryReader(self.parts[b.GLOBAL])
         for k in range(reader.unsigned()):
             reader.take(3)  # type, whether it changes, i32.const
             value = reader.signed()
@@ -78,7 +78,7 @@ def linked(program: Program, kernel: Kernel, experiment: str | None = None, *, e
     program = standing_alone(program)
     base = kernel.pages * b.PAGE
     kind, entries = kernel.table
-    place = Place(
+    place = MemoryPlace(
         kernel.functions, kernel.exports["__stack_pointer"][1], kernel.count(b.FUNCTION), base, entries
     )
     place_functions(program, place)

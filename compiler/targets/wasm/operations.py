@@ -37,7 +37,7 @@ OF_KERNEL: Final = "f_"
 """Begins the names of functions of the kernel that are no functions of the C library."""
 
 
-class Row(Struct, frozen=True):
+class WasmRow(Struct, frozen=True):
     """How an operation leaves its value on the stack, behind its operands: an instruction, or a function of the kernel."""
 
     code: bytes
@@ -50,14 +50,14 @@ class Row(Struct, frozen=True):
     """In which order the operands lie on the stack."""
 
 
-def _row(row: Operation) -> Row:
+def _row(row: Operation) -> WasmRow:
     called = "" if row.wasm else f"{OF_KERNEL}{CALLED[row.code]}" if row.code in OWN else CALLED[row.code]
     order = (1, 2, 0) if row.wasm == "select" else tuple(range(row.arity))
     code = INSTRUCTIONS[row.wasm] if row.wasm else b""
-    return Row(code, called, row.conditions[: row.arity], row.condition, order)
+    return WasmRow(code, called, row.conditions[: row.arity], row.condition, order)
 
 
-ROWS: Final[Mapping[int, Row]] = {
+ROWS: Final[Mapping[int, WasmRow]] = {
     row.code: _row(row) for row in OPERATIONS if row.arity and row.code != LOOKUP
 }
 

@@ -19,7 +19,7 @@ TYPES = (
 """By kind of function."""
 
 
-class Place:
+class MemoryPlace:
     """``base``: where the data begin. ``table``: the first entry of the table of functions that is free."""
 
     def __init__(

@@ -10,7 +10,7 @@ from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct
 from mechc.runtime.nominal import sizes_of
 
 from ...program import Program
-from ..model_data import Array, Function, Record, Rows, model_data
+from ..model_data import ArrayPointer, FunctionPointer, StructArray, StructPointer, model_data
 
 ARRAYS: Final = ("p", "y", "u")
 """Of settings, by the numbers of ``web.c``."""
@@ -32,12 +32,12 @@ class PlanStruct(Contract):
     )
 
 
-def web_plan(program: Program, experiment: str | None) -> Record:
+def web_plan(program: Program, experiment: str | None) -> StructPointer:
     """Return the plan of a program and of one of its experiments; None for none."""
     scene = program.scene
     plan = next((e for e in program.experiments if e.name == experiment), None)
     settings = [(ARRAYS.index(s.array), s.index, int(s.guess)) for s in plan.settings] if plan else []
-    return Record(
+    return StructPointer(
         "plan",
         PlanStruct,
         {
@@ -45,30 +45,30 @@ def web_plan(program: Program, experiment: str | None) -> Record:
             "sizes": _sizes(program),
             "n_still": scene.n_still if scene else 0,
             "n_moving": scene.n_moving if scene else 0,
-            "still": Function("scene_still") if program.function("scene_still") else None,
-            "moving": Function("scene") if program.function("scene") else None,
+            "still": FunctionPointer("scene_still") if program.function("scene_still") else None,
+            "moving": FunctionPointer("scene") if program.function("scene") else None,
             "n_settings": len(settings),
             "n_numbers": len(plan.options) if plan else 0,
-            "experiment": Function(plan.function) if plan else None,
-            "settings": Rows("settings", SettingStruct, settings),
+            "experiment": FunctionPointer(plan.function) if plan else None,
+            "settings": StructArray("settings", SettingStruct, settings),
         },
     )
 
 
-def _sizes(program: Program) -> Record:
+def _sizes(program: Program) -> StructPointer:
     """Return what nominal values are made from (``start.h``)."""
     sizes = sizes_of(program)
     groups = sizes.groups or [0] * len(sizes.units)
     rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
     states = [(unit, KINDS[kind], int(pure), *numbers) for unit, kind, pure, *numbers in rows]
-    return Record(
+    return StructPointer(
         "sizes",
         SizesStruct,
         {
-            "states": Rows("states", QuantityStruct, states),
-            "partner": Array("partner", "int", sizes.partner),
-            "units": Array("units", "int", sizes.parameter_units),
+            "states": StructArray("states", QuantityStruct, states),
+            "partner": ArrayPointer("partner", "int", sizes.partner),
+            "units": ArrayPointer("units", "int", sizes.parameter_units),
             "n_energies": len(sizes.energies),
-            "energies": Array("energies", "int", sizes.energies),
+            "energies": ArrayPointer("energies", "int", sizes.energies),
         },
     )

@@ -12,10 +12,10 @@ from ...program.loops.rolled import (
     Compute,
     Index,
     Item,
-    Kept,
     Local,
     Loop,
-    Number,
+    LoopNumber,
+    LoopRegister,
     Operand,
     Put,
     Read,
@@ -23,13 +23,13 @@ from ...program.loops.rolled import (
 )
 from ...program.model import Operate
 from . import binary as b
-from .straight import Arrays, Fragment, Writer, number
+from .straight import Arrays, Fragment, FunctionWriter, number
 
 
 class Loops:
     """The loops of one function; ``arrays``: where its arrays, and its workspace w, lie."""
 
-    def __init__(self, writer: Writer, rolled: Rolled, arrays: Arrays) -> None:
+    def __init__(self, writer: FunctionWriter, rolled: Rolled, arrays: Arrays) -> None:
         self.writer = writer
         self.arrays = arrays
         self.tables = [_table(writer, table) for table in rolled.tables]
@@ -117,11 +117,11 @@ class Loops:
                 return Fragment(self._load(array, index))
             case Local(known):
                 return self.values[known]
-            case Kept(register):
+            case LoopRegister(register):
                 return Fragment(b.get(self.kept[register]), simple=True)
             case Carried(register):
                 return Fragment(b.get(self.before[register]), simple=True)
-            case Number(value):
+            case LoopNumber(value):
                 return Fragment(b.f64(number(value)), simple=True)
             case _:
                 assert_never(operand)
@@ -168,10 +168,10 @@ class Loops:
 
 def _put(local: Fragment) -> bytes:
     """Return the code that fills a local from the one that reads it."""
-    return b.put(b.Reader(local.code, 1).unsigned())
+    return b.put(b.BinaryReader(local.code, 1).unsigned())
 
 
-def _table(writer: Writer, table: Sequence[int]) -> tuple[int, bool]:
+def _table(writer: FunctionWriter, table: Sequence[int]) -> tuple[int, bool]:
     short = min(table) >= 0 and max(table) < 1 << 16
     data = struct.pack(f"<{len(table)}{'H' if short else 'i'}", *table)
     return writer.place.put(data, 2 if short else 4), short

@@ -13,10 +13,10 @@ from math import pi
 
 from ...graph.table import ELEMENT, question
 from ...program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
-from ..literal import Form, constant
+from ..literal import LiteralForm, constant
 from . import binary as b
 from .operations import OF_KERNEL, ROWS
-from .place import Place
+from .place import MemoryPlace
 
 LONGEST = 400
 """Bytes of a fragment that is carried on to where it is used."""
@@ -26,9 +26,9 @@ LONGEST = 400
 def number(exact: Fraction) -> float:
     """Return the double that the C text of a constant evaluates to: ratios and multiples of pi are rounded twice."""
     c = constant(exact)
-    if c.form is Form.RATIO:
+    if c.form is LiteralForm.RATIO:
         return float(c.text) / float(c.divisor)
-    if c.form is Form.PI:
+    if c.form is LiteralForm.PI:
         value = float({"": "1", "-": "-1"}.get(c.text, c.text)) * pi
         return value / float(c.divisor) if c.divisor else value
     return float(c.text)
@@ -78,10 +78,10 @@ class Arrays:
         return code
 
 
-class Writer:
+class FunctionWriter:
     """The code of one function, whose locals begin behind its ``parameters``; ``tables``: address and length."""
 
-    def __init__(self, place: Place, parameters: int, tables: Mapping[int, tuple[int, int]]) -> None:
+    def __init__(self, place: MemoryPlace, parameters: int, tables: Mapping[int, tuple[int, int]]) -> None:
         self.place = place
         self.tables = tables
         self.code = bytearray()

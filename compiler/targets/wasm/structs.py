@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from mechc.runtime.native.contract import Contract
 
-from ..model_data import Array, Function, Record, Rows, Value, Word
-from .place import Place
+from ..model_data import ArrayPointer, FunctionPointer, NamedNumber, StructArray, StructPointer, Value
+from .place import MemoryPlace
 from .straight import number
 
 FORMATS: Final[dict[str, str]] = {"int": "i", "unsigned char": "B", "mech_real": "d"}
@@ -19,15 +19,15 @@ FORMATS: Final[dict[str, str]] = {"int": "i", "unsigned char": "B", "mech_real":
 Entry = Value | Fraction | float
 
 
-def placed(value: Rows | Array | Record, place: Place) -> int:
+def placed(value: StructArray | ArrayPointer | StructPointer, place: MemoryPlace) -> int:
     """Put what a pointer points to among the data and return its address; 0 for NULL."""
-    if isinstance(value, Array):
+    if isinstance(value, ArrayPointer):
         entries = [number(v) if isinstance(v, Fraction) else v for v in value.values]
         if not entries and value.never_null:
             entries = [0]
         form = f"<{len(entries)}{FORMATS[value.kind]}"
         return place.put(struct.pack(form, *entries)) if entries else 0
-    if isinstance(value, Rows):
+    if isinstance(value, StructArray):
         rows = [_laid_out(value.struct, row, place) for row in value.rows]
         return place.put(b"".join(rows)) if rows else 0
     names = [field[0] for field in value.struct._fields_]
@@ -36,7 +36,7 @@ def placed(value: Rows | Array | Record, place: Place) -> int:
     return place.put(_laid_out(value.struct, [value.fields.get(name, 0) for name in names], place))
 
 
-def _laid_out(kind: type[Contract], values: Sequence[Entry], place: Place) -> bytes:
+def _laid_out(kind: type[Contract], values: Sequence[Entry], place: MemoryPlace) -> bytes:
     """Return the bytes of a struct: each field at a multiple of its size, the end at one of the largest."""
     out = bytearray()
     largest = 1
@@ -53,16 +53,16 @@ def _form(kind: Any) -> str:
     return {ctypes.c_int: "<i", ctypes.c_double: "<d"}.get(kind, "<I")
 
 
-def _entry(value: Entry, place: Place) -> int | float:
+def _entry(value: Entry, place: MemoryPlace) -> int | float:
     match value:
         case None:
             return 0
-        case Word(_, n):
+        case NamedNumber(_, n):
             return n
-        case Function(name):
+        case FunctionPointer(name):
             return place.pointer(name)
         case Fraction():
             return number(value)
-        case Array() | Rows() | Record():
+        case ArrayPointer() | StructArray() | StructPointer():
             return placed(value, place)
     return value

@@ -44,11 +44,13 @@ class Environment(Environments):
 
     @property
     def u(self) -> Array:
-        return self._inputs_now
+        found: Array = self._inputs_now
+        return found
 
     @property
     def y(self) -> Array:
-        return super().y[0]
+        found: Array = super().y[0]
+        return found
 
     def step(self) -> None:
         """Take one control step with the inputs of ``u``. Raises ``SimulationError`` if the motion fails on its way or has ended."""

@@ -110,14 +110,18 @@ class Environments:
         self._t, self._status = np.empty(n), np.ones(n, dtype=np.int32)
         self._outputs = np.empty((n, len(problem.outputs)))
         self._stale = True
+        states = tuple(s.name for s in problem.states)
         self.names = Names(
-            *(tuple(s.name for s in problem.states[a:b]) for a, b in ((0, nq), (nq, nq + nv), (nq + nv, ny))),
+            states[:nq],
+            states[nq : nq + nv],
+            states[nq + nv :],
             tuple(problem.inputs[k].name for k in held),
             tuple(q.name for q in problem.outputs),
             tuple(q.name for q in problem.discretes),
         )
         parts = (self._y[:, :nq], self._y[:, nq : nq + nv], self._y[:, nq + nv :])
-        self._views = tuple(map(_read_only, (*parts, self._z, self._t, self._status, self._y)))
+        arrays: tuple[NDArray[Any], ...] = (*parts, self._z, self._t, self._status, self._y)
+        self._views = tuple(map(_read_only, arrays))
         tables = {k: t for k, t in case.tables.items() if k not in set(held)}
         self._case = replace(case, tables=tables, grid=np.empty(0), max_step=LONGEST * case.max_step)
         self._nominal = plan.nominal

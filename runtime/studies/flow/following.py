@@ -25,7 +25,7 @@ from ...outcome import SimulationError
 from ...problem import Array
 from ..runs.simulate import Plan
 from .linearised import Linearised, LinearMap, multipliers
-from .shooting import Energy, Orbit, Shooter, close
+from .shooting import OrbitEnergy, Shooter, ShootingOrbit, close
 
 BEND, CHANGE = 0.3, 0.3
 """Of a step: how far its end may lie from where the last one points to, and how far multipliers may move, relative to 1 and their
@@ -49,11 +49,11 @@ Happened = tuple[tuple[str, str], ...]
 """Name and kind of each event of one round, sorted."""
 
 
-class Place(Struct, frozen=True, eq=False):
+class FollowedPlace(Struct, frozen=True, eq=False):
     """An orbit at a value of the parameter, its multipliers without trivial ones, their errors, and the events of one round."""
 
     value: float
-    orbit: Orbit
+    orbit: ShootingOrbit
     multipliers: Array
     errors: Array
     happened: Happened
@@ -61,7 +61,7 @@ class Place(Struct, frozen=True, eq=False):
     """Whether it does not go on from the one before."""
 
 
-class Special(Struct, frozen=True):
+class OrbitBifurcation(Struct, frozen=True):
     """``kind``: period doubling, fold, fork, torus, grazing, change of events, or jump; ``between`` two values."""
 
     kind: str
@@ -85,14 +85,14 @@ class Follower:
     ) -> None:
         self.linear, self.planned, self.length = linear, planned, length
         self.span, self.free = span, free
-        self.kept: Energy | None = None
-        self.certain: dict[str, Place] = {}
-        self.specials: list[Special] = []
+        self.kept: OrbitEnergy | None = None
+        self.certain: dict[str, FollowedPlace] = {}
+        self.specials: list[OrbitBifurcation] = []
         self.steps = 0
 
     # ------------------------------------------------------------ one orbit
 
-    def at(self, value: float, start: Array, period: float) -> Place:
+    def at(self, value: float, start: Array, period: float) -> FollowedPlace:
         """Give the orbit at a value near a start. Raises SimulationError where none is found."""
         plan = self.planned(value)
         linear = self.linear.renewed(plan)
@@ -102,13 +102,13 @@ class Follower:
         )
         return self.told(value, linear, orbit)
 
-    def told(self, value: float, linear: Linearised, orbit: Orbit) -> Place:
+    def told(self, value: float, linear: Linearised, orbit: ShootingOrbit) -> FollowedPlace:
         found, errors = multipliers(self._reduced(linear, orbit))
         errors = np.maximum(errors, CLOSING * np.maximum(1.0, np.abs(found)))
         self.linear.memory = linear.memory
-        return Place(value, orbit, found, errors, _happened(linear, orbit.whole, orbit.period))
+        return FollowedPlace(value, orbit, found, errors, _happened(linear, orbit.whole, orbit.period))
 
-    def _reduced(self, linear: Linearised, orbit: Orbit) -> LinearMap:
+    def _reduced(self, linear: Linearised, orbit: ShootingOrbit) -> LinearMap:
         """Give the linear map without the directions in which it is 1 for every orbit."""
         found = orbit.map
         vectors = []
@@ -127,7 +127,7 @@ class Follower:
 
     # ------------------------------------------------------------ along the branch
 
-    def reach(self, places: list[Place], target: float) -> str:
+    def reach(self, places: list[FollowedPlace], target: float) -> str:
         """Add the orbits up to a value, where the branch leads there, else the one that is found there; tell why there is none."""
         passed, failure = self.go(places[-2] if len(places) > 1 else None, places[-1], target)
         places += passed
@@ -149,21 +149,23 @@ class Follower:
         if grazed is not None and grazed is not last:
             places.append(grazed)
         if folded is not None:
-            self.specials.append(Special("fold", folded, _ordered(last.value, target)))
+            self.specials.append(OrbitBifurcation("fold", folded, _ordered(last.value, target)))
         if other is None:
             if grazed is not None:
                 return "no orbit was found near that has the event"
             return failure if folded is None else "the branch turns back in the fold"
-        self.specials.append(Special("jump", target, _ordered(last.value, target)))
+        self.specials.append(OrbitBifurcation("jump", target, _ordered(last.value, target)))
         self.certain = {}
         places.append(replace(other, first=True))
         return ""
 
-    def go(self, before: Place | None, last: Place, target: float) -> tuple[list[Place], str]:
+    def go(
+        self, before: FollowedPlace | None, last: FollowedPlace, target: float
+    ) -> tuple[list[FollowedPlace], str]:
         """Follow the branch from an orbit to a value; give the orbits on the way, and why it does not get there."""
         failure = ""
 
-        def advance(points: Sequence[Place], length: float) -> Reached[Place] | None:
+        def advance(points: Sequence[FollowedPlace], length: float) -> Reached[FollowedPlace] | None:
             nonlocal failure
             self.steps += 1
             if self.steps > MOST_STEPS:
@@ -200,11 +202,13 @@ class Follower:
             return passed, "" if why == ARRIVED else why
         return passed, failure or "other orbits alone lie beyond"
 
-    def _apart(self, place: Place, start: Array) -> float:
+    def _apart(self, place: FollowedPlace, start: Array) -> float:
         shooter = Shooter(self.linear, self.free, None)
         return float(np.linalg.norm(shooter.gap(start, place.orbit.whole)[self.linear.kept]))
 
-    def _near(self, before: Place | None, last: Place, here: Place, guess: Array) -> bool:
+    def _near(
+        self, before: FollowedPlace | None, last: FollowedPlace, here: FollowedPlace, guess: Array
+    ) -> bool:
         """Whether an orbit goes on from the one before: it lies where that pointed to, and multipliers have moved little."""
         moved = self._apart(here, last.orbit.whole)
         if before is not None and not last.first and self._apart(here, guess) > CLOSE + BEND * moved:
@@ -218,7 +222,7 @@ class Follower:
 
     # ------------------------------------------------------------ what lies between
 
-    def _between(self, a: Place, b: Place) -> None:
+    def _between(self, a: FollowedPlace, b: FollowedPlace) -> None:
         """Note where test functions change their sign between two orbits."""
         for kind, test in TESTS.items():
             first = self.certain.get(kind, a)
@@ -229,12 +233,12 @@ class Follower:
             alike = kind != "torus" or _pairs(first) == _pairs(b)
             if one * two < 0 and abs(one) > off and alike:
                 root = self._located(test, first, b)
-                self.specials.append(Special(kind, root, _ordered(first.value, b.value)))
+                self.specials.append(OrbitBifurcation(kind, root, _ordered(first.value, b.value)))
 
-    def _located(self, test: Test, a: Place, b: Place) -> float:
+    def _located(self, test: Test, a: FollowedPlace, b: FollowedPlace) -> float:
         """Give the value at which a test function vanishes between two orbits."""
 
-        def at(value: float) -> Place | None:
+        def at(value: float) -> FollowedPlace | None:
             try:
                 return self.at(value, *_guess(a, b, value))
             except SimulationError:
@@ -246,7 +250,9 @@ class Follower:
         one, two = abs(test(a)[0]), abs(test(b)[0])
         return a.value + (b.value - a.value) * one / (one + two)
 
-    def _across(self, before: Place | None, last: Place, here: Place) -> list[Place] | None:
+    def _across(
+        self, before: FollowedPlace | None, last: FollowedPlace, here: FollowedPlace
+    ) -> list[FollowedPlace] | None:
         """Cross a value at which events join or leave the orbit: give the orbits from the last one to the one behind it."""
         # the orbit of fewer events is smooth up to its end
         forwards = len(last.happened) <= len(here.happened)
@@ -255,7 +261,7 @@ class Follower:
         specials, self.specials, self.certain = self.specials, [], {}
         start, aim = (here, end) if forwards else (last, simple.value)
         aim += math.copysign(SHORTEST * self.span, start.value - aim)
-        route: list[Place] = []
+        route: list[FollowedPlace] = []
         if (
             abs(start.value - aim) > SHORTEST * self.span
             and (start.value - aim) * (start.value - simple.value) > 0
@@ -274,7 +280,9 @@ class Follower:
             return [simple, *reversed(route), here]
         return [*route, simple, here]
 
-    def _end(self, before: Place | None, last: Place, end: float) -> tuple[Place, float]:
+    def _end(
+        self, before: FollowedPlace | None, last: FollowedPlace, end: float
+    ) -> tuple[FollowedPlace, float]:
         """Follow an orbit with its events towards a value as far as it goes; give the last one, and a value just beyond."""
         while abs(end - last.value) > LOCATED * self.span:
             middle = (last.value + end) / 2
@@ -298,9 +306,11 @@ class Follower:
         changed = [event for event, count in gone.items() if count]
         kind = "grazing" if any(event[1] in IMPACTS for event in changed) else "change of events"
         names = ", ".join(sorted({f"{event[1]} '{event[0]}'" for event in changed}))
-        self.specials.append(Special(kind, value, between, names))
+        self.specials.append(OrbitBifurcation(kind, value, between, names))
 
-    def _grazes(self, before: Place | None, last: Place, target: float) -> Place | None:
+    def _grazes(
+        self, before: FollowedPlace | None, last: FollowedPlace, target: float
+    ) -> FollowedPlace | None:
         """Give the last orbit of a branch that ends where the motion just beyond meets another event; None where it meets none."""
         value = last.value + math.copysign(2 * SHORTEST * self.span, target - last.value)
         y, period = _guess(before, last, value)
@@ -315,12 +325,12 @@ class Follower:
         self._event(last.value, _ordered(last.value, target), last.happened, there)
         return last
 
-    def _size(self, place: Place) -> float:
+    def _size(self, place: FollowedPlace) -> float:
         return max(
             1.0, float(np.linalg.norm(place.orbit.start / np.maximum(self.linear.tangents.nominal, 1e-300)))
         )
 
-    def fold(self, places: list[Place]) -> float | None:
+    def fold(self, places: list[FollowedPlace]) -> float | None:
         """Give the value at which a branch that ended folds: there the square of m - 1 vanishes; None where it does not."""
         near = [(p.value, min(p.multipliers, key=lambda m: abs(m - 1), default=0.0)) for p in places[-3:]]
         if len(near) < 2 or abs(near[-1][1] - 1) > FOLDING or not abs(near[-1][1] - 1) < abs(near[-2][1] - 1):
@@ -334,10 +344,10 @@ class Follower:
 JOINED = 30.0
 """How far two orbits on both sides of a grazing impact may be apart, over the root of the distance in the parameter."""
 
-Test = Callable[[Place], tuple[float, float]]
+Test = Callable[[FollowedPlace], tuple[float, float]]
 
 
-def _guess(before: Place | None, last: Place, value: float) -> tuple[Array, float]:
+def _guess(before: FollowedPlace | None, last: FollowedPlace, value: float) -> tuple[Array, float]:
     """Give state and period where the last two orbits point to."""
     if before is None or last.first or before.value == last.value:
         return last.orbit.whole, last.orbit.period
@@ -374,22 +384,22 @@ def _product(factors: Array, errors: Array) -> tuple[float, float]:
     return float(np.prod(factors).real), off
 
 
-def _doubling(place: Place) -> tuple[float, float]:
+def _doubling(place: FollowedPlace) -> tuple[float, float]:
     return _product(place.multipliers + 1, place.errors)
 
 
-def _one(place: Place) -> tuple[float, float]:
+def _one(place: FollowedPlace) -> tuple[float, float]:
     return _product(place.multipliers - 1, place.errors)
 
 
-def _torus(place: Place) -> tuple[float, float]:
+def _torus(place: FollowedPlace) -> tuple[float, float]:
     """Give the product of |m|^2 - 1 of complex pairs; a pair that is real cannot leave the unit circle together."""
     m, errors = place.multipliers, place.errors
     pairs = np.flatnonzero(m.imag > 0)
     return _product(np.abs(m[pairs]) ** 2 - 1, 2 * np.abs(m[pairs]) * errors[pairs])
 
 
-def _pairs(place: Place) -> int:
+def _pairs(place: FollowedPlace) -> int:
     return int((place.multipliers.imag > 0).sum())
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...interface import Quantity
 from ...local.frequency_response import Answers, Transfer, answers, held, phases, refined
-from ...local.linear_system import Form
+from ...local.linear_system import OutputForm
 from ...local.zeros import Complex
 from ...problem import Array
 from ..findings import Curve, Panel
@@ -152,7 +152,7 @@ def _phase(there: Answers, k: int, j: int) -> Array:
 def step_responses(
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
-    form: Form,
+    form: OutputForm,
     period: float | None,
     values: Complex,
     time: Quantity,

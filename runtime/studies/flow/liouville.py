@@ -13,7 +13,7 @@ from ...case import inputs_at
 from ...problem import Array
 from ...tangent.coordinates import basis
 from .linearised import Linearised, determinant
-from .shooting import Orbit
+from .shooting import ShootingOrbit
 
 PLACES = 256
 """Equally spaced on the orbit: the rule of the trapezoid converges exponentially for what is periodic."""
@@ -23,7 +23,7 @@ LOOSE = 1e-7
 """Relative differences that count as those of the rule."""
 
 
-def liouville(linear: Linearised, orbit: Orbit) -> tuple[float, float] | None:
+def liouville(linear: Linearised, orbit: ShootingOrbit) -> tuple[float, float] | None:
     """Give the determinant and how far it may be off; None with constraints, rotations, or what switches."""
     problem, case = linear.problem, linear.tangents.case
     if problem.constraints or problem.rotations or problem.nq != problem.nv or problem.hybrid is not None:
@@ -52,7 +52,7 @@ def _divergence(linear: Linearised, t: float, y: Array) -> float:
     return total
 
 
-def contradicted(linear: Linearised, orbit: Orbit) -> str:
+def contradicted(linear: Linearised, orbit: ShootingOrbit) -> str:
     """Say that the product of the multipliers is not what Liouville's formula gives; nothing where it is, or there is none."""
     known = liouville(linear, orbit)
     if known is None:

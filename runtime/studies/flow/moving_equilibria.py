@@ -32,7 +32,7 @@ APART = 2e-3
 """Of the sizes, by which states lie beside each other whose energies are compared."""
 
 
-class Carried:
+class CarriedEquations:
     """The equations of motions that moves carry, by x: the coordinates, then the rates of the moves."""
 
     def __init__(self, site: Site) -> None:

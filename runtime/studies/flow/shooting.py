@@ -34,7 +34,7 @@ DIFFERENCE = 1e-3
 """Of nominal values: for derivatives of an energy, by the rule of fourth order."""
 
 
-class Orbit(Struct, frozen=True, eq=False):
+class ShootingOrbit(Struct, frozen=True, eq=False):
     """A periodic motion: its ``start`` [ny] and ``period``, its linear map, how far it is from closing (in nominal
     sizes), the last correction of the period, and Newton's ``iterations``. ``whole``: the start with the discrete variables of
     the model behind it."""
@@ -50,8 +50,8 @@ class Orbit(Struct, frozen=True, eq=False):
 
 
 def close(
-    linear: Linearised, start: Array, period: float, *, free: bool, energy: Energy | None = None
-) -> Orbit:
+    linear: Linearised, start: Array, period: float, *, free: bool, energy: OrbitEnergy | None = None
+) -> ShootingOrbit:
     """Find the periodic motion near a start; ``free``: the period is unknown. ``energy``: which the orbit is to have.
 
     What the motion keeps in discrete variables and reads again has to come back as well. Raises SimulationError where none is found.
@@ -67,7 +67,7 @@ def close(
     return shooter.solve(start, period, count)
 
 
-def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orbit:
+def least(linear: Linearised, found: ShootingOrbit, energy: OrbitEnergy | None = None) -> ShootingOrbit:
     """Give a periodic motion with its least period, where that is a part of the one it was found with.
 
     Raises SimulationError where the motion fails.
@@ -90,7 +90,7 @@ def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orb
     return least(linear, close(linear, found.whole, period, free=True, energy=energy), energy)
 
 
-class Energy(Struct, frozen=True):
+class OrbitEnergy(Struct, frozen=True):
     """A condition on an orbit of a family: the output ``name`` has a value there."""
 
     name: str
@@ -110,13 +110,13 @@ class _Pieces(Struct, frozen=True, eq=False):
 
 
 class Shooter:
-    def __init__(self, linear: Linearised, free: bool, energy: Energy | None) -> None:
+    def __init__(self, linear: Linearised, free: bool, energy: OrbitEnergy | None) -> None:
         self.linear, self.free, self.energy = linear, free, energy
         self.case: Case = linear.tangents.case
         self.problem: Problem = self.case.problem
         self.turning = [k for k in range(self.problem.nq) if periodic(self.case, k)]
 
-    def solve(self, start: Array, period: float, count: int) -> Orbit:
+    def solve(self, start: Array, period: float, count: int) -> ShootingOrbit:
         case, linear = self.case, self.linear
         nodes, maps = [start], list[LinearMap]()
         for k in range(count if linear.reals and count > 1 else count - 1):
@@ -161,7 +161,7 @@ class Shooter:
         if count > 1:  # the product of the pieces: what has grown and fallen within them is not lost
             closing = self._product(nodes, period, closing)
         y, whole = nodes[0][: self.problem.ny], nodes[0]
-        return Orbit(whole, y, period, closing.remembered(), size, correction, solved.steps, count)
+        return ShootingOrbit(whole, y, period, closing.remembered(), size, correction, solved.steps, count)
 
     def _product(self, nodes: list[Array], period: float, whole: LinearMap) -> LinearMap:
         maps = [
@@ -252,7 +252,7 @@ class Shooter:
             steps.append(whole)
         return steps, float(solution[-1]) * period if self.free else 0.0
 
-    def energy_row(self, start: Array, space: Array, energy: Energy) -> tuple[Array, float]:
+    def energy_row(self, start: Array, space: Array, energy: OrbitEnergy) -> tuple[Array, float]:
         """Give the derivatives [r] of the energy in the directions of a node, and what it lacks, both over their size."""
         column, linear = column_at(self.case, energy.name), self.linear
         whole = np.zeros((linear.size, space.shape[1]))

@@ -35,7 +35,7 @@ MOST_PARAMETERS = 8
 """Of more than so many that a coefficient depends on, it is given as a number."""
 
 
-class Drift(Struct, frozen=True, eq=False):
+class CombinationDrift(Struct, frozen=True, eq=False):
     """``largest`` change relative to the ``size`` of the terms; over ``time`` [n] the ``change`` [n]."""
 
     largest: float
@@ -119,7 +119,7 @@ def _as_at_start(case: Case, times: Array, y: Array) -> bool:
     return bool(np.abs(rate - change).max() <= SAME * max(np.abs(rate).max(), np.abs(change).max()))
 
 
-def drift_of(track: Track, values: Array, typical: float) -> Drift:
+def drift_of(track: Track, values: Array, typical: float) -> CombinationDrift:
     """Return the drift of the sum of ``values`` [n, number of terms], between events.
 
     ``typical``: their size at random states, for what happens to vanish along the run.
@@ -130,10 +130,10 @@ def drift_of(track: Track, values: Array, typical: float) -> Drift:
     for first, last in track.pieces:
         change[first:last] = total[first:last] - total[first]
     largest = float(np.abs(change).max(initial=0.0))
-    return Drift(largest / size if size > 0 else largest, size, track.time, change / (size or 1.0))
+    return CombinationDrift(largest / size if size > 0 else largest, size, track.time, change / (size or 1.0))
 
 
-def drift_panel(drifts: Sequence[tuple[str, Drift]], unit: str) -> Panel:
+def drift_panel(drifts: Sequence[tuple[str, CombinationDrift]], unit: str) -> Panel:
     """Draw the relative changes of what was found over the time of a run."""
     curves = [
         Curve(name, one.time, np.maximum(np.abs(one.change), 1e-18), colour=k)
@@ -240,21 +240,23 @@ class Coefficients:
         return found
 
 
-def condition(coefficients: Coefficients, vector: Array, relations: Sequence[Relation]) -> Condition:
+def condition(
+    coefficients: Coefficients, vector: Array, relations: Sequence[Relation]
+) -> CombinationCondition:
     """Return what must hold of the parameters for a combination to be constant."""
     if coefficients.holds(vector, []):
-        return Condition("", ())
+        return CombinationCondition("", ())
 
     def holds(held: Sequence[Relation]) -> bool:
         return coefficients.holds(vector, held)
 
     kept = needed(relations, holds)
     if kept is None:
-        return Condition("the parameters have these values", None)
-    return Condition(" and ".join(relation.text for relation in kept), tuple(kept))
+        return CombinationCondition("the parameters have these values", None)
+    return CombinationCondition(" and ".join(relation.text for relation in kept), tuple(kept))
 
 
-class Condition(Struct, frozen=True):
+class CombinationCondition(Struct, frozen=True):
     """What must hold for a combination: in words (nothing: no condition), and as relations, None if these do not tell."""
 
     words: str

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from ...case import Case, inputs_at
 from ...problem import Array
-from .sampling import Sample, Sampler
+from .sampling import PhaseSample, Sampler
 
 TURNS = ("spin", "linear", "angular")
 """Momenta of bodies as a whole, which may be terms by themselves."""
@@ -20,7 +20,7 @@ MOST_TERMS = 1200
 """Of the span; where it would have more, fewer factors are allowed."""
 
 
-class Variable(Struct, frozen=True):
+class MonomialVariable(Struct, frozen=True):
     """A factor of terms: a number of the state, or a quantity of ``phase``; ``moving``: a velocity or a momentum."""
 
     name: str
@@ -46,7 +46,7 @@ class Terms:
         degree: int,
         *,
         factors: int | None = None,
-        moving: Sequence[Variable] | None = None,
+        moving: Sequence[MonomialVariable] | None = None,
     ) -> None:
         """``degree`` in velocities or momenta (or in what is ``moving``), at most ``factors`` in all, one more than the
         degree without it."""
@@ -75,20 +75,20 @@ class Terms:
             found = total
         return found
 
-    def _variables(self, moving: Sequence[Variable] | None) -> list[Variable]:
+    def _variables(self, moving: Sequence[MonomialVariable] | None) -> list[MonomialVariable]:
         problem = self.problem
         nq, nv = problem.nq, problem.nv
         phase = problem.phase
         momenta = [k for k, quantity in enumerate(phase) if quantity.kind == "momentum"]
-        found: list[Variable] = []
+        found: list[MonomialVariable] = []
         if moving is not None:
             found += moving
         elif self._constant_mass(momenta):
-            found += [Variable(problem.states[nq + i].name, "y", nq + i, True) for i in range(nv)]
+            found += [MonomialVariable(problem.states[nq + i].name, "y", nq + i, True) for i in range(nv)]
         else:
-            found += [Variable(phase[k].name or phase[k].doc, "phase", k, True) for k in momenta]
+            found += [MonomialVariable(phase[k].name or phase[k].doc, "phase", k, True) for k in momenta]
         found += [
-            Variable(quantity.name or quantity.doc, "phase", k, False)
+            MonomialVariable(quantity.name or quantity.doc, "phase", k, False)
             for k, quantity in enumerate(phase)
             if quantity.kind in ("place", "atom")
         ]
@@ -140,7 +140,7 @@ class Terms:
                 found = [*whole, *found] if front else [*found, *whole]
         return found
 
-    def values(self, sample: Sample) -> tuple[Array, Array]:
+    def values(self, sample: PhaseSample) -> tuple[Array, Array]:
         """Return the values and the rates of all terms at states, [n, terms] each."""
         bases = [getattr(sample, v.array)[:, v.index] for v in self.variables]
         names = {"y": "rate", "phase": "phase_rate"}
@@ -157,7 +157,7 @@ class Terms:
             )
         return values, rates
 
-    def gradients(self, sample: Sample) -> Array:
+    def gradients(self, sample: PhaseSample) -> Array:
         """Return the derivatives of all terms by coordinates and velocities at states, [n, terms, nq + nv].
 
         Across a unit quaternion and along constraints alone: what leaves these is taken out.

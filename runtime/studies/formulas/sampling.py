@@ -26,7 +26,7 @@ ON_CONSTRAINTS = 1e-12
 REPEATABLE = 20260
 
 
-class Sample(Struct, frozen=True, eq=False):
+class PhaseSample(Struct, frozen=True, eq=False):
     """``t`` [n], ``y`` and ``rate`` [n, ny], ``phase`` and ``phase_rate`` [n, number of quantities]."""
 
     t: Array
@@ -88,7 +88,7 @@ class Sampler:
                     width[k] = float(np.sqrt(a * own))
         return width
 
-    def states(self, count: int, p: Array | None = None, *, wide: bool = False) -> Sample:
+    def states(self, count: int, p: Array | None = None, *, wide: bool = False) -> PhaseSample:
         """Give ``count`` states at which everything is finite. Raises SimulationError if there are too few.
 
         ``p``: other values of parameters than those of the case. ``wide``: half of them from farther away, where what is
@@ -116,7 +116,7 @@ class Sampler:
         rows.sort(key=lambda row: float(np.abs(row[2][nq:] / self.width[nq:]).max(initial=0.0)))
         rows = rows[:count]
         t, y, rate, phase, phase_rate = (np.array(column) for column in zip(*rows, strict=True))
-        return Sample(t, y, rate, phase, phase_rate)
+        return PhaseSample(t, y, rate, phase, phase_rate)
 
     def _one(self, case: Case, reach: float) -> tuple[float, Array, Array, Array, Array] | None:
         problem, functions, random = case.problem, case.functions, self.random

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ...case import find_experiment, input_values
-from ...local.branches import Branch, Point, Special, Tracer
+from ...local.branches import Bifurcation, EquilibriumBranch, EquilibriumPoint, Tracer
 from ...local.operating_point import Site
 from ...local.search import Box
 from ...outcome import SimulationError
@@ -73,7 +73,12 @@ LOOKS = {
 
 
 def diagram(
-    site: Site, box: Box, over: Range, tracer: Tracer, branches: list[Branch], specials: list[Special]
+    site: Site,
+    box: Box,
+    over: Range,
+    tracer: Tracer,
+    branches: list[EquilibriumBranch],
+    specials: list[Bifurcation],
 ) -> tuple[Panel, ...]:
     """Return coordinates over the parameter: branches by their stability, special points as dots."""
     panels = []
@@ -111,7 +116,7 @@ NOTHING = 1e-13
 WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
 
 
-class Values:
+class BranchValues:
     """The states of a point on a branch, as tables tell them."""
 
     def __init__(self, site: Site, tracer: Tracer, places: Sequence[int]) -> None:
@@ -131,7 +136,11 @@ class Values:
 
 
 def branches_in_numbers(
-    over: Range, tracer: Tracer, branches: Sequence[Branch], specials: Sequence[Special], values: Values
+    over: Range,
+    tracer: Tracer,
+    branches: Sequence[EquilibriumBranch],
+    specials: Sequence[Bifurcation],
+    values: BranchValues,
 ) -> Table:
     """Return the branches in the order in which they are followed: at values of the parameter, at ends and special points."""
     shares = np.linspace(0.0, 1.0, over.count or COUNT)
@@ -147,7 +156,7 @@ def branches_in_numbers(
 
 
 def _ordered(
-    tracer: Tracer, branch: Branch, specials: Sequence[Special], shares: Array
+    tracer: Tracer, branch: EquilibriumBranch, specials: Sequence[Bifurcation], shares: Array
 ) -> Iterator[tuple[Array, str]]:
     """Yield points along a branch: state and parameter, and what is to be said of it."""
     points = branch.points
@@ -182,7 +191,7 @@ def _passed(a: Array, b: Array, shares: Array, *, last: bool) -> list[float]:
     return found if begin < end else found[::-1]
 
 
-def _segment(points: Sequence[Point], x: Array) -> int:
+def _segment(points: Sequence[EquilibriumPoint], x: Array) -> int:
     """Return the number of the piece of the branch that a point lies on."""
     ends = [np.linalg.norm(x - p.x) for p in points]
     ways = [

@@ -9,10 +9,10 @@ import numpy as np
 from msgspec import Struct
 
 from ...case import find_experiment
-from ...curves.branches import Branch, Special, Tracer, on_branch
+from ...curves.branches import CurveBifurcation, CurveBranch, CurveTracer, on_branch
 from ...curves.deflation import further
 from ...curves.posed import Posed, pose
-from ...curves.search import Answer, Failed, search
+from ...curves.search import Failed, FoundCurve, search
 from ...outcome import Outcome, SimulationError
 from ...problem import Problem
 from ...results.files import json_number
@@ -63,8 +63,8 @@ class FollowCurves(Study, frozen=True, kw_only=True):
                 "curves on an obstacle are not followed over a parameter",
                 help="which places touch changes by leaps: take single values, --set or 'sweep' in an experiment",
             )
-        tracer = Tracer(posed)
-        branches: list[Branch] = []
+        tracer = CurveTracer(posed)
+        branches: list[CurveBranch] = []
         failures: list[str] = []
         for share in (self._own(problem, over, posed), *SEEDS):
             try:
@@ -117,13 +117,13 @@ class _Row(Struct, frozen=True):
     outputs: tuple[float, ...]
 
 
-def _row(over: Range, share: float, answer: Answer, which: list[int]) -> _Row:
+def _row(over: Range, share: float, answer: FoundCurve, which: list[int]) -> _Row:
     return _Row(
         _value(over, share), answer.value, answer.negative, tuple(float(answer.outputs[k]) for k in which)
     )
 
 
-def _found(problem: Problem, over: Range, branches: list[Branch], posed: Posed) -> FoundCurves:
+def _found(problem: Problem, over: Range, branches: list[CurveBranch], posed: Posed) -> FoundCurves:
     which = [k for k, varies in enumerate(posed.curve.varying) if not varies]
     names = [problem.outputs[k].name for k in which]
     units = [problem.outputs[k].unit for k in which]
@@ -201,9 +201,9 @@ def _found(problem: Problem, over: Range, branches: list[Branch], posed: Posed) 
     )
 
 
-def _distinct(specials: list[tuple[int, Special]]) -> list[tuple[int, Special]]:
+def _distinct(specials: list[tuple[int, CurveBifurcation]]) -> list[tuple[int, CurveBifurcation]]:
     """Return special points once each; a fold of one branch that is a fork of another is a fork."""
-    found: list[tuple[int, Special]] = []
+    found: list[tuple[int, CurveBifurcation]] = []
     for k, s in sorted(specials, key=lambda row: row[1].kind != "fork"):
         if not any(
             abs(s.share - o.share) < 1e-4 + min(s.error + o.error, 1e-2)

@@ -16,7 +16,7 @@ from ...integrate.interruption import NotedInterruptions
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
-from ...settings import Formula, Range, Surface, settable
+from ...settings import Formula, FormulaSurface, Range, settable
 from ..findings import Curve, Findings, Panel, Table
 from ..flow.carried_sweep import CarriedSweep, interval_of, refuse_states
 from ..flow.crossings import crossings, extrema, fine_times
@@ -55,7 +55,9 @@ class Diagram(Study, frozen=True, kw_only=True):
     every: Annotated[float | Formula | None, settable('A point once in this time: "2*pi/w".', "interval")] = (
         None  # type: ignore[assignment]
     )
-    where: Annotated[Surface | None, settable('A point at each crossing: "der(x) = 0".', "surface")] = None
+    where: Annotated[
+        FormulaSurface | None, settable('A point at each crossing: "der(x) = 0".', "surface")
+    ] = None
     direction: Annotated[
         str | None, settable("Which way through the surface: up, down, both; up without it.", "text")
     ] = None
@@ -88,7 +90,7 @@ class Diagram(Study, frozen=True, kw_only=True):
         seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
         values = np.linspace(over.low, over.high, over.count or VALUES)
         passages = self.at or "maxima"
-        rows: list[Row] = []
+        rows: list[DiagramRow] = []
 
         def held(plan: Plan, y: Array) -> float:
             if self.hold is not None:
@@ -152,7 +154,7 @@ class Diagram(Study, frozen=True, kw_only=True):
         return extrema(solution, seen.name, t, EXTREMA[passages])
 
 
-class Row(Struct, frozen=True, eq=False):
+class DiagramRow(Struct, frozen=True, eq=False):
     """The points of one value: ``times`` [n] and values ``seen`` [n]; after how many of them the motion repeats itself, 0 where it
     does not, and by how much it then is off."""
 
@@ -185,9 +187,9 @@ def _rests(plan: Plan, solution: Solution, t: Array) -> bool:
 
 def _row(
     problem: Problem, plan: Plan, solution: Solution, seen: Formula, way: str, value: float, t: Array
-) -> Row:
+) -> DiagramRow:
     if not t.size:
-        return Row(way, value, t, t, 0, math.nan)
+        return DiagramRow(way, value, t, t, 0, math.nan)
     columns = solution(t)
     states = _own(problem)
     turning = [
@@ -199,7 +201,7 @@ def _row(
     if any(problem.states[k].name == seen.name for k in turning):
         x = (x + math.pi) % (2 * math.pi) - math.pi
     period, off = _repeats(y, turn)
-    return Row(way, value, t, x, period, off)
+    return DiagramRow(way, value, t, x, period, off)
 
 
 def _repeats(y: Array, turn: Array) -> tuple[int, float]:
@@ -217,7 +219,7 @@ def _repeats(y: Array, turn: Array) -> tuple[int, float]:
 
 
 def _findings(
-    problem: Problem, study: Diagram, sweep: CarriedSweep, seen: Formula, rows: Sequence[Row]
+    problem: Problem, study: Diagram, sweep: CarriedSweep, seen: Formula, rows: Sequence[DiagramRow]
 ) -> Findings:
     over = sweep.over
     unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
@@ -286,10 +288,10 @@ def _findings(
     )
 
 
-def _changes(rows: Sequence[Row]) -> list[tuple[str, float, float, str, str]]:
+def _changes(rows: Sequence[DiagramRow]) -> list[tuple[str, float, float, str, str]]:
     """Return between which neighbouring values of one way the period changes."""
 
-    def word(row: Row) -> str:
+    def word(row: DiagramRow) -> str:
         return str(row.period) if row.period else "none" if row.times.size else "no points"
 
     return [

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from msgspec.structs import replace
 
-from ...local.branches import Branch, Special, Tracer, cut, near
+from ...local.branches import Bifurcation, EquilibriumBranch, Tracer, cut, near
 from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ...local.equilibrium_feasibility import check_side, contacts, penetrated, standing, stilled, touched_by
 from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
@@ -21,7 +21,7 @@ from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..flow.sampled_loop import held_samples
 from ..study import OF_A_MOTION, Study
-from .bifurcation import WORDS, Values, branches_in_numbers, diagram, moved_parameter
+from .bifurcation import WORDS, BranchValues, branches_in_numbers, diagram, moved_parameter
 
 GUESSES = 64
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
@@ -263,7 +263,7 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     tracer = Tracer(
         replace(site, y=at_rest(site, site.y)), box, at, np.where(box.periodic, 2 * np.pi, span) / 2
     )
-    branches: list[Branch] = []
+    branches: list[EquilibriumBranch] = []
     pending: list[Array] = []
     doubt = ""
     for first in SEEDS:
@@ -284,7 +284,7 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
             check_side(here, one.y, over.name)
             if not penetrated(here, one.y):
                 pending.append(tracer.coordinates(one.y, share))
-    specials: list[Special] = []
+    specials: list[Bifurcation] = []
     while pending and len(branches) < MOST_BRANCHES:
         seed = pending.pop(0)
         if near(branches, seed, tracer, 2e-3):
@@ -309,16 +309,16 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
     )
 
 
-def _distinct(specials: list[Special], tracer: Tracer) -> list[Special]:
+def _distinct(specials: list[Bifurcation], tracer: Tracer) -> list[Bifurcation]:
     """Return special points once each; a fold of one branch that is a fork of another is a fork."""
-    found: list[Special] = []
+    found: list[Bifurcation] = []
     for special in sorted(specials, key=lambda s: ("fork", "hamiltonian hopf", "hopf", "fold").index(s.kind)):
         if not any(_same(special, other, tracer) for other in found):
             found.append(special)
     return sorted(found, key=lambda s: (round(float(s.x[-1]), 12), s.kind))
 
 
-def _same(a: Special, b: Special, tracer: Tracer) -> bool:
+def _same(a: Bifurcation, b: Bifurcation, tracer: Tracer) -> bool:
     turn = 2 * np.pi / tracer.scales
     d = a.x - b.x
     d[:-1] = np.where(tracer.box.periodic, (d[:-1] + turn / 2) % turn - turn / 2, d[:-1])
@@ -332,8 +332,8 @@ def _followed(
     box: Box,
     over: Range,
     tracer: Tracer,
-    branches: list[Branch],
-    specials: list[Special],
+    branches: list[EquilibriumBranch],
+    specials: list[Bifurcation],
     remarks: list[str],
     *,
     complete: bool,
@@ -358,7 +358,7 @@ def _followed(
         for special in specials
     ]
     states = site.problem.states
-    told = Values(site, tracer, [k for k in site.problem.own if states[k].kind != "rate"])
+    told = BranchValues(site, tracer, [k for k in site.problem.own if states[k].kind != "rate"])
     head = (("", ""), (over.name, over.unit), *told.head)
     rows: tuple[tuple[Cell, ...], ...] = tuple(
         (s.kind, value(float(s.x[-1])), *told.of(s.x)) for s in specials

@@ -29,11 +29,11 @@ from ...fitting.driven import (
     smoothers_of,
     widened,
 )
-from ...fitting.judged import CONFIDENCE, Judged, judge
+from ...fitting.judged import CONFIDENCE, FitErrors, judge
 from ...fitting.measured import Measured
 from ...fitting.remarks import endless_of, remarks_of
-from ...fitting.residuals import Computed, Motions, Unknown, options_of
-from ...fitting.search import Found, Search
+from ...fitting.residuals import Computed, FitUnknown, Motions, options_of
+from ...fitting.search import FitSearch, SearchResult
 from ...functions import load_functions
 from ...limits_of_time import DEFAULT_TOLERANCE
 from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError
@@ -110,7 +110,7 @@ class Fit(Study, frozen=True, kw_only=True):
         outputs = _outputs(problem, self)
         unknowns = _unknowns(problem, self)
         motions = Motions(problem, plan_run, self, self.data, unknowns, outputs)
-        search = Search(
+        search = FitSearch(
             motions,
             noise=np.array([self.noise.get(name, np.nan) for name in outputs]),
             loss=self.loss,
@@ -152,7 +152,7 @@ def _outputs(problem: Problem, study: Fit) -> tuple[str, ...]:
     return chosen
 
 
-def _unknowns(problem: Problem, study: Fit) -> tuple[Unknown, ...]:
+def _unknowns(problem: Problem, study: Fit) -> tuple[FitUnknown, ...]:
     """Give the numbers that are searched, with their bounds and first values. Raises SimulationError."""
     if not study.vary:
         raise SimulationError("nothing is free", help="name what is searched: --vary m,l")
@@ -160,7 +160,7 @@ def _unknowns(problem: Problem, study: Fit) -> tuple[Unknown, ...]:
     inputs = case.functions.inputs
     parameters = {q.name: (q, case.p[i]) for i, q in enumerate(problem.parameters)}
     states = {q.name: (q, case.y0[i]) for i, q in enumerate(problem.states)}
-    found: list[Unknown] = []
+    found: list[FitUnknown] = []
     for free in study.vary:
         initial = free.name in states
         if initial or free.name in parameters:
@@ -186,7 +186,7 @@ def _unknowns(problem: Problem, study: Fit) -> tuple[Unknown, ...]:
             value = (low + high) / 2
         own = initial and free.name not in study.shared and len(study.data) > 1
         found += [
-            Unknown(free.name, quantity.unit, low, high, float(value), motion)
+            FitUnknown(free.name, quantity.unit, low, high, float(value), motion)
             for motion in (range(len(study.data)) if own else (None,))
         ]
     for name in study.shared:
@@ -233,8 +233,8 @@ def _not_begun(problem: Problem, first: Solution) -> Findings:
 
 def _findings(
     study: Fit,
-    search: Search,
-    found: Found,
+    search: FitSearch,
+    found: SearchResult,
     first: Solution,
     smoothers: Smoothers,
     left: Mapping[str, float],
@@ -268,12 +268,12 @@ def _findings(
 
 def _with_inputs(
     study: Fit,
-    search: Search,
-    found: Found,
+    search: FitSearch,
+    found: SearchResult,
     smoothers: Smoothers,
     left: Mapping[str, float],
     names: list[str],
-) -> tuple[Judged, list[str]]:
+) -> tuple[FitErrors, list[str]]:
     """Judge, with the noise of measured inputs: as given, or as smoothing left it; else say where it matters."""
     motions, judged = search.motions, judge(search, found, names)
     units = {q.name: q.unit for q in motions.problem.inputs}
@@ -294,7 +294,7 @@ def _rms(motions: Motions, computed: Computed) -> Array:
     return np.array([np.sqrt(np.mean(r[of == m] ** 2)) for m in range(len(motions.outputs))])
 
 
-def _message(search: Search, found: Found) -> str:
+def _message(search: FitSearch, found: SearchResult) -> str:
     numbers = search.motions.residuals(search.motions.at(found.x), found.weights).size
     data = search.motions.data
     text = f"{numbers} numbers of {len(data)} measured motion{'s' if len(data) > 1 else ''}, "
@@ -307,7 +307,7 @@ def _residual_table(motions: Motions, rms: Mapping[str, float], units: Mapping[s
     return Table("residuals", (("output", ""), ("root mean square", ""), ("unit", "")), tuple(rows))
 
 
-def _correlation_table(names: list[str], judged: Judged) -> list[Table]:
+def _correlation_table(names: list[str], judged: FitErrors) -> list[Table]:
     """Give the correlation of what the data tell."""
     seen = [k for k in range(len(names)) if np.isfinite(judged.errors[k])]
     if len(seen) < 2:
@@ -319,7 +319,7 @@ def _correlation_table(names: list[str], judged: Judged) -> list[Table]:
 
 
 def _details(
-    motions: Motions, names: list[str], judged: Judged, rms: Mapping[str, float], units: Mapping[str, str]
+    motions: Motions, names: list[str], judged: FitErrors, rms: Mapping[str, float], units: Mapping[str, str]
 ) -> dict[str, Any]:
     """Give what the JSON object holds beside the values; what cannot be told is null."""
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from ..formulas.combination import joined, sum_text, times
 
 if TYPE_CHECKING:
-    from .symmetries import Span, Term
+    from .symmetries import Term, TermSpan
 
 WORLD = {"spin": "rotation", "linear": "translation of the world", "angular": "rotation of the world"}
 
 
-def generator_of(span: Span, terms: Sequence[Term], coefficients: Sequence[str]) -> tuple[str, str]:
+def generator_of(span: TermSpan, terms: Sequence[Term], coefficients: Sequence[str]) -> tuple[str, str]:
     """Return the name of a symmetry and its generator, with the gauge term where it has one.
 
     The signs are those of I = xi p - tau h - F.
@@ -42,7 +42,7 @@ def generator_of(span: Span, terms: Sequence[Term], coefficients: Sequence[str])
     return _name(span, terms, coefficients), text
 
 
-def _name(span: Span, terms: Sequence[Term], coefficients: Sequence[str]) -> str:
+def _name(span: TermSpan, terms: Sequence[Term], coefficients: Sequence[str]) -> str:
     moves = [(t, c) for t, c in zip(terms, coefficients, strict=True) if t.kind in ("xi", "tau", *WORLD)]
     gauge = [t for t in terms if t.kind == "F"]
     clocks = [t for t, _ in moves if t.kind == "tau"]
@@ -66,7 +66,7 @@ def _name(span: Span, terms: Sequence[Term], coefficients: Sequence[str]) -> str
     return "combined transformation"
 
 
-def _shift(span: Span, moves: Sequence[tuple[Term, str]], gauge: Sequence[Term]) -> str:
+def _shift(span: TermSpan, moves: Sequence[tuple[Term, str]], gauge: Sequence[Term]) -> str:
     shifts = [t for t, _ in moves]
     names = list(dict.fromkeys(_coordinate(span, t.index) for t in shifts))
     listed = ", ".join(names)
@@ -100,14 +100,14 @@ def negative(text: str) -> str:
     return text[1:] if text.startswith("-") else f"-{text}"
 
 
-def _bare(span: Span, term: Term) -> str:
+def _bare(span: TermSpan, term: Term) -> str:
     names = [span.problem.states[k].name for k in term.of]
     clock = span.problem.time.name
     powers = [] if term.time == 0 else [clock if term.time == 1 else f"{clock}^{term.time}"]
     return "*".join([*powers, *names]) or "1"
 
 
-def _move(span: Span, term: Term) -> str:
+def _move(span: TermSpan, term: Term) -> str:
     """Return what a momentum of the world moves, in words."""
     if term.kind == "spin":
         return f"rotation {span.problem.phase[term.index].doc.removeprefix('angular momentum ')}"
@@ -115,18 +115,18 @@ def _move(span: Span, term: Term) -> str:
     return f"{what} {'about' if term.kind == 'angular' else 'along'} {_axis(span, term)}"
 
 
-def _axis(span: Span, term: Term) -> str:
+def _axis(span: TermSpan, term: Term) -> str:
     members = span.world[term.kind]
     axes = "xyz" if term.kind == "linear" or len(members) == 3 else "z"
     return axes[members.index(term.index)]
 
 
-def _coordinate(span: Span, index: int) -> str:
+def _coordinate(span: TermSpan, index: int) -> str:
     """Return the coordinate that belongs to a momentum: its rate is named der(x), or der(R)[3]."""
     rate = span.problem.states[span.problem.nq + span.momenta.index(index)].name
     return rate.removeprefix("der(").replace(")", "", 1)
 
 
-def _unit(span: Span, index: int) -> str:
+def _unit(span: TermSpan, index: int) -> str:
     unit = span.problem.states[span.problem.nq + span.momenta.index(index)].unit
     return "rad" if unit == "rad/s" else unit

@@ -19,10 +19,10 @@ from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Table
 from ..formulas.coefficients import digits, fraction, recognised, shown
 from ..formulas.combination import MOST_PARAMETERS, sum_text, tidy
-from ..formulas.monomials import Terms, Variable
+from ..formulas.monomials import MonomialVariable, Terms
 from ..formulas.null_space import independent_columns
 from ..formulas.relations import Chance
-from ..formulas.sampling import Sample, Sampler
+from ..formulas.sampling import PhaseSample, Sampler
 from ..study import OF_A_MOTION, Study
 from .symmetries import case_of
 
@@ -32,10 +32,10 @@ FITS = 1e-9
 MOST_FORMULA = 40
 """Terms of a formula that is worth showing."""
 
-Wanted = Callable[[Sample], Array]
+Wanted = Callable[[PhaseSample], Array]
 
 
-class Equation(Struct, frozen=True):
+class HamiltonEquation(Struct, frozen=True):
     """``left`` = ``right``; ``right`` empty where there is no formula in the span; ``off``: largest relative difference."""
 
     left: str
@@ -68,7 +68,7 @@ class Hamilton(Study, frozen=True, kw_only=True):
             squared = fit.equation("H^2", lambda s: s.phase[:, energy] ** 2, 2)
             root = f"sqrt({squared.right})" if squared.right else ""
             if root:
-                equations[0] = Equation("H", root, squared.off)
+                equations[0] = HamiltonEquation("H", root, squared.off)
         turning = {i + k for i in problem.rotations for k in range(4)}
         for i in range(n):
             name = names[i].removeprefix("p_")
@@ -76,7 +76,7 @@ class Hamilton(Study, frozen=True, kw_only=True):
         for i, k in enumerate(momenta):
             equations.append(fit.over(f"der({names[i]})", partial(_slope_of, k), 2, root, energy))
         definitions = [
-            Equation(names[i], problem.phase[k].name, 0.0)
+            HamiltonEquation(names[i], problem.phase[k].name, 0.0)
             for i, k in enumerate(momenta)
             if problem.phase[k].name and not problem.phase[k].name.startswith("momentum(")
         ]
@@ -130,12 +130,12 @@ class _Fit:
         self.coordinates = [rate.removeprefix("der(").replace(")", "", 1) for rate in rates]
         self.names = [f"p_{name}" for name in self.coordinates]
         momenta = [k for k, q in enumerate(self.problem.phase) if q.kind == "momentum"]
-        self.moving = [Variable(self.names[i], "phase", k, True) for i, k in enumerate(momenta)]
+        self.moving = [MonomialVariable(self.names[i], "phase", k, True) for i, k in enumerate(momenta)]
         self.chance = Chance(case)
 
     def equation(
-        self, left: str, wanted: Wanted, degree: int, moving: Sequence[Variable] | None = None
-    ) -> Equation:
+        self, left: str, wanted: Wanted, degree: int, moving: Sequence[MonomialVariable] | None = None
+    ) -> HamiltonEquation:
         """Return a formula of numbers at states."""
         for factors in (degree + 2, degree + 4):
             terms = Terms(
@@ -145,9 +145,9 @@ class _Fit:
             found = self._one(left, wanted, terms)
             if found is not None:
                 return found
-        return Equation(left, "", None)
+        return HamiltonEquation(left, "", None)
 
-    def over(self, left: str, wanted: Wanted, degree: int, root: str, energy: int) -> Equation:
+    def over(self, left: str, wanted: Wanted, degree: int, root: str, energy: int) -> HamiltonEquation:
         """Return a formula of a rate; where H is a root, also one of the rate times H, divided by it."""
         found = self.equation(left, wanted, degree)
         if found.right or not root:
@@ -156,9 +156,9 @@ class _Fit:
         if not product.right:
             return found
         above = product.right if _is_product(product.right) else f"({product.right})"
-        return Equation(left, f"{above}/{root}", product.off)
+        return HamiltonEquation(left, f"{above}/{root}", product.off)
 
-    def _one(self, left: str, wanted: Wanted, terms: Terms) -> Equation | None:
+    def _one(self, left: str, wanted: Wanted, terms: Terms) -> HamiltonEquation | None:
         sample = Sampler(self.case, seed=41).states(2 * len(terms.listed) + 30, wide=True)
         kept = independent_columns(terms.values(sample)[0])
         terms.keep(kept)
@@ -171,16 +171,16 @@ class _Fit:
         if off > FITS or len(places) > MOST_FORMULA:
             return None
         if len(places) == 0:
-            return Equation(left, "0", off)
+            return HamiltonEquation(left, "0", off)
         texts = self._texts(vector, places, wanted, terms)
         names = [v.name for v in terms.variables]
         listed = ["1" if k == 0 else terms.text(terms.listed[k - 1], names) for k in places]
-        return Equation(left, tidy(sum_text(texts, listed), self.problem), off)
+        return HamiltonEquation(left, tidy(sum_text(texts, listed), self.problem), off)
 
-    def _columns(self, terms: Terms, sample: Sample) -> Array:
+    def _columns(self, terms: Terms, sample: PhaseSample) -> Array:
         return np.hstack([np.ones((len(sample.t), 1)), terms.values(sample)[0]])
 
-    def _solve(self, wanted: Wanted, terms: Terms, sample: Sample) -> tuple[Array, float]:
+    def _solve(self, wanted: Wanted, terms: Terms, sample: PhaseSample) -> tuple[Array, float]:
         values, target = self._columns(terms, sample), wanted(sample)
         rows = np.maximum(np.abs(target), 1e-3 * np.abs(target).max() + 1e-300)
         scale = np.abs(values / rows[:, None]).max(axis=0)
@@ -232,14 +232,14 @@ class _Fit:
         values, given = np.array(rows), np.array(settings)
         return [recognised(values[:, j], given, names) or plain[j] for j in range(len(places))]
 
-    def routh(self, cyclic: Sequence[int], energy: int, momenta: Sequence[int]) -> Equation:
+    def routh(self, cyclic: Sequence[int], energy: int, momenta: Sequence[int]) -> HamiltonEquation:
         """Return R = L - sum of p q' over cyclic coordinates, in their momenta and the other velocities."""
         nq = self.problem.nq
         others = [i for i in range(self.problem.nv) if i not in cyclic]
         moving = [self.moving[i] for i in cyclic]
-        moving += [Variable(self.problem.states[nq + i].name, "y", nq + i, True) for i in others]
+        moving += [MonomialVariable(self.problem.states[nq + i].name, "y", nq + i, True) for i in others]
 
-        def wanted(s: Sample) -> Array:
+        def wanted(s: PhaseSample) -> Array:
             total: Array = sum(s.phase[:, momenta[i]] * s.y[:, nq + i] for i in others) - s.phase[:, energy]
             return total
 
@@ -251,12 +251,12 @@ def _is_product(text: str) -> bool:
     return " + " not in text and " - " not in text
 
 
-def _rate_of(place: int, sample: Sample) -> Array:
+def _rate_of(place: int, sample: PhaseSample) -> Array:
     found: Array = sample.y[:, place]
     return found
 
 
-def _slope_of(place: int, sample: Sample) -> Array:
+def _slope_of(place: int, sample: PhaseSample) -> Array:
     found: Array = sample.phase_rate[:, place]
     return found
 

@@ -24,7 +24,7 @@ from ...settings import settable
 from ..findings import Findings, Table
 from ..formulas.combination import (
     Coefficients,
-    Drift,
+    CombinationDrift,
     Track,
     condition,
     drift_of,
@@ -48,7 +48,7 @@ from ..formulas.null_space import (
     support,
 )
 from ..formulas.relations import Chance
-from ..formulas.sampling import Sample, Sampler
+from ..formulas.sampling import PhaseSample, Sampler
 from ..study import Study
 from .symmetries import about, case_of
 
@@ -69,7 +69,7 @@ class Integral(Struct, frozen=True, eq=False):
     degree: int
     formula: str
     where: dict[str, str]
-    drift: Drift | None
+    drift: CombinationDrift | None
     holds: str
     independent: bool
 
@@ -236,7 +236,7 @@ def _told(
     along = None
     if track is not None:
         still = np.zeros_like(track.phase)
-        along = terms.values(Sample(track.time, track.y, np.zeros_like(track.y), track.phase, still))[0]
+        along = terms.values(PhaseSample(track.time, track.y, np.zeros_like(track.y), track.phase, still))[0]
     typical = np.sqrt((values**2).mean(axis=0))
     found = []
     for vector, degree, independent in known:

@@ -22,7 +22,7 @@ from ...local.chart import chart_of
 from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
 from ...local.frequency_response import Continuous, Sampled, Transfer, held
-from ...local.linear_system import Form, LinearSystem, linear_system, proper_form
+from ...local.linear_system import LinearSystem, OutputForm, linear_system, proper_form
 from ...local.looking_back import HIGHEST, LookingBack, bound, right_up_to
 from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
@@ -128,7 +128,7 @@ class Linearize(Study, frozen=True, kw_only=True):
         return _linearized(self, point_of(problem, self, self.at, self.driven, self.outputs))
 
 
-class Point(Struct, frozen=True, eq=False):
+class OperatingLinearization(Struct, frozen=True, eq=False):
     """A linear system at a state ``y``: between ``inputs``, by their indices, and ``outputs``; with what there is to say of it. Of a model
     with delays ``system`` is that between them and what is delayed, and ``past`` knows how these hang together."""
 
@@ -147,7 +147,7 @@ def point_of(
     at: Place,
     driven: tuple[str, ...],
     observing: tuple[str, ...],
-) -> Point:
+) -> OperatingLinearization:
     """Return the linear system at a place. Raises SimulationError at states where derivatives do not exist."""
     site = site_of(problem, options, at)
     remarks = list(moving_inputs(site))
@@ -175,7 +175,7 @@ def point_of(
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
     looking = None if sources is None else LookingBack(system, sources[1], sources[0])
-    return Point(site, y, system, inputs, outputs, tuple(remarks), looking)
+    return OperatingLinearization(site, y, system, inputs, outputs, tuple(remarks), looking)
 
 
 def delayed(site: Site, y: Array, columns: int) -> tuple[tuple[Quantity, ...], Array, Array, Array] | None:
@@ -200,7 +200,7 @@ def delayed(site: Site, y: Array, columns: int) -> tuple[tuple[Quantity, ...], A
     return tuple(names), past.times[past.delayed[:, 2]], rows, direct
 
 
-def _linearized(study: Linearize, point: Point) -> Linearization:
+def _linearized(study: Linearize, point: OperatingLinearization) -> Linearization:
     site, y, system, inputs, outputs = point.site, point.y, point.system, point.inputs, point.outputs
     problem, chart, remarks = site.problem, point.site.chart, list(point.remarks)
     if point.past is not None:
@@ -274,7 +274,7 @@ def _approximated(past: LookingBack, order: int, time: str) -> str:
     )
 
 
-def _matrices(form: Form, system: LinearSystem) -> dict[str, Array]:
+def _matrices(form: OutputForm, system: LinearSystem) -> dict[str, Array]:
     """Return what is shown and written: those of driving inputs only where there are such."""
     found = {"A": form.a, "B": form.b, "C": form.c, "D": form.d}
     if system.drives.any():
@@ -283,7 +283,7 @@ def _matrices(form: Form, system: LinearSystem) -> dict[str, Array]:
 
 
 def _driving(
-    form: Form, inputs: tuple[Quantity, ...], outputs: tuple[Quantity, ...], system: LinearSystem
+    form: OutputForm, inputs: tuple[Quantity, ...], outputs: tuple[Quantity, ...], system: LinearSystem
 ) -> list[str]:
     """Say what inputs that drive do to states and outputs."""
     remarks = []
@@ -386,14 +386,14 @@ def observed(
 
 
 def _sampled(
-    form: Form, outputs: tuple[Quantity, ...], period: float
-) -> tuple[Form, Complex, list[float | None], Complex | None]:
+    form: OutputForm, outputs: tuple[Quantity, ...], period: float
+) -> tuple[OutputForm, Complex, list[float | None], Complex | None]:
     """Return the system from one sample to the next, for inputs that are held, with poles and zeros of that."""
     form = held_form(form, outputs, period)
     return form, *poles(form.a), zeros(form.a, form.b, form.c, form.d)
 
 
-def held_form(form: Form, outputs: tuple[Quantity, ...], period: float) -> Form:
+def held_form(form: OutputForm, outputs: tuple[Quantity, ...], period: float) -> OutputForm:
     """Return the system from one sample to the next, for inputs that are held. Raises SimulationError where they jump as they are."""
     if not period > 0:
         raise SimulationError(f"the period of sampling is positive, it is {period:g}")
@@ -411,7 +411,7 @@ def _pictures(
     inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
     system: LinearSystem,
-    form: Form,
+    form: OutputForm,
     period: float | None,
     time: Quantity,
 ) -> tuple[Panel, ...]:

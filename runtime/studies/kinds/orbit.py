@@ -17,12 +17,12 @@ from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
 from ..flow.begun import begun
-from ..flow.following import Follower, Place
+from ..flow.following import FollowedPlace, Follower
 from ..flow.linearised import Linearised, compared
 from ..flow.liouville import contradicted
 from ..flow.pieces import column_at, with_horizon
-from ..flow.shooting import CLOSED, Energy, Shooter, close, least
-from ..flow.shooting import Orbit as Found
+from ..flow.shooting import CLOSED, OrbitEnergy, Shooter, close, least
+from ..flow.shooting import ShootingOrbit as Found
 from ..flow.time_dependence import depends_on_time
 from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
@@ -112,7 +112,7 @@ def given_period(plan: Plan, period: float | Formula | None) -> float | None:
 
 def kept_energy(
     plan: Plan, linear: Linearised, start: Array, period: float, energy: float | None
-) -> Energy | None:
+) -> OrbitEnergy | None:
     """Give the condition that an orbit has an energy, where motions keep it. Raises SimulationError."""
     problem = plan.case.problem
     name = problem.outputs[problem.energy_balance[0]].name if problem.energy_balance else ""
@@ -124,7 +124,7 @@ def kept_energy(
             abs(here), abs(float(column(np.array([plan.case.begin]), (y * 1.1)[None, :])[0]) - here), 1e-300
         )
         if abs(there - here) < 1e-7 * size:
-            return Energy(name, float(here) if energy is None else energy)
+            return OrbitEnergy(name, float(here) if energy is None else energy)
     if energy is not None:
         raise SimulationError(f"'{problem.name}' does not keep an energy that its orbits could have")
     return None
@@ -395,7 +395,9 @@ def _followed(
     )  # fmt: skip
 
 
-def _first(follower: Follower, value: float, start: Array, period: float, energy: float | None) -> Place:
+def _first(
+    follower: Follower, value: float, start: Array, period: float, energy: float | None
+) -> FollowedPlace:
     """Give the first orbit, with the least period where that is free; the energy that it keeps is that of all."""
     plan = follower.planned(value)
     linear = follower.linear.renewed(plan)

@@ -68,7 +68,7 @@ def _distances(size: float, turn: bool) -> Array:
     return distances
 
 
-class Loop(Struct, frozen=True):
+class EnergyLoop(Struct, frozen=True):
     """One period: between ``low`` and ``high``, or a turn where there is no turning point (``sincos_batch``). ``advance`` [k]
     of the cyclic coordinates; ``errors`` of period, action, and advance; ``slowest``: where it stays longest."""
 
@@ -124,7 +124,7 @@ class Well:
         reach = FIRST * self.size
         return self._highest(near - reach, near + reach)
 
-    def loop(self, energy: float) -> Loop:
+    def loop(self, energy: float) -> EnergyLoop:
         """Give the period at an energy. Raises SimulationError."""
         inside = self._inside(energy)
         ends = [self._end(inside, energy, direction) for direction in (-1.0, 1.0)]
@@ -175,7 +175,7 @@ class Well:
             inner, outer = (middle, outer) if self.at(middle) < energy else (inner, middle)
         return root(lambda q: self.at(q) - energy, inner, outer)
 
-    def _swing(self, low: float, high: float) -> Loop:
+    def _swing(self, low: float, high: float) -> EnergyLoop:
         ends = (self.at(low), self.at(high))
         half = (high - low) / 2
 
@@ -196,7 +196,7 @@ class Well:
 
         return self._integrated(parts, low, high, turns=False)
 
-    def _turn(self, inside: float, energy: float) -> Loop:
+    def _turn(self, inside: float, energy: float) -> EnergyLoop:
         def parts(n: int) -> tuple[Array, Array, float]:
             q = inside + np.arange(n) * TURN / n
             mass, potential, steady, _ = self.reduced.reduced(q)
@@ -210,7 +210,7 @@ class Well:
 
     def _integrated(
         self, parts: Callable[[int], tuple[Array, Array, float]], low: float, high: float, *, turns: bool
-    ) -> Loop:
+    ) -> EnergyLoop:
         """Double the points until the integrals settle: the last change is the error, and at least what is lost to
         rounding in the difference of two energies."""
         n, (before, *_) = FEWEST, parts(FEWEST)
@@ -223,7 +223,7 @@ class Well:
             before = now
         errors = np.maximum(change, lost)
         advance = now[2:]
-        return Loop(
+        return EnergyLoop(
             low, high, turns, float(now[0]), float(now[1]), advance,
             (float(errors[0]), float(errors[1]), float(errors[2:].max(initial=0.0))), slowest,
         )  # fmt: skip
@@ -233,7 +233,7 @@ ROUNDING = 64 * EPSILON
 """What the sums lose, relative: turning points are known to four roundings, and E - U near them to some more."""
 
 
-def _refuse_endless(problem: Problem, well: Well, energy: float, loop: Loop) -> None:
+def _refuse_endless(problem: Problem, well: Well, energy: float, loop: EnergyLoop) -> None:
     """Refuse motions that end at an unstable rest, or so near to one that rounding decides how long they stay."""
     if loop.errors[0] <= SETTLED * loop.period:
         return
@@ -297,7 +297,7 @@ def _findings(problem: Problem, well: Well, energy: float) -> Findings:
 
 
 def _over_energy(
-    problem: Problem, well: Well, energy: float, loop: Loop, joule: str, action_unit: str
+    problem: Problem, well: Well, energy: float, loop: EnergyLoop, joule: str, action_unit: str
 ) -> tuple[tuple[Panel, ...], tuple[str, ...]]:
     """Draw period and action over the energy, and hold T against dJ/dE."""
     remarks: tuple[str, ...] = ()

@@ -36,7 +36,7 @@ WAIT = 80.0
 """Times one over the smallest size of an eigenvalue, for which a path is followed."""
 
 
-class Line(Struct, frozen=True, eq=False):
+class Separatrix(Struct, frozen=True, eq=False):
     """A separatrix of the point of rest ``number``: ``stable`` ones lead to it; ``drift`` of its energy."""
 
     number: int
@@ -124,7 +124,7 @@ class _Drawn:
         reach = reach or 3 * abs(float(plane.rates(plane.start)[1])) or 1.0
         return -reach, reach
 
-    def separatrices(self) -> list[Line]:
+    def separatrices(self) -> list[Separatrix]:
         """Follow the paths that lead to saddles and from them; fit the picture to them."""
         sizes = self.window[:, 1] - self.window[:, 0]
         found = []
@@ -138,11 +138,11 @@ class _Drawn:
                     if not self.window[0, 0] <= begin[0] <= self.window[0, 1]:
                         continue
                     path = self.plane.path(begin, self.time, self.window, self.rests, back=bool(value < 0))
-                    found.append(Line(number, bool(value < 0), path, self._drift(one.place, path)))
+                    found.append(Separatrix(number, bool(value < 0), path, self._drift(one.place, path)))
         self._fit(found)
         return found
 
-    def _fit(self, lines: list[Line]) -> None:
+    def _fit(self, lines: list[Separatrix]) -> None:
         """Fit the picture to what stays in it: points of rest, separatrices between them, and the path from the start."""
         plane, found = self.plane, [one.place for one in self.rests]
         if self.plane.index < 0:
@@ -170,7 +170,7 @@ class _Drawn:
             else float("nan")
         )
 
-    def others(self, lines: list[Line], count: int) -> list[Path]:
+    def others(self, lines: list[Separatrix], count: int) -> list[Path]:
         """Follow paths from places spread over the picture."""
         turn = self.turns or None
         found, window = [], self.window.copy()
@@ -186,7 +186,7 @@ class _Drawn:
                 )
         return found
 
-    def _seeds(self, count: int, lines: list[Line]) -> list[Array]:
+    def _seeds(self, count: int, lines: list[Separatrix]) -> list[Array]:
         """Return beginnings: the start, then outwards from points of rest that are no saddles, then above and below."""
         x, v = self.window
         seeds = (
@@ -234,7 +234,7 @@ class _Drawn:
 
 
 def _findings(
-    problem: Problem, drawn: _Drawn, lines: list[Line], paths: list[Path], remarks: tuple[str, ...]
+    problem: Problem, drawn: _Drawn, lines: list[Separatrix], paths: list[Path], remarks: tuple[str, ...]
 ) -> Findings:
     plane, unit = drawn.plane, drawn.plane.energy_unit
     time = problem.time.unit
@@ -371,7 +371,7 @@ def _kind(path: Path, drawn: _Drawn) -> str:
     return "leaves the picture" if path.left else "arrives" if path.end is not None else "does not end"
 
 
-def _panel(drawn: _Drawn, lines: list[Line], paths: list[Path]) -> Panel:
+def _panel(drawn: _Drawn, lines: list[Separatrix], paths: list[Path]) -> Panel:
     plane = drawn.plane
     curves = []
     for path in paths:

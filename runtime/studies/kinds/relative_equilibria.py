@@ -16,15 +16,15 @@ from ...numerics.rank import NEWTON, POSITIONS, condition, inverse, rank, solve
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...settings import Place
-from ..flow.moving_equilibria import Carried
+from ..flow.moving_equilibria import CarriedEquations
 from ..study import Study
-from .routh import GUESSES, ITERATIONS, LONGEST, NEAR, REACH, SAME, Motion
+from .routh import GUESSES, ITERATIONS, LONGEST, NEAR, REACH, SAME, SteadyMotion
 
 ENOUGH = 5
 """Steady motions with nothing held, from which is told what may be held."""
 
 
-class CarriedSearch(Carried):
+class CarriedSearch(CarriedEquations):
     """Steady motions of a model at one set of values, and what of its start they keep."""
 
     def __init__(
@@ -117,9 +117,9 @@ class CarriedSearch(Carried):
         }
         return ", ".join(f"{names[kind][k]} {values[kind][k]:.6g}" for kind, k in self.held)
 
-    def run(self) -> list[Motion]:
+    def run(self) -> list[SteadyMotion]:
         """Search from the start and from guesses spread over the bounds."""
-        found: list[Motion] = []
+        found: list[SteadyMotion] = []
         for guess in [self.start, *self._guesses()]:
             x = self._newton(guess)
             one = None if x is None else self._told(x)
@@ -184,7 +184,7 @@ class CarriedSearch(Carried):
         solved = newton(x, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
         return solved.at if solved.converged else None
 
-    def _told(self, x: Array) -> Motion | None:
+    def _told(self, x: Array) -> SteadyMotion | None:
         x = self.nearest(x)
         n = self.n
         if ((x[:n] < self.low) | (x[:n] > self.high))[self.stated].any():
@@ -200,7 +200,7 @@ class CarriedSearch(Carried):
             own = np.abs(inverse(scaled)) @ ((np.abs(left) + EPSILON * scale) / norms)
             errors = self.sizes * own + EPSILON * np.abs(x)
         values, stable = self.stability(x)
-        return Motion(x, dict(enumerate(errors.tolist())), values, stable)
+        return SteadyMotion(x, dict(enumerate(errors.tolist())), values, stable)
 
     def _apart(self, a: Array, b: Array) -> float:
         d = a - b

@@ -30,7 +30,7 @@ from ..findings import Cell, Findings, Table
 from ..flow.linear_pictures import Shown, bode, hertz_of, in_decibels, per, rates_of, seen_over
 from ..flow.sampled_loop import SampledLoop, sampled_loop, samples_itself
 from ..study import OF_A_MOTION, Study
-from .linearize import Point, held_form, point_of
+from .linearize import OperatingLinearization, held_form, point_of
 
 VALUES = 5
 MOST_CURVES, MOST_ROWS = 12, 24
@@ -180,7 +180,7 @@ class System(Struct, frozen=True, eq=False):
     """The system at one operating point: its ``poles``, and whether it is ``stable``; the ``value`` of the parameter. ``undamped``: the
     frequencies of poles on the imaginary axis, or on the unit circle."""
 
-    point: Point
+    point: OperatingLinearization
     transfer: Transfer
     poles: Complex
     undamped: Array
@@ -192,7 +192,11 @@ class System(Struct, frozen=True, eq=False):
 
 
 def _of(
-    point: Point, transfer: Transfer, a: Array, value: float | None, more: tuple[str, ...] = ()
+    point: OperatingLinearization,
+    transfer: Transfer,
+    a: Array,
+    value: float | None,
+    more: tuple[str, ...] = (),
 ) -> System:
     values, errors = poles(a)
     size = float(np.abs(values).max(initial=0.0))
@@ -209,7 +213,7 @@ def _of(
     return System(point, transfer, values, undamped, stable, value, (*point.remarks, *more))
 
 
-def _of_past(point: Point, past: LookingBack, value: float | None) -> System:
+def _of_past(point: OperatingLinearization, past: LookingBack, value: float | None) -> System:
     """Return the system with delays: of its poles, which are infinitely many, those that an approximation has that is right up to the
     fastest pole that may be unstable."""
     order = past.order()
@@ -224,7 +228,7 @@ def _of_past(point: Point, past: LookingBack, value: float | None) -> System:
     )
 
 
-def _of_loop(point: Point, loop: SampledLoop, value: float | None) -> System:
+def _of_loop(point: OperatingLinearization, loop: SampledLoop, value: float | None) -> System:
     return _of(point, loop, loop.matrix, value, loop.remarks)
 
 

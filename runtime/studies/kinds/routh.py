@@ -32,7 +32,7 @@ REACH = 100.0
 """Times the size of the rates of the start, and one over it, between which unknown rates are looked for."""
 
 
-class Motion(Struct, frozen=True, eq=False):
+class SteadyMotion(Struct, frozen=True, eq=False):
     """A steady motion: its state, errors of the ``unknowns`` by column, and what the motions near it do."""
 
     y: Array
@@ -125,9 +125,9 @@ class SteadySearch:
         change = self._phase(y)[self.momenta][self.cyclic] - self.p0
         return np.r_[left, change], np.vstack([slopes, self._slopes(y)])
 
-    def run(self) -> list[Motion]:
+    def run(self) -> list[SteadyMotion]:
         """Search from the start and from guesses spread over the bounds."""
-        found: list[Motion] = []
+        found: list[SteadyMotion] = []
         for guess in [self.start, *self._guesses()]:
             one = self._newton(guess)
             if one is not None and not any(self._apart(one.y, other.y) < SAME for other in found):
@@ -158,7 +158,7 @@ class SteadySearch:
         if np.isfinite(slopes).all() and np.isfinite(change).all():
             y[rates] += solve(slopes, change)
 
-    def _newton(self, y: Array) -> Motion | None:
+    def _newton(self, y: Array) -> SteadyMotion | None:
         """Return the steady motion that Newton's method leads to."""
         sizes = self.sizes[self.unknown]
 
@@ -178,7 +178,7 @@ class SteadySearch:
         solved = newton(y, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
         return self._told(solved.at) if solved.converged else None
 
-    def _told(self, y: Array) -> Motion | None:
+    def _told(self, y: Array) -> SteadyMotion | None:
         turns = [k for k in self.unknown if self.periodic[k]]
         y[turns] -= 2 * np.pi * np.ceil((y[turns] - np.pi * (1 + 1e-12)) / (2 * np.pi))
         bounded = [k for k in self.unknown if self.stated[k]]
@@ -195,7 +195,7 @@ class SteadySearch:
                 np.abs(left) + EPSILON * scale
             ) + EPSILON * np.abs(y[self.unknown])
         values, stable = self._stability(y)
-        return Motion(y, dict(zip(self.unknown.tolist(), errors.tolist(), strict=True)), values, stable)
+        return SteadyMotion(y, dict(zip(self.unknown.tolist(), errors.tolist(), strict=True)), values, stable)
 
     def _stability(self, y: Array) -> tuple[Complex, bool | None]:
         """Return the eigenvalues of motions near by with the same momenta, and whether they stay near: by these, and by the

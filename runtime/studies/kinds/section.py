@@ -20,7 +20,7 @@ from ...outcome import ENDED, Outcome, SimulationError, time_text, worst
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ...results.solution import Solution
-from ...settings import Formula, Surface, settable
+from ...settings import Formula, FormulaSurface, settable
 from ..findings import Findings, Table, Value
 from ..flow.crossings import crossings
 from ..flow.pieces import Ending, Piece, column_at, pieces, with_horizon
@@ -54,7 +54,7 @@ class Section(Study, frozen=True, kw_only=True):
     needs = frozenset({"jacobian"})  # long motions may be stiff
 
     where: Annotated[
-        Surface | None,
+        FormulaSurface | None,
         settable('The surface: "q1 = 0"; without it, where the first coordinate is 0.', "surface"),
     ] = None
     direction: Annotated[
@@ -71,7 +71,7 @@ class Section(Study, frozen=True, kw_only=True):
         """Follow the motion from each start. Raises SimulationError."""
         if self.where is None and self.every is None and problem.nq:
             name = problem.states[0].name
-            return replace(self, where=Surface(name, 0.0, f"{name} = 0")).solve(problem)
+            return replace(self, where=FormulaSurface(name, 0.0, f"{name} = 0")).solve(problem)
         if (self.where is None) == (self.every is None):
             raise SimulationError(
                 "a section is taken where something happens, or every so often: one of both",

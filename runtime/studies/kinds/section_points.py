@@ -11,7 +11,7 @@ from msgspec import Struct
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
-from ...settings import Surface
+from ...settings import FormulaSurface
 from ..findings import Curve, Panel
 from ..flow.pieces import periodic
 from ..runs.simulate import Plan
@@ -64,7 +64,7 @@ def arrays_of(problem: Problem, strands: Sequence[Strand], of: Sequence[str]) ->
 def picture(
     problem: Problem,
     of: Sequence[str],
-    where: Surface | None,
+    where: FormulaSurface | None,
     strands: Sequence[Strand],
     arrays: dict[str, Array],
 ) -> Panel:
@@ -94,7 +94,7 @@ def picture(
     return Panel(title, x.name, x.unit, y.name, y.unit, tuple(curves), tall=True)
 
 
-def _usual(problem: Problem, where: Surface | None) -> list[str]:
+def _usual(problem: Problem, where: FormulaSurface | None) -> list[str]:
     """Give a coordinate that the surface leaves free and its rate; one name where there is no such pair."""
     names = [q.name for q in problem.states if q.kind != "account"]
     fixed = where.name if where is not None else ""

@@ -18,7 +18,7 @@ from ...curves.divergence import GROWS, diverging
 from ...curves.exchanged import drawn, exchange_told
 from ...curves.found import CurveSolution
 from ...curves.posed import Posed, pose
-from ...curves.search import Answer, Failed, search
+from ...curves.search import Failed, FoundCurve, search
 from ...curves.starts import evaluate
 from ...outcome import Outcome, SimulationError, worst
 from ...problem import Problem
@@ -98,12 +98,12 @@ class Stationary(Struct, frozen=True, kw_only=True):
         return found
 
 
-def _ascends(posed: Posed, answer: Answer) -> bool:
+def _ascends(posed: Posed, answer: FoundCurve) -> bool:
     low, high = posed.range(answer.solved.whole[: posed.curve.unknown])
     return low < high
 
 
-def _check_range(posed: Posed, answer: Answer) -> None:
+def _check_range(posed: Posed, answer: FoundCurve) -> None:
     """Raise SimulationError where an end was found on the wrong side of the other one."""
     if _ascends(posed, answer):
         return
@@ -179,9 +179,9 @@ def _check_assertions(found: CurveSolution) -> None:
         )
 
 
-def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answer]:
+def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, FoundCurve]:
     """Return the curve from the guess; where it is not found well, that with the variables exchanged. Raises Failed."""
-    answer: Answer | None = None
+    answer: FoundCurve | None = None
     failure: Failed | None = None
     try:
         answer = search(posed)

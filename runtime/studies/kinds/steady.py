@@ -21,7 +21,7 @@ from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..study import OF_A_MOTION, Study
 from .relative_equilibria import CarriedSearch
-from .routh import Motion, SteadySearch
+from .routh import SteadyMotion, SteadySearch
 
 Search = SteadySearch | CarriedSearch
 COUNT = 41
@@ -89,7 +89,7 @@ def _search(problem: Problem, study: Steady, values: Mapping[str, float]) -> Sea
     return CarriedSearch(problem, study, study.vary, values)
 
 
-def _record(search: Search, one: Motion, parameter: dict[str, float]) -> dict[str, Any]:
+def _record(search: Search, one: SteadyMotion, parameter: dict[str, float]) -> dict[str, Any]:
     momenta = search.momenta_at(one.y)
     return {
         "values": {search.names[k]: float(one.y[k]) for k in search.columns()},
@@ -101,7 +101,7 @@ def _record(search: Search, one: Motion, parameter: dict[str, float]) -> dict[st
     }
 
 
-def _listed(search: Search, found: list[Motion]) -> Findings:
+def _listed(search: Search, found: list[SteadyMotion]) -> Findings:
     problem, site = search.site.problem, search.site
     units = search.units
     rate = f"1/{problem.time.unit}" if problem.time.unit else ""
@@ -138,7 +138,7 @@ def _listed(search: Search, found: list[Motion]) -> Findings:
     )  # fmt: skip
 
 
-def _cells(one: Motion, columns: list[int]) -> tuple[Cell, ...]:
+def _cells(one: SteadyMotion, columns: list[int]) -> tuple[Cell, ...]:
     """Return the values of a motion, the largest of their errors, and whether it is stable."""
     worst = max(one.errors.values(), default=0.0)
     values = (0.0 if abs(one.y[k]) <= worst else float(one.y[k]) for k in columns)
@@ -155,7 +155,7 @@ def _short(z: complex) -> str:
     return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
 
 
-def _potential(search: Search, found: list[Motion]) -> tuple[Panel, ...]:
+def _potential(search: Search, found: list[SteadyMotion]) -> tuple[Panel, ...]:
     """Draw Routh's potential over the one coordinate that rests; of several, the eigenvalues."""
     problem = search.site.problem
     if isinstance(search, CarriedSearch) or len(search.shape) != 1 or not search.fixed:
@@ -183,7 +183,7 @@ def _potential(search: Search, found: list[Motion]) -> tuple[Panel, ...]:
     return (Panel("Routh's potential", search.names[k], problem.states[k].unit, "energy", unit, curves),)
 
 
-def _followed(search: Search, over: Range, found: list[tuple[float, list[Motion]]]) -> Findings:
+def _followed(search: Search, over: Range, found: list[tuple[float, list[SteadyMotion]]]) -> Findings:
     problem, units = search.site.problem, search.units
     records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
     panels = []
@@ -219,7 +219,7 @@ def _followed(search: Search, over: Range, found: list[tuple[float, list[Motion]
     )
 
 
-def _changes(over: Range, found: list[tuple[float, list[Motion]]]) -> Iterator[str]:
+def _changes(over: Range, found: list[tuple[float, list[SteadyMotion]]]) -> Iterator[str]:
     """Yield in words between which values the number of motions, or how many of them are stable, changes."""
     for (low, before), (high, after) in itertools.pairwise(found):
         counts = [(len(side), sum(one.stable is True for one in side)) for side in (before, after)]

@@ -23,7 +23,7 @@ from ...results.files import json_number
 from ..findings import Findings, Table
 from ..formulas.combination import (
     Coefficients,
-    Drift,
+    CombinationDrift,
     Track,
     condition,
     drift_of,
@@ -46,7 +46,7 @@ from ..formulas.null_space import (
     support,
 )
 from ..formulas.relations import Chance
-from ..formulas.sampling import Sample, Sampler
+from ..formulas.sampling import PhaseSample, Sampler
 from ..study import Study
 from .generators import generator_of, negative
 
@@ -83,7 +83,7 @@ class Constant(Struct, frozen=True, eq=False):
     name: str
     generator: str
     conserved: str
-    drift: Drift | None
+    drift: CombinationDrift | None
     holds: str
     vector: Array
 
@@ -96,7 +96,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Find the symmetries in the span. Raises SimulationError where the model has no velocities."""
         case = case_of(problem, self)
-        span = Span(case)
+        span = TermSpan(case)
         sampler = Sampler(case)
         columns = span.values(sampler.states(2 * len(span.terms) + 40))
         kept, null, sizes = _null(columns, sampler.time)
@@ -116,7 +116,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
         return self._findings(problem, found, null, track, doubtful, span)
 
     def _told(
-        self, span: Span, basis: Array, chance: Chance, track: Track | None, typical: Array
+        self, span: TermSpan, basis: Array, chance: Chance, track: Track | None, typical: Array
     ) -> list[Constant]:
         def columns(sampler: Sampler, count: int, p: Array | None) -> tuple[Array, Array]:
             return span.values(sampler.states(count, p))
@@ -153,7 +153,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
         null: Null,
         track: Track | None,
         doubtful: int,
-        span: Span,
+        span: TermSpan,
     ) -> Findings:
         remarks = list(span.remarks)
         remarks += about(problem)
@@ -262,7 +262,7 @@ def _null(columns: tuple[Array, Array], time: float) -> tuple[list[int], Null, A
     return kept, null_space(rates[:, kept], sizes), sizes
 
 
-class Span:
+class TermSpan:
     """The terms that a constant may have, with their values, rates and texts."""
 
     def __init__(self, case: Case) -> None:
@@ -305,7 +305,7 @@ class Span:
         terms += [Term("moment", k) for k in self.world["moment"]]
         return terms
 
-    def values(self, sample: Sample) -> tuple[Array, Array]:
+    def values(self, sample: PhaseSample) -> tuple[Array, Array]:
         """Return the values and the rates of all terms at states, [n, terms] each."""
         y, rate = sample.y, sample.rate
         values, rates = np.empty((len(y), len(self.terms))), np.empty((len(y), len(self.terms)))
@@ -321,7 +321,7 @@ class Span:
     def along(self, track: Track) -> Array:
         """Return the values of all terms along a run."""
         zeros = np.zeros_like(track.phase)
-        return self.values(Sample(track.time, track.y, np.zeros_like(track.y), track.phase, zeros))[0]
+        return self.values(PhaseSample(track.time, track.y, np.zeros_like(track.y), track.phase, zeros))[0]
 
     def cost(self, term: Term) -> float:
         """Return how long a term makes a formula."""

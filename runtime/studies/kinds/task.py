@@ -92,7 +92,7 @@ class Task(Study, frozen=True, kw_only=True):
                 Value("ended early", "", ended),
             ),
             errors_from="the scatter of the episodes",
-            panels=(Panel("mean return", "time", unit, "return", "", (Curve("return", times, np.array(mean)),)),),
+            panels=(Panel("mean return", "time", unit, "return", "", (Curve("return", np.asarray(times, dtype=np.float64), np.array(mean)),)),),
             details={
                 "returns": returns.tolist(),
                 "observations": [one.text for one in self.observe],

@@ -12,7 +12,7 @@ from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.solution import Solution
-from ...settings import Range, Surface, settable
+from ...settings import FormulaSurface, Range, settable
 from ..findings import Curve, Findings, Panel, Table
 from ..runs.companion import closer
 from ..runs.simulate import plan_run, run
@@ -40,7 +40,7 @@ class Threshold(Study, frozen=True, kw_only=True):
         tuple[Range, ...], settable(f"What is varied; it is looked at {LOOKS} values first.", "ranges")
     ] = ()
     reaches: Annotated[
-        Surface | None,
+        FormulaSurface | None,
         settable('What has to happen before the stop: "x = -1"; without it, an end by terminate.', "surface"),
     ] = None
 
@@ -99,7 +99,7 @@ class _Bisection:
             self.seen.append((value, happened, extreme))
         return happened
 
-    def _reached(self, solution: Solution, surface: Surface) -> tuple[bool, float]:
+    def _reached(self, solution: Solution, surface: FormulaSurface) -> tuple[bool, float]:
         """Say whether a motion goes through a level, and how far it comes towards it from where it begins."""
         t = solution.time
         count = max(BETWEEN * solution.statistics.steps, 4 * len(t))

@@ -39,7 +39,7 @@ BESIDE = 0.4
 may be."""
 
 
-class Look(NamedTuple):
+class MissedFeature(NamedTuple):
     """What was looked at: the longest time ``apart`` of two places; the first ``time`` at which something was passed over, and the
     longest ``step`` that shows it, None where nothing was."""
 
@@ -48,7 +48,7 @@ class Look(NamedTuple):
     step: float | None = None
 
 
-class Seen(NamedTuple):
+class ScannedRun(NamedTuple):
     """A run in which nothing was passed over, ``remarks`` on that, and the longest time ``apart`` of two places that were looked at,
     None where nobody looked."""
 
@@ -58,17 +58,17 @@ class Seen(NamedTuple):
     apart: float | None = None
 
 
-def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> Seen:
+def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> ScannedRun:
     """Repeat a run that has passed over something in shorter steps, and say so; say how closely was looked."""
     case = plan.case
     if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:
-        return Seen(plan, main)
+        return ScannedRun(plan, main)
     met: float | None = None
     shown, best, left = plan, main, ""
     for _ in range(ROUNDS):
         look = look_between(shown, best)
         if look is None:
-            return Seen(plan, main)
+            return ScannedRun(plan, main)
         if look.step is None or look.time is None:
             break
         finer = replace(shown, case=replace(shown.case, max_step=look.step))
@@ -82,20 +82,20 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> See
         met = look.time if met is None else met
         shown, best = finer, again
     if look is None:
-        return Seen(plan, main)
+        return ScannedRun(plan, main)
     unit = f" {case.problem.time.unit}" if case.problem.time.unit else ""
     told = f"looked for what is narrow every {look.apart:.2g}{unit} or closer: what is met for less may be missed"
     told = f"{left}: the run could not be repeated with shorter steps" if left else told
     if met is None:
-        return Seen(plan, main, (told,), look.apart)
+        return ScannedRun(plan, main, (told,), look.apart)
     at = time_text(case.problem, met)
     step = f"{shown.case.max_step:.2g}{unit}"
     repeated = f"something narrow was passed over at {at}: the run was repeated with steps of at most {step}"
-    return Seen(shown, best, (repeated, told), look.apart)
+    return ScannedRun(shown, best, (repeated, told), look.apart)
 
 
 def estimated_as_closely(
-    seen: Seen, estimated: Estimated, progress: Progress | None, listed: tuple[Check, ...]
+    seen: ScannedRun, estimated: Estimated, progress: Progress | None, listed: tuple[Check, ...]
 ) -> Estimated:
     """Make the companion of a run again in steps that show it what the run saw, where it tells of a large error: it may have passed
     over something itself, and what was seen would count as the error."""
@@ -107,7 +107,7 @@ def estimated_as_closely(
     return again if again.error is not None and again.error.largest < error.largest else estimated
 
 
-def look_between(plan: Plan, main: Trajectory) -> Look | None:
+def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
     """Compare derivatives along the polynomials of a run with those of the model; None where there is none to compare."""
     dense, case = main.dense, plan.case
     if not isinstance(dense, DenseOutput) or not dense.begin.size:
@@ -133,12 +133,12 @@ def look_between(plan: Plan, main: Trajectory) -> Look | None:
     unseen = np.any(change[:, own] > TOLERANCES, axis=1)
     largest = float(apart.max())
     if not np.any(unseen):
-        return Look(largest)
+        return MissedFeature(largest)
     first = int(np.argmax(unseen))
     ends = np.flatnonzero(np.diff(np.r_[False, unseen, False].astype(int)))
     spans = times[ends[1::2] - 1] - times[ends[::2]] + np.repeat(apart, each)[ends[::2]]
     least = MOST_STEPS * float(dense.length.sum())
-    return Look(largest, float(times[first]), max(least, float(spans.min()) / OF_ITS_LENGTH))
+    return MissedFeature(largest, float(times[first]), max(least, float(spans.min()) / OF_ITS_LENGTH))
 
 
 def _differs(plan: Plan, one: Trajectory, other: Trajectory) -> bool:

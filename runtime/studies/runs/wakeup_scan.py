@@ -32,7 +32,7 @@ UNSEEN = 1e-9
 """Change of a derivative that counts as none, as a share of what would reach the size of its state within the run."""
 
 
-class Unseen(NamedTuple):
+class UnseenStart(NamedTuple):
     """``time`` at which something acts on what the run left as it was, and the longest ``step`` that shows it."""
 
     time: float
@@ -98,7 +98,7 @@ def _moved(
     return found
 
 
-def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
+def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> UnseenStart | None:
     """Return where something acts on what the run left as it was; None where nothing is seen to."""
     problem, span = case.problem, case.stop - case.begin
     if main.t.size < 2 or span <= 0:
@@ -138,4 +138,4 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     ends = np.flatnonzero(np.diff(np.r_[False, moved, False].astype(int)))
     shortest = int(np.min(ends[1::2] - ends[::2]))  # places in a row that show it
     apart = span / (each * (main.t.size - 1))
-    return Unseen(float(times[np.argmax(moved)]), apart * max(1.0, shortest / OF_ITS_LENGTH))
+    return UnseenStart(float(times[np.argmax(moved)]), apart * max(1.0, shortest / OF_ITS_LENGTH))

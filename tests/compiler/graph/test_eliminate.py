@@ -25,7 +25,7 @@ from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.elimination.eliminate import (
     COMPARED_HALF_WAY,
     VARIANTS,
-    Choice,
+    NextDefinition,
     Variant,
     ZeroPivot,
     solve,
@@ -111,7 +111,9 @@ def test_makes_the_residual_vanish_in_fifty_digits(name: str) -> None:
         assert max(abs(r) for r in evaluate(g, m.residuals, at, numbers)) < mpmath.mpf("1e-42")
 
 
-@pytest.mark.parametrize("variant", [*VARIANTS, Variant(Choice.OLDEST, 0), Variant(Choice.LEAST_FILL, 2)])
+@pytest.mark.parametrize(
+    "variant", [*VARIANTS, Variant(NextDefinition.OLDEST, 0), Variant(NextDefinition.LEAST_FILL, 2)]
+)
 @pytest.mark.parametrize("name", ["bars", "spatial tree", "hub"])
 def test_every_variant_is_right(name: str, variant: Variant) -> None:
     g = Graph()

@@ -16,7 +16,7 @@ from mechanisms import (
 )
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.elimination.eliminate import Choice, Variant, solve
+from mechc.compiler.graph.elimination.eliminate import NextDefinition, Variant, solve
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.rewrite import transfer
 
@@ -27,7 +27,7 @@ SYSTEMS: dict[str, Callable[[Graph], Mechanism]] = {
     "hub": lambda g: spherical_hub(g, 4),
     "loop": lambda g: closed_chain(g, 5, joint_angles=True),
 }
-ONE = [Variant(Choice.LEAST_FILL, 6)]
+ONE = [Variant(NextDefinition.LEAST_FILL, 6)]
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

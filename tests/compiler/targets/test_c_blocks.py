@@ -14,7 +14,7 @@ from native_code import NativeModel, bits
 from mechc.compiler import pipeline
 from mechc.compiler.graph.operations import ADD, DIV, SUB
 from mechc.compiler.program import Program
-from mechc.compiler.program.loops.rolled import Compute, Index, Kept, Local, Loop, Read, Rolled
+from mechc.compiler.program.loops.rolled import Compute, Index, Local, Loop, LoopRegister, Read, Rolled
 from mechc.compiler.program.model import Operate
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.c_blocks import are_sums, copies_of
@@ -101,7 +101,7 @@ FORTY = Index(40)
 def one_loop(code: int, *, first: bool, trips: Index = FORTY) -> Loop:
     """Return a loop that adds quotients to a number in a register, or takes them from it."""
     quotient = Compute(1, Operate(DIV, (0, 0)), (Read("y", Index(2, ((1, 3),))), Read("p", Index(0))))
-    operands = (Kept(2), Local(1)) if first else (Local(1), Kept(2))
+    operands = (LoopRegister(2), Local(1)) if first else (Local(1), LoopRegister(2))
     total = Compute(2, Operate(code, (0, 0)), operands, kept=True)
     return Loop(1, trips, (quotient, total), ((2, Index(0)),), apart=True)
 

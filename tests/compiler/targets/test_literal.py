@@ -9,7 +9,7 @@ from math import pi
 import pytest
 
 from mechc.compiler.targets.c_forms import literal as c_literal
-from mechc.compiler.targets.literal import PI_DIGITS, Form, constant
+from mechc.compiler.targets.literal import PI_DIGITS, LiteralForm, constant
 from mechc.compiler.targets.python_forms import literal as python_literal
 
 
@@ -76,10 +76,10 @@ def test_decimal_text_is_right_to_36_digits() -> None:
     """A double takes the rounded value from it, a quadruple 113 binary digits."""
     for number in values():
         c = constant(number)
-        if c.form is Form.DECIMAL:
+        if c.form is LiteralForm.DECIMAL:
             assert float(c.text) == float(number)
             assert abs(Fraction(c.text) - number) <= abs(number) / 10**36
-        elif c.form is Form.DOUBLE:
+        elif c.form is LiteralForm.DOUBLE:
             assert Fraction(float(c.text)) == number
         else:
             assert Fraction(c.text) / Fraction(c.divisor) == number
@@ -89,7 +89,7 @@ def test_multiples_of_pi_mean_pi() -> None:
     """Not the double nearest to it: exactly n pi / d, which in double precision takes two roundings."""
     for degrees in range(1, 720):
         c = constant(Fraction(pi) * degrees / 180)
-        assert c.form is Form.PI
+        assert c.form is LiteralForm.PI
         assert Fraction(c.text or 1) / Fraction(c.divisor or 1) == Fraction(degrees, 180)
         value = eval(python_literal(Fraction(pi) * degrees / 180)[0], {"pi": pi})
         assert value == pytest.approx(float(Fraction(PI_DIGITS) * degrees / 180), rel=3.4e-16, abs=0)

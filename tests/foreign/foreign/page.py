@@ -20,6 +20,7 @@ from modelica_examples import rows as modelica_rows
 from modelica_table import COMPUTED, EXAMPLES
 
 import mechc
+from foreign import exudyn_table
 from foreign.case import STORED, Evaluated, Side, System, Waiting, drawn, stored
 from foreign.table import NO_MOTION, SYSTEMS, WAITING
 
@@ -35,6 +36,14 @@ Examples of the Modelica Standard Library (MultiBody, Rotational, Translational 
 written in our own words with the numbers of the originals. Most are compared with rows of the reference results that the library's makers
 publish (Dymola 2020x, tolerance 1e-6; github.com/modelica/MAP-LIB_ReferenceResults), the others with equations of our own in SciPy or
 closed forms. *Agreement* is the largest root mean square of a difference, as a share of the largest value. 1e-3 is asked for.
+"""
+
+EXUDYN = """## Exudyn
+
+Systems of the TestModels and Examples of [Exudyn](https://github.com/jgerstmayr/EXUDYN), in our own words. Each stands
+for the ones that are named: the same elements, joined and loaded alike, with few of their numbers. Exudyn 1.13 integrates redundant coordinates with constraints by the trapezoidal rule, and shares no code with mechc; the error
+of its steps is removed by three runs with steps of 4, 2 and 1 (`tests/foreign/exudyn/exudyn_reference.py`). Places, directions and angular
+velocities at the end agree to 1e-10 of the largest value everywhere, beside the *doubt* of Exudyn's own numbers, as a share of it.
 """
 
 HEAD = """# Systems of other programs
@@ -83,6 +92,20 @@ def modelica() -> str:
     return "\n".join(lines)
 
 
+def exudyn() -> str:
+    """Return the table of Exudyn's systems."""
+    kept = exudyn_table.reference()
+    lines = ["| system | from | compared | doubt |", "|---|---|---|---|"]
+    for e in exudyn_table.EXAMPLES:
+        r = kept[e.name]
+        doubt = f"{r.doubt / max(map(abs, r.values)):.0e}"
+        lines.append(
+            f"| {e.name.replace('_', ' ')} | {e.source} | {len(e.read)} numbers at {r.stop:g} s | {doubt} |"
+        )
+    waiting = [Waiting(*row) for row in exudyn_table.WAITING]
+    return "\n".join([*lines, "", reasons(waiting)])
+
+
 def page() -> str:
     times = json.loads(TIMES.read_text(encoding="utf-8"))
     remarks = "\n".join(f"- **{s.name}**: {s.remark}." for s in SYSTEMS if s.remark)
@@ -107,6 +130,11 @@ def page() -> str:
 {modelica()}
 
 {len(EXAMPLES)} examples: {len(EXAMPLES)} agree, {len(MODELICA_WAITING)} wait for the language.
+
+{EXUDYN}
+{exudyn()}
+
+{len(exudyn_table.EXAMPLES)} systems: {len(exudyn_table.EXAMPLES)} agree; {len(exudyn_table.WAITING)} kinds wait.
 """
 
 

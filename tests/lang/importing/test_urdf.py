@@ -205,9 +205,8 @@ def test_the_text_of_an_arm(tmp_path: Path) -> None:
     for words in (
         "model SmallArm",
         "Body upper_arm(m = 1.5 kg, com = {0.1, -0.2, 0.3} m, J = {{",
-        'axis = {1, 2, 2}, angle = 0 rad) "at most 3 rad/s";',
+        'axis = {1, 2, 2}, angle = 0 rad, damping = 0.3 N.m.s) "at most 3 rad/s";',
         "input Torque torque_shoulder(min = -30 N.m, max = 30 N.m) = 0 N.m; force torque_shoulder on shoulder.angle;",
-        "damping 0.3 N.m.s on shoulder.angle;",
         "Revolute fore(upper_arm.a * trans({0, 0, 0.4} m) -> fore_link.a, axis = {0, 1, 0}",
         "Body hand(m = 0.2 kg, a = fore_link.a * trans({0.1, 0, 0.3} m) * rotz(1 rad));",
         "slide(hand.a * rotx(1 rad) -> finger.a, axis = {0, 0, -1}, position = 0.01 m)",

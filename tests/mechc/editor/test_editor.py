@@ -173,6 +173,8 @@ def test_renaming_goes_through_all_files_of_a_folder(tmp_path: Path) -> None:
         ("stop = 5 s", "|", {"stop", "tolerance", "method"}, set()),
         ("let h = 2*l;", "pot|", {"potential", "kinetic", "Bar"}, set()),
         ('"how long"', '"how |"', set(), {"l"}),
+        ("let h = 2*l;", "input Force u(|", {"min", "display", "interpolation", "filter"}, set()),
+        ("let h = 2*l;", "parameter Force u(|", {"min", "display"}, {"filter"}),
     ],
 )
 def test_completion_in_half_written_text(

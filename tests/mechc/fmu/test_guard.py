@@ -17,7 +17,7 @@ from fmu_models import DRIVEN, packed
 
 from mechc.compiler.targets.fmu import archive
 from mechc.compiler.targets.fmu.archive import archive_findings
-from mechc.compiler.targets.fmu.inspect import FILE, Line, Stage
+from mechc.compiler.targets.fmu.inspect import FILE, CheckLine, CheckStage
 from mechc.fmu.guard import Limits, check_fmu
 from mechc.fmu.run import run_fmu
 from mechc.runtime.native.build import find_compiler
@@ -83,8 +83,8 @@ def test_a_library_that_leaves_does_not_pass(sound: Files, tmp_path: Path) -> No
     report = check_fmu(with_library(sound, "exit(0);", tmp_path), run=False, limits=FEW)
     died = "the library ended its process with exit code 0"
     assert report.lines[-2:] == (
-        Line("ModelExchange binary", False, died, "process"),
-        Line("CoSimulation binary", False, died, "process"),
+        CheckLine("ModelExchange binary", False, died, "process"),
+        CheckLine("CoSimulation binary", False, died, "process"),
     )
     with pytest.raises(
         SimulationError, match="cannot be run: the library ended its process with exit code 0"
@@ -128,7 +128,7 @@ def test_a_sound_file_passes_stage_by_stage_and_nothing_is_left(
     assert [line.what for line in report.lines[2:]] == ["ModelExchange binary", "CoSimulation binary"]
     assert run_fmu(path)["x"][0] == 0.3
     assert [file.name for file in tmp_path.iterdir()] == ["sound.fmu"]
-    assert (FILE.what, Stage("run", "me").what) == ("model description", "ModelExchange run")
+    assert (FILE.what, CheckStage("run", "me").what) == ("model description", "ModelExchange run")
 
 
 def renamed(old: str, new: str) -> Callable[[Files], bytes]:

@@ -10,7 +10,9 @@ import pytest
 
 import mechc
 from mechc.cli.main import run as run_command
+from mechc.compiler.targets.fmu.archive import archive_findings
 from mechc.compiler.targets.fmu.reference import OWN, parse_reference
+from mechc.compiler.targets.fmu.rules import check_file
 from mechc.fmu.documents import reference
 from mechc.fmu.guard import check_fmu
 from mechc.fmu.run import run_fmu
@@ -147,3 +149,74 @@ def test_tables_drive_inputs_of_an_fmu(tmp_path: Path) -> None:
         run_fmu(path, inputs={"w": str(beside)})
     with pytest.raises(UsageMistake, match="no input 'v'"):
         run_fmu(path, inputs={"v": str(beside)})
+
+
+CLOCKED = """\
+<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Counter" instantiationToken="{1}">
+  <ScheduledExecution modelIdentifier="Counter"/>
+  <ModelVariables>
+    <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+    <Clock name="tick" valueReference="1" causality="input" intervalVariability="constant" intervalDecimal="1.0"/>
+    <Int32 name="count" valueReference="2" causality="output" clocks="1"/>
+    <Int32 name="step" valueReference="3" causality="input" start="1"/>
+    <Binary name="packet" valueReference="4" causality="input"><Start value="666f6f"/></Binary>
+    <Binary name="echo" valueReference="5" causality="output"/>
+  </ModelVariables>
+  <ModelStructure>
+    <Output valueReference="2"/>
+    <Output valueReference="5" dependencies="4"/>
+    <InitialUnknown valueReference="5" dependencies="4"/>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+
+def packed(path: Path, *files: tuple[str, str]) -> Path:
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, text in files:
+            archive.writestr(name, text)
+    return path
+
+
+def test_clocks_have_no_starts_and_what_they_tick_is_unknown_before(tmp_path: Path) -> None:
+    """As in the Reference FMUs: section 2.4.7.5 and 2.4.8 of FMI 3.0."""
+    assert not check_file(packed(tmp_path / "counter.fmu", ("modelDescription.xml", CLOCKED)))
+    missing = CLOCKED.replace('<Start value="666f6f"/>', "")
+    found = check_file(packed(tmp_path / "missing.fmu", ("modelDescription.xml", missing)))
+    assert "missing start" in {finding.rule for finding in found}
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_file_that_is_there_twice_may_be_the_same(tmp_path: Path) -> None:
+    own = ("modelDescription.xml", CLOCKED)
+    assert not archive_findings(packed(tmp_path / "same.fmu", own, ("extra/a", "1"), ("extra/a", "1")))
+    (finding,) = archive_findings(packed(tmp_path / "other.fmu", own, ("extra/a", "1"), ("extra/a", "2")))
+    assert "two files" in finding.text
+
+
+def test_texts_and_variables_that_are_not_there_are_not_compared() -> None:
+    table = 'time,x,on,name,packet,v\n0,1,false,"Set me!",666f6f,1 2\n1,2,true,"Set me!",666f6f,3 4\n'
+    with pytest.raises(ValueError, match="Set"):
+        parse_reference("r.csv", table)
+    found = parse_reference("r.csv", table, {"x", "on", "v"})
+    assert {name: values.tolist() for name, values in found.columns.items()} == {
+        "x": [1, 2],
+        "on": [0, 1],
+        "v[1]": [1, 3],
+        "v[2]": [2, 4],
+    }
+
+
+@pytest.mark.slow
+def test_rows_of_eulers_method_may_be_a_part_of_its_steps(tmp_path: Path) -> None:
+    """The Reference FMUs write every tenth step of Euler's method."""
+    path = exported(SWING, "swing", tmp_path)
+    h, x, v, rows = 0.005, 1.0, 0.0, ["time,x"]
+    for k in range(401):
+        if k % 10 == 0:
+            rows.append(f"{k * h:.12g},{x:.12g}")
+        x, v = x + h * v, v - h * 4 * x
+    report = check_fmu(with_reference(path, "\n".join(rows) + "\n", tmp_path))
+    (line,) = [line for line in report.lines if line.what == "ModelExchange reference"]
+    assert line.passed and "steps of 0.005" in line.detail

@@ -17,7 +17,7 @@ from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference import work_precision
-from mechc.runtime.reference.work_precision import Point
+from mechc.runtime.reference.work_precision import WorkPrecisionPoint
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -88,8 +88,8 @@ def test_a_picture_and_a_page_name_what_they_do_not_draw(made: Benchmark, tmp_pa
     assert conclusion(made).replace("'", "&#x27;") in text
 
 
-def _point(method: str, error: float, seconds: float) -> Point:
-    return Point(method, 1e-6, error, error, seconds, 0.0, 1, 1)
+def _point(method: str, error: float, seconds: float) -> WorkPrecisionPoint:
+    return WorkPrecisionPoint(method, 1e-6, error, error, seconds, 0.0, 1, 1)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme
 from mechc.measurement.stress import Subject, worker
-from mechc.measurement.stress_table import Row, Stress, report
+from mechc.measurement.stress_table import Stress, StressRow, report
 
 POINT = "coordinate Length x = {x} m; kinetic 1/2*1 kg*der(x)^2; {rest} experiment(stop = {stop} s);"
 PLANE = (
@@ -61,7 +61,7 @@ CASES = {
 """What is said of a start that is shaken: grazing is a root of the shake, the other ones are what they are called."""
 
 
-def shaken(text: str, folder: Path) -> Row:
+def shaken(text: str, folder: Path) -> StressRow:
     file = folder / "model.mech"
     file.write_text(text, encoding="utf-8")
     return worker(Subject(str(file), None, {}, None, 5))(Extreme("twin", "start shaken"))

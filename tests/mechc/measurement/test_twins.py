@@ -16,7 +16,7 @@ from mechc.compiler.flat.names.instance import STATED, rank_of
 from mechc.compiler.flat.statements import elaborate, initial_values
 from mechc.compiler.flat.statements.energies import gravities
 from mechc.compiler.graph import operations as ops
-from mechc.compiler.mechanics.kinematics.frames import Kinematics
+from mechc.compiler.mechanics.kinematics.frames import FrameKinematics
 from mechc.compiler.mechanics.meaning import functions
 from mechc.compiler.metamorphic.rewriting import apply
 from mechc.compiler.metamorphic.table import TWINS
@@ -248,7 +248,7 @@ def _inner_first(scope: Any, stage: int) -> tuple[int, int, int]:
     return (-depth if stage == STATED else depth), level, stage
 
 
-def _bare_root(kinematics: Kinematics, rate: Any, arguments: tuple[Any, ...]) -> Any:
+def _bare_root(kinematics: FrameKinematics, rate: Any, arguments: tuple[Any, ...]) -> Any:
     graph, (a,) = kinematics.graph, arguments
     same = graph._code[a] == ops.MUL and graph._left[a] == graph._right[a]
     return graph._left[a] if same else graph._function(ops.SQRT, a)

@@ -14,11 +14,11 @@ import mechc
 from mechc.cli.main import run
 from mechc.display import choose
 from mechc.presentation.panels import (
-    Curves,
-    Energies,
+    EnergyPanel,
     Paths,
-    Portrait,
+    PhasePanel,
     Scenery,
+    TimePanel,
     element,
     matrix_rows,
     panels_of,
@@ -37,9 +37,11 @@ def solution() -> Solution:
 def test_panels(solution: Solution) -> None:
     assert panels_of(solution) == [
         Paths(("bob",), 2),
-        Curves("coordinates", "rad", ("theta",)),
-        Portrait("theta", "der(theta)"),
-        Energies(("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=False),
+        TimePanel("coordinates", "rad", ("theta",)),
+        PhasePanel("theta", "der(theta)"),
+        EnergyPanel(
+            ("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=False
+        ),
     ]
 
 
@@ -169,7 +171,7 @@ def turn() -> Solution:
 
 def test_what_is_drawn_comes_first_and_nothing_is_there_twice(turn: Solution) -> None:
     """The rate is constant, so that there is no phase portrait, and so are all energies; an output repeats the angle."""
-    assert panels_of(turn) == [Scenery(("tip",)), Curves("coordinates", "rad", ("a",))]
+    assert panels_of(turn) == [Scenery(("tip",)), TimePanel("coordinates", "rad", ("a",))]
     drawn = figure(turn)
     scene = drawn.axes[0]
     assert scene.get_aspect() == 1.0 and scene.get_xlabel() == "$x$ [m]"
@@ -186,7 +188,7 @@ def test_a_chaotic_motion_is_no_rest() -> None:
     text = "dimensionless; state x = 1; state y = 1; state z = 1; equation der(x) = 10*(y - x); "
     text += "equation der(y) = x*(28 - z) - y; equation der(z) = x*y - 8/3*z;"
     found = mechc.loads(text).simulate(stop=50)
-    assert panels_of(found) == [Scenery(()), Curves("states", "", ("x", "y", "z"))]
+    assert panels_of(found) == [Scenery(()), TimePanel("states", "", ("x", "y", "z"))]
 
 
 def test_angles_are_in_degrees_where_the_text_says_degrees() -> None:

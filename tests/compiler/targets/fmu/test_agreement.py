@@ -8,7 +8,7 @@ import pytest
 from mechc.compiler.targets.fmu.agreement import (
     AGREED,
     SAFETY,
-    Motion,
+    FmuMotion,
     agreement,
     apart,
     distance,
@@ -25,11 +25,11 @@ def test_distance_is_over_sizes_and_as_long_as_both_runs() -> None:
     assert distance(a, b, np.array([1.0, 3.0])).tolist() == [0.5, 2.0]
 
 
-def saw(late: float, drop: float = 1.0) -> Motion:
+def saw(late: float, drop: float = 1.0) -> FmuMotion:
     """A state that rises at 1/s and falls by ``drop`` at 1.5 s and a little later, where it is 1.5."""
     states = TIMES[:, None] - drop * (TIMES[:, None] > 1.5 + late)
     sides = np.array([[[1.5 + late], [1.5 + late - drop]]])
-    return Motion(TIMES, 1.0, states, np.array([1.5 + late]), sides, np.ones(1))
+    return FmuMotion(TIMES, 1.0, states, np.array([1.5 + late]), sides, np.ones(1))
 
 
 def test_events_at_other_times_are_as_far_apart_as_they_are_in_time() -> None:

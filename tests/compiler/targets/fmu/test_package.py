@@ -310,8 +310,8 @@ def test_sources_need_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_a_failed_check_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        "mechc.compiler.targets.fmu.model_description3.number",
-        lambda value: repr(float(value)) if value != 2.0 else "two",
+        "mechc.compiler.targets.fmu.model_description3.value_text",
+        lambda variable, value: repr(float(value)) if value != 2.0 else "two",
     )
     with pytest.raises(CompileError, match="fails its check and was not written: it is not valid"):
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions())

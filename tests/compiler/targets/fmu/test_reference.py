@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mechc.compiler.targets.fmu.reference import SMALL, Reference, deviation, parse_reference, sizes
+from mechc.compiler.targets.fmu.reference import SMALL, FmuReference, deviation, parse_reference, sizes
 
 
 def test_what_is_small_counts_by_the_largest_of_its_unit() -> None:
@@ -20,7 +20,7 @@ def test_a_rate_of_what_rests_counts_by_its_coordinate() -> None:
 
 def test_where_all_of_a_unit_are_zero_differences_count_as_they_are() -> None:
     time, zero = np.array([0.0, 1.0]), np.zeros(2)
-    found = deviation(Reference("r.csv", time, {"a": zero}), time, {"a": zero + 1e-12}, {"a": "J"})
+    found = deviation(FmuReference("r.csv", time, {"a": zero}), time, {"a": zero + 1e-12}, {"a": "J"})
     assert found is not None and found.size == pytest.approx(1e-12)
 
 
