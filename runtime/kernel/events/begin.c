@@ -25,16 +25,23 @@ static void set_sizes(mech_solver *s, mech_real *length, mech_real *speed)
     }
 }
 
+/* A switch may read others, as that of min(a, max(b, c)) does: after as many rounds as there are switches all are known. */
 static void set_switches(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
-    for (int round = 0; round < 2; round++) {
+    for (int k = 0; k < h->n_switches; k++) e->z[h->switches[k]] = 0;
+    int changed = 1;
+    for (int round = 0; round < 2 || (changed && round <= h->n_switches); round++) {
+        changed = 0;
         mech_schedule_set(s, 0);
-        for (int k = 0; k < h->n_switches; k++) e->z[h->switches[k]] = 0;
         if (e->n) mech_indicators_read(s, s->run->report.t, s->y, e->w, NULL);
         for (int k = 0; k < h->n_switches; k++) {
-            e->z[h->switches[k]] = e->w[k] < 0;
+            mech_real *z = &e->z[h->switches[k]];
+            if (e->w[k] < 0) { /* measured on the side that the switch says */
+                *z = 1 - *z;
+                changed = 1;
+            }
             e->scale[k] = mech_abs(e->w[k]);
         }
     }
