@@ -249,3 +249,14 @@ def test_a_force_that_jumps_beyond_it_is_told() -> None:
     assert isinstance(solution, mechc.Solution)
     assert 0.5 <= solution.time[-1] < 0.7  # asserted at each step
     assert "without mass and damping it would jump" in solution.message
+
+
+def test_sensitivity_through_the_beginning_of_a_slip() -> None:
+    """x' = cos(2 b) - F (t - b) from b = asin(F/2)/2 on: dx'/dF = -(t - b), as the rest cancels."""
+    text = (
+        "dimensionless; parameter F = 1; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2;"
+        "coordinate z = 0; potential 2*(x - z)^2; friction f: F on z; experiment(stop = 1, tolerance = 1e-11);"
+    )
+    solution = run(text, sensitivity="F")
+    slope = solution.sensitivity("der(x)", "F").values[-1]
+    assert slope == pytest.approx(-(1 - np.arcsin(0.5) / 2), abs=1e-9)
