@@ -204,3 +204,14 @@ def test_loops_stay_closed() -> None:
     found = model.ik("b.b", on_the_circle)
     assert found.reached
     assert np.abs(model.functions.constraints(found.y)[:2]).max() < 1e-8
+
+
+def test_faster_functions_give_the_same(arm: Functions) -> None:
+    """But for the last digits: gcc fuses products and sums."""
+    fast, y = arm.faster(), state(arm)
+    assert fast.faster() is fast
+    assert fast.mass_matrix(y) == pytest.approx(arm.mass_matrix(y), rel=1e-13)
+    assert fast.frame("hand").jacobian(y) == pytest.approx(
+        arm.frame("hand").jacobian(y), rel=1e-13, abs=1e-14
+    )
+    assert fast.centroid.momentum(y) == pytest.approx(arm.centroid.momentum(y), rel=1e-12)
