@@ -417,8 +417,8 @@ end Felt;
 def test_auto_does_without_a_jacobian_that_the_model_cannot_have() -> None:
     model = mechc.loads(FELT)
     for rate in (1.0, 3e5):  # not stiff, and stiff
-        for chosen in ({}, {"method": "auto"}):
-            found = model.simulate(set={"rate": rate}, estimate_error=False, **chosen)
+        for chosen in (None, "auto"):
+            found = model.simulate(set={"rate": rate}, estimate_error=False, method=chosen)
             assert found.statistics.method == "dop853"
             middle = 2 * 9.81 / 3
             expected = middle / rate * (1 - np.exp(-rate * 0.02))
