@@ -260,6 +260,18 @@ def test_a_friction_along_a_wall_leaves_less_of_its_limit_across(along: str) -> 
 
 
 @pytest.mark.parametrize("along", ALONG_CORNERS)
+def test_a_friction_along_a_wall_gives_way_when_no_share_holds_it(along: str) -> None:
+    """Pushed along by 3.5 N and 10 N/s more, it slips at 3.924 N: neither before nor after."""
+    solution = mechc.loads(
+        (CORNER % along).replace("force pz on z", "force 3.5 N + 10 N/s*time on z")
+    ).simulate(stop=0.1, estimate_error=False)
+    assert solution.outcome.value == "completed"
+    (slip,) = (e.time for e in solution.events if e.kind == "slip")
+    assert slip == pytest.approx(0.0424, rel=1e-9)
+    assert solution["z"][-1] == pytest.approx(10 * (0.1 - slip) ** 3 / 6, rel=1e-6)
+
+
+@pytest.mark.parametrize("along", ALONG_CORNERS)
 def test_what_slides_along_a_wall_presses_on_it_with_all_its_push(along: str) -> None:
     model = mechc.loads(CORNER % along)
     for pz in (5.0, -5.0):
