@@ -260,6 +260,18 @@ def test_a_friction_along_a_wall_leaves_less_of_its_limit_across(along: str) -> 
 
 
 @pytest.mark.parametrize("along", ALONG_CORNERS)
+def test_a_friction_along_a_wall_gives_way_when_no_share_holds_it(along: str) -> None:
+    """Pushed along by 3.5 N and 10 N/s more, it slips at 3.924 N: neither before nor after."""
+    solution = mechc.loads(
+        (CORNER % along).replace("force pz on z", "force 3.5 N + 10 N/s*time on z")
+    ).simulate(stop=0.1, estimate_error=False)
+    assert solution.outcome.value == "completed"
+    (slip,) = (e.time for e in solution.events if e.kind == "slip")
+    assert slip == pytest.approx(0.0424, rel=1e-9)
+    assert solution["z"][-1] == pytest.approx(10 * (0.1 - slip) ** 3 / 6, rel=1e-6)
+
+
+@pytest.mark.parametrize("along", ALONG_CORNERS)
 def test_what_slides_along_a_wall_presses_on_it_with_all_its_push(along: str) -> None:
     model = mechc.loads(CORNER % along)
     for pz in (5.0, -5.0):
@@ -417,8 +429,8 @@ end Felt;
 def test_auto_does_without_a_jacobian_that_the_model_cannot_have() -> None:
     model = mechc.loads(FELT)
     for rate in (1.0, 3e5):  # not stiff, and stiff
-        for chosen in ({}, {"method": "auto"}):
-            found = model.simulate(set={"rate": rate}, estimate_error=False, **chosen)
+        for chosen in (None, "auto"):
+            found = model.simulate(set={"rate": rate}, estimate_error=False, method=chosen)
             assert found.statistics.method == "dop853"
             middle = 2 * 9.81 / 3
             expected = middle / rate * (1 - np.exp(-rate * 0.02))

@@ -1,7 +1,28 @@
 #include "indicators.h"
 
+#include <string.h>
+
 #include "rows.h"
 #include "window.h"
+
+/* Where one direction of a friction on a surface holds, by how much it sticks in the share of the load that it bears best. */
+static mech_real margin_across(mech_solver *s, int i, mech_real t, const mech_real *y)
+{
+    mech_event_state *e = s->events;
+    mech_real kept[MECH_MOST_ROWS * MECH_ROW_VALUES], *state = s->y;
+    const mech_real time = s->run->report.t;
+    memcpy(kept, e->row, (size_t)(e->n_rows * MECH_ROW_VALUES) * sizeof(mech_real));
+    s->y = (mech_real *)y;
+    s->run->report.t = t;
+    mech_rows_read(s);
+    mech_row_share_across(s, i);
+    s->y = state;
+    s->run->report.t = time;
+    const mech_real margin = mech_row_value(s, i, MECH_LIMIT) - mech_row_size(s, i, MECH_FORCE);
+    memcpy(e->row, kept, (size_t)(e->n_rows * MECH_ROW_VALUES) * sizeof(mech_real));
+    mech_surroundings(s, t);
+    return margin;
+}
 
 void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
 {
@@ -17,6 +38,12 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
             w[k] = -w[k];
             if (rate) rate[k] = -rate[k];
         }
+    for (int i = 0; i < s->events->n_rows && !h->crowd; i++) {
+        const int j = mech_row_partner(s, i), k = h->n_switches + i;
+        if (j < 0 || mech_row_holds(s, i) == mech_row_holds(s, j)) continue;
+        w[k] = margin_across(s, i, t, y);
+        if (rate) rate[k] = 0; /* unknown */
+    }
 }
 
 void mech_indicator_place(mech_solver *s, int k, mech_real part, mech_real *y)

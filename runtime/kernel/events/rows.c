@@ -290,3 +290,43 @@ int mech_row_falls_back(const mech_solver *s, int i, mech_real rate)
     const mech_real height = MECH_C(1e-13) * s->events->gap_scale[i] + 100 * MECH_EPSILON * length;
     return rate * rate <= -2 * mech_row_value(s, i, MECH_SECOND) * height;
 }
+
+void mech_row_share_across(mech_solver *s, int i)
+{
+    mech_event_state *e = s->events;
+    int held[MECH_MOST_ROWS], n = 0;
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS], force[2], slope[2] = {0, 0}, of_limit = 0;
+    mech_real low = -(mech_real)INFINITY, high = (mech_real)INFINITY;
+    const int rests = mech_row_holds(s, i) ? i + 1 : i, normal = mech_row_of(s, i)->normal;
+    const mech_real coefficient = mech_row_value(s, i, MECH_COEFFICIENT);
+    for (int k = 0; k < e->n_rows; k++)
+        if (e->rows[k].flag >= 0 && e->rows[k].kind <= MECH_BILATERAL && mech_row_holds(s, k)) held[n++] = k;
+    mech_rows_find_response(s);
+    for (int k = 0; k < n; k++) target[k] = mech_row_response(s, held[k], rests);
+    mech_rows_solve(s, n, held, target, x); /* what a unit of force along the one takes from the others */
+    slope[rests - i] = 1;
+    for (int k = 0; k < n; k++) {
+        if (held[k] == i || held[k] == i + 1) slope[held[k] - i] = -x[k];
+        if (held[k] == normal) of_limit = -coefficient * x[k];
+        if (e->rows[held[k]].kind != MECH_CONTACT || mech_abs(x[k]) < MECH_C(1e-10)) continue;
+        const mech_real end = mech_row_value(s, held[k], MECH_FORCE) / x[k];
+        if (x[k] > 0)
+            high = mech_min(high, end);
+        else
+            low = mech_max(low, end);
+    }
+    for (int k = 0; k < 2; k++) force[k] = mech_row_value(s, i + k, MECH_FORCE);
+    const mech_real square = slope[0] * slope[0] + slope[1] * slope[1], apart = mech_abs(slope[0] * force[1] - slope[1] * force[0]);
+    mech_real part = -(slope[0] * force[0] + slope[1] * force[1]) / square; /* the least force; more where the limit grows with it */
+    if (square > of_limit * of_limit)
+        part += apart * of_limit / (square * mech_sqrt(square - of_limit * of_limit));
+    else
+        part = of_limit > 0 ? high : low;
+    part = mech_min(high, mech_max(low, part));
+    if (low > high || !mech_finite(part)) return;
+    for (int k = 0; k < n; k++) {
+        e->row[held[k] * MECH_ROW_VALUES + MECH_FORCE] -= part * x[k];
+    }
+    e->row[rests * MECH_ROW_VALUES + MECH_FORCE] += part;
+    for (int k = 0; k < 2; k++) e->row[(i + k) * MECH_ROW_VALUES + MECH_LIMIT] += part * of_limit;
+}

@@ -60,6 +60,10 @@ void mech_rows_weigh(mech_solver *s);
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
 /* The same, but dependent rows share: of all solutions the least. */
 int mech_rows_share(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
+/* Of what was read last: a friction on a surface of which one direction holds, i the first, and other rows stand for the other
+ * one, as along a wall, takes the share in which it needs least beyond its limit, and no contact pulls. Leaves all as it is where
+ * contacts pull in every share. */
+void mech_row_share_across(mech_solver *s, int i);
 /* Adds the effect of the impulses to velocities, row rates and energy accounts. */
 void mech_rows_apply_impulses(mech_solver *s);
 
