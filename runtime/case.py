@@ -31,6 +31,7 @@ from .limits_of_time import (
     no_stop,
 )
 from .memo import once
+from .methods import SOLVING_CONTACTS
 from .outcome import SimulationError
 from .output_times import output_times
 from .problem import Array, Problem
@@ -45,7 +46,7 @@ Progress = Callable[[float], None]
 
 LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
-METHODS = "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6."
+METHODS = "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6, moreau."
 
 NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
@@ -195,7 +196,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     experiment = find_experiment(problem, options.experiment)
     p, chosen, numbers, words, started = _settle(problem, functions, experiment, wanted)
     check_parameters(problem, p)
-    span = _time_span(problem, options, numbers)
+    span = _time_span(problem, options, numbers, options.method or words.get("method", "auto"))
     begin = span.begin
     tables: dict[int, Table] = {}
     if problem.inputs or options.inputs:
@@ -278,16 +279,25 @@ def _spans(problem: Problem) -> dict[tuple[object, ...], TimeSpan]:
     return {}
 
 
-def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> TimeSpan:
+def _time_span(
+    problem: Problem, options: SimulationOptions, numbers: Mapping[str, float], method: str
+) -> TimeSpan:
     """Check times, tolerance and steps, or take those of the run before, if it asked for the same."""
     start = (numbers.get("start") if options.start is None else options.start) or 0.0
     begin = begin_of(problem, options.inputs, start) if options.begin is None else options.begin
     known, own = _spans(problem), (begin, options.start, options.stop, options.every, options.points)
-    asked = (*own, options.tolerance, options.step, options.max_step, *numbers.items())
+    asked = (
+        *own,
+        method in SOLVING_CONTACTS,
+        options.tolerance,
+        options.step,
+        options.max_step,
+        *numbers.items(),
+    )
     found = known.get(asked) if options.follower is None else None
     if found is not None:
         return replace(found, grid=found.grid.copy())
-    made = _checked_span(problem, options, numbers, start, begin)
+    made = _checked_span(problem, options, numbers, method, start, begin)
     if options.follower is None and made.grid.size <= AT_ONCE:
         known.clear()
         known[asked] = replace(made, grid=made.grid.copy())
@@ -295,7 +305,12 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
 
 
 def _checked_span(
-    problem: Problem, options: SimulationOptions, numbers: Mapping[str, float], start: float, begin: float
+    problem: Problem,
+    options: SimulationOptions,
+    numbers: Mapping[str, float],
+    method: str,
+    start: float,
+    begin: float,
 ) -> TimeSpan:
     """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
 
@@ -311,12 +326,15 @@ def _checked_span(
         check_stated_stop(problem, start, stop)
     if options.follower is None:
         check_size(problem, start, stop, every, options.points)
-    grid = output_times(start, stop, every, options.points, options.storage)
+    step = number("step", options.step)
+    spacing = every
+    if every is None and step is not None and step > 0 and method in SOLVING_CONTACTS and options.points >= 2:
+        spacing = step * max(1, math.ceil((stop - start) / (options.points - 1) / step * (1 - 1e-9)))
+    grid = output_times(start, stop, spacing, options.points, options.storage)
     tolerance = number("tolerance", options.tolerance)
     tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
     if not LOWEST_TOLERANCE <= tolerance < 1:
         raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
-    step = number("step", options.step)
     if step is not None and not (math.isfinite(step) and step > 0):
         raise SimulationError(f"the step is positive, it is {step:g}")
     max_step = options.max_step if options.max_step is not None else (stop - begin) / 10

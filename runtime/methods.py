@@ -22,6 +22,8 @@ class KernelMethod(Struct, frozen=True):
     consists_of: tuple[str, ...] = ()
     fixed_step: bool = True
     """Whether the user gives the step."""
+    solves_contacts: bool = False
+    """Whether its steps solve for contacts and friction: values between their ends are chords, and the output is at ends."""
     file: str = ""
     """Where a macro makes it; empty: a file of its own name."""
 
@@ -43,9 +45,12 @@ KERNEL_METHODS = {
         KernelMethod("rattle", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto4", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto6", _MOMENTA, file="lobatto.c"),
+        KernelMethod("moreau", solves_contacts=True),
         KernelMethod("taylor", frozenset({"series"}), fixed_step=False),
     )
 }
+
+SOLVING_CONTACTS = frozenset(name for name, row in KERNEL_METHODS.items() if row.solves_contacts)
 
 
 def unknown_method(wanted: str, known: Collection[str] = tuple(KERNEL_METHODS)) -> SimulationError:
@@ -76,6 +81,16 @@ FIXED_RUNS_ALL = (
     "'rk4' takes steps of one size too, and runs every model; 'gauss4' does where formulas have derivatives"
 )
 """The same for methods of fixed step."""
+
+
+def refuse_contact_steps(method: str) -> None:
+    """Refuse to differentiate steps that solve for contacts. Raises SimulationError."""
+    if method in SOLVING_CONTACTS:
+        raise SimulationError(
+            f"the steps of '{method}' solve for contacts as they are at their ends: they have no derivatives, and those of the "
+            "motion with exact events are of another run",
+            help="take a method with events for this question: --method dop853",
+        )
 
 
 def parts_for(method: str) -> frozenset[str]:

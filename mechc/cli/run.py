@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     "--method",
     metavar="NAME",
     shell_complete=method_names,
-    help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6.",
+    help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6, moreau.",
 )
 @click.option(
     "-o",

@@ -58,6 +58,13 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
             f"'{model.name}' has delays, which look back at the motion, and in Model Exchange the importer keeps it",
             "--kind cs writes it for Co-Simulation, where the FMU keeps what it looks back at",
         )
+    from ..runtime.methods import SOLVING_CONTACTS
+
+    if model.method(options.experiment) in SOLVING_CONTACTS and options.kind != "cs":
+        raise UsageMistake(
+            f"the steps of '{model.method(options.experiment)}' solve for the contacts of '{model.name}', and in Model Exchange the importer steps",
+            "--kind cs writes it for Co-Simulation, where the FMU steps; without the method, contacts are events in both",
+        )
     chosen = with_weights(model.for_experiment(options.experiment))
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)

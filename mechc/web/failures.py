@@ -19,7 +19,13 @@ UNUSUAL = (1.0, math.nan, math.inf)
 
 OF_STATES = (Status.STEP_TOO_SMALL, Status.NOT_FINITE, Status.NO_SERIES)
 OF_BRANCHES = (Status.EVENT_LOOP, Status.ZENO, Status.BRANCH_ASSERTION)
-REFUSED = (Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA, Status.NEEDS_SERIES)
+REFUSED = (
+    Status.NEEDS_JACOBIAN,
+    Status.NEEDS_SEPARABLE,
+    Status.NEEDS_MOMENTA,
+    Status.NEEDS_SERIES,
+    Status.NEEDS_ROWS,
+)
 """No run begins with these."""
 
 

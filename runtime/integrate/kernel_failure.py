@@ -89,7 +89,13 @@ def kernel_failure(problem: Problem, status: Status, report: ReportStruct, y: Ar
             return off_constraints(problem, report.t, y)
         case Status.JUMPING:
             return velocities_jump(problem, report.t, y)
-        case Status.NEEDS_JACOBIAN | Status.NEEDS_SEPARABLE | Status.NEEDS_MOMENTA | Status.NEEDS_SERIES:
+        case (
+            Status.NEEDS_JACOBIAN
+            | Status.NEEDS_SEPARABLE
+            | Status.NEEDS_MOMENTA
+            | Status.NEEDS_SERIES
+            | Status.NEEDS_ROWS
+        ):
             raise AssertionError(f"a run began although {status.name}: methods.py refuses it before")
         case _:
             return _at_event(problem, status, report, y)

@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from ..case import Case
 from ..delays import delays_of
 from ..functions import Functions
+from ..methods import SOLVING_CONTACTS
 from ..native import kernel as native
 from ..native.status import Status
 from ..outcome import Failure, given_up, too_many_steps
@@ -26,7 +27,7 @@ from .kernel_failure import kernel_failure
 from .past import Past
 from .solver import Solver, method_name
 from .solver_options import SolverOptions
-from .trajectory import DenseOutput, Reader, Statistics, Trajectory
+from .trajectory import ContactSteps, DenseOutput, Reader, Statistics, Trajectory
 
 SLICE_SECONDS = 0.05
 FIRST_SLICE = 256
@@ -310,6 +311,11 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
         report.drift_velocity if model.n_velocity else None,
         report.laid,
         report.laid_energy or None,
+        report.several,
+        report.poisson,
+        ContactSteps(report.residual, report.overlap, report.unsolved, report.indeterminate)
+        if method_name(kernel, report.method) in SOLVING_CONTACTS
+        else None,
     )
 
 

@@ -18,11 +18,22 @@ if TYPE_CHECKING:
     from .solver import Solver
 
 
+class ContactSteps(Struct, frozen=True):
+    """Of steps that solve for contacts: the largest residual of a step, as a rate of a contact; the deepest overlap, in the unit of its
+    gap; steps that were not solved to 1e-10 of the largest rate; contacts and frictions that share loads which rigid bodies do not
+    determine, at the end."""
+
+    residual: float
+    overlap: float
+    unsolved: int
+    indeterminate: int
+
+
 class Statistics(Struct, frozen=True):
     """``run_time``: seconds inside the method. ``method``: the last one in use, where ``auto`` changed it, at
     ``switch_time``. ``stiff_time``: where stiffness was first noticed. ``drift_position`` and
     ``drift_velocity``: the largest correction by projection, over the nominal values. ``laid``: how often a contact of many was laid
-    down, with ``laid_energy``. None where a method does not tell or where there is nothing to tell."""
+    down, with ``laid_energy``. ``several``: how often forces had a second solution. ``poisson``: how many impacts followed Poisson's law. None where a method does not tell or where there is nothing to tell."""
 
     method: str
     steps: int
@@ -41,6 +52,9 @@ class Statistics(Struct, frozen=True):
     drift_velocity: float | None = None
     laid: int = 0
     laid_energy: float | None = None
+    several: int = 0
+    poisson: int = 0
+    contact: ContactSteps | None = None
 
 
 class DenseOutput(Struct, frozen=True, eq=False, dict=True):

@@ -42,6 +42,7 @@ enum mech_status {
     MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
     MECH_NEEDS_MOMENTA = -8,  /* momenta, forces and constraints (model.h, point 16),          */
     MECH_NEEDS_SERIES = -10,  /* or Taylor series (point 19)                                   */
+    MECH_NEEDS_ROWS = -12,    /* or contacts, frictions or constraints that switch, whose forces have formulas */
     MECH_NO_SERIES = -11,     /* the derivatives are finite, their Taylor series are not: a root of zero */
     MECH_JUMPING = -9,        /* constraints of velocities would have to change these at once         */
     MECH_TERMINATED = 3,      /* a branch ended the run                                        */
@@ -118,10 +119,15 @@ typedef struct mech_report {
     mech_real switch_time;  /* where the last change of method was, else not-a-number */
     mech_real drift_position, drift_velocity; /* largest correction by projection, over the nominal values */
     mech_real laid_energy;  /* taken out where contacts of a crowd were laid down */
+    mech_real residual, overlap; /* of steps that solve a contact problem: the largest residual, the deepest overlap */
     double seconds;         /* spent in mech_advance                          */
     long long steps, rejected, evaluations;
     long long jacobians, factorisations, iterations, switches;
     long long laid;         /* how often a contact was                        */
+    long long unsolved;     /* steps whose contact problem was not solved to the tolerance */
+    long long indeterminate; /* rows that share loads which rigid bodies do not determine, at the end of the last such step */
+    long long several;      /* instants at which forces had a second solution, with fewer contacts */
+    long long poisson;      /* impacts by Poisson's law: Newton's would have raised the energy */
     long n_grid, n_record;  /* rows written                                   */
     int status;
     int failed_index;       /* of the derivative, assertion, branch, row or switch, else -1 */

@@ -27,7 +27,7 @@ from .contract import BranchStruct, HybridStruct, ModelStruct
 from .libtcc import find_libtcc
 
 KERNEL = Path(__file__).parents[1] / "kernel"
-KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
+KERNEL_ROOMS = (".", "run", "algebra", "contact", "methods", "stepping", "events", "solver", "start")
 """Folders of the kernel, from the lowest to the highest: none calls what stands in a later one."""
 AROUND = ("fmi", "reference", "ensemble")
 """Further folders, of which each stands on all of the kernel and none on another."""
@@ -84,9 +84,13 @@ class ReportStruct(Structure):
             (name, c_double)
             for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "switch_time")
         ),
-        *((name, c_double) for name in ("drift_position", "drift_velocity", "laid_energy", "seconds")),
+        *(
+            (name, c_double)
+            for name in ("drift_position", "drift_velocity", "laid_energy", "residual", "overlap", "seconds")
+        ),
         *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
-        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches", "laid")),
+        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
+        *((name, c_longlong) for name in ("laid", "unsolved", "indeterminate", "several", "poisson")),
         *((name, c_long) for name in ("n_grid", "n_record")),
         *((name, c_int) for name in ("status", "failed_index", "method", "failed_part")),
         *((name, c_long) for name in ("n_events", "n_instants")),
@@ -101,6 +105,8 @@ class ReportStruct(Structure):
     drift_position: float
     drift_velocity: float
     laid_energy: float
+    residual: float
+    overlap: float
     seconds: float
     steps: int
     rejected: int
@@ -110,6 +116,10 @@ class ReportStruct(Structure):
     iterations: int
     switches: int
     laid: int
+    unsolved: int
+    indeterminate: int
+    several: int
+    poisson: int
     n_grid: int
     n_record: int
     status: int

@@ -286,6 +286,7 @@ class Solution(Results):
                 e.name: {"largest": e.largest, "at_end": e.at_end, "relative": e.relative}
                 for e in self.true_errors
             }
+        contact = self.statistics.contact
         return {
             "model": self.model,
             "experiment": self.experiment,
@@ -299,7 +300,8 @@ class Solution(Results):
             **self.branches.summary(),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
-            "statistics": to_builtins(self.statistics),
+            **({} if contact is None else {"contact": to_builtins(contact)}),
+            "statistics": {k: v for k, v in to_builtins(self.statistics).items() if k != "contact"},
             "accuracy": accuracy,
         }
 

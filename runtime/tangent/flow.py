@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from ..case import Case
 from ..integrate.choose_method import Method
 from ..integrate.trajectory import Statistics
+from ..methods import refuse_contact_steps
 from ..outcome import Failure, SimulationError
 from ..past import refuse_past
 from ..problem import Array, Problem
@@ -130,6 +131,7 @@ class Tangents:
         if not directions and not states:
             raise SimulationError("nothing is named in which the motion is to be differentiated")
         refuse_past(case.problem, "how a motion changes with the past is not followed")
+        refuse_contact_steps(method.name)
         asked = named(case, directions)
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}
         self.case = case

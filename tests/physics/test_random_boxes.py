@@ -123,6 +123,9 @@ def test_it_moves_on_as_the_only_combination_has_it(box: mechc.Model, seed: int)
         if found.outcome is Outcome.FAILED:
             assert len(fitting) != 1 and "no solution, or more than one" in found.message, values
             continue
+        if not fitting:  # no force fits: an impact has ended the slip
+            assert found.energy is not None and values["v"] != 0, values
+            continue
         assert len(fitting) == 1, values
         here = [found[f"acceleration[{k}]"][0] for k in (1, 2, 3)]
         assert np.allclose(here, fitting[0], 1e-6, 1e-6), values

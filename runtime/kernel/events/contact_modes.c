@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "contact_cones.h"
 #include "contact_projection.h"
 #include "contact_rests.h"
 #include "energy.h"
@@ -157,6 +158,16 @@ static int let_go(mech_solver *s, int hit)
     return worst;
 }
 
+/* Marks contact i if it rises but would fall back from no height; gives whether it does. */
+static int lay_down(mech_solver *s, int i)
+{
+    const mech_real rate = mech_row_value(s, i, MECH_RATE);
+    const int lies = s->events->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && s->events->open[i] == 0 && rate > 0 &&
+                     mech_row_touches(s, i) && mech_row_falls_back(s, i, rate) && !(s->events->counters[MECH_FLIES] > 0);
+    if (lies) s->events->open[i] = -1;
+    return lies;
+}
+
 /* Takes back the first row that was let go but comes back, or that slides another way than its friction assumes; -1
  * where there is none. `aims`: slides on surfaces find their way. */
 static int take_back(mech_solver *s, int aims)
@@ -184,10 +195,7 @@ static int take_back(mech_solver *s, int aims)
             if (j >= 0) slides[j] = 0;
             return i;
         }
-        const mech_real rate = mech_row_value(s, i, MECH_RATE);
-        if (s->events->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && open[i] == 0 && rate > 0 &&
-            mech_row_touches(s, i) && mech_row_falls_back(s, i, rate)) {
-            open[i] = -1;
+        if (lay_down(s, i)) {
             memset(slides, 0, (size_t)e->n_rows * sizeof(mech_real)); /* with it, all may stick */
             return i;
         }
@@ -311,7 +319,9 @@ static int fitting_combination(mech_solver *s, int most, int ends, mech_real *se
     for (int c = 0; n > 0 && c < all; c++) {
         if (!combination_fits(s, n, row, ways, c, ends)) continue;
         for (int i = 0; i < s->events->n_rows; i++) {
-            const mech_real slack = MECH_C(1e-6) * s->events->force[i] * mech_row_response(s, i, i);
+            mech_real slack = 0; /* a row that never pressed is moved by the forces of others */
+            for (int k = 0; k < s->events->n_rows; k++)
+                slack = mech_max(slack, MECH_C(1e-6) * s->events->force[k] * mech_abs(mech_row_response(s, i, k)));
             if (found < 0)
                 second[i] = mech_row_value(s, i, MECH_SECOND);
             else if (mech_abs(second[i] - mech_row_value(s, i, MECH_SECOND)) > slack)
@@ -365,7 +375,12 @@ static int take_choice(mech_solver *s, int ends)
             return mech_fail(s, MECH_NO_MODE, i);
         }
     int contact = ends < 0 ? 0 : ends;
-    if (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
+    const int shared = s->events->counters[MECH_CARRIED] > 0; /* everything rests: how they share is no other solution */
+    if (shared ? 0 : are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) {
+        /* Nothing says which one a run begins with; what came to press in it goes on pressing. */
+        if (!(s->run->report.t > s->o.t0) && !s->run->report.steps) return mech_fail(s, MECH_NO_MODE, contact);
+        s->run->report.several++;
+    }
     /* Thousands of gaps that are closed by what counts as touching lower a heap. */
     const int booked = s->model->hybrid->crowd && mech_energy_booked(s);
     const mech_real before = booked ? mech_energy_total(s) : 0;
@@ -394,7 +409,78 @@ static void weigh_forces(mech_solver *s)
     for (int i = 0; i < e->n_rows; i++) e->z[e->rows[i].flag] = flags[i];
 }
 
-int mech_contact_modes_choose(mech_solver *s, int hit)
+/* Whether frictions on several surfaces rest, of which some depend on others: of what these carry, modes know one share only, and
+ * the cones of two directions that another share would keep may be left by it. Those of one surface are shared by share_across. */
+static int share_cones(const mech_solver *s)
+{
+    int surfaces = 0, depends = 0;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (row->kind != MECH_FRICTION || row->normal < 0 || !mech_row_may_rest(s, row->normal)) continue;
+        if (!(mech_row_partner(s, i) >= 0 || is_partner(s, i)) || !(mech_row_value(s, i, MECH_COEFFICIENT) > 0)) continue;
+        if (s->events->z[row->sign] != 0) continue;
+        surfaces += !is_partner(s, i);
+        depends |= !mech_row_holds(s, i);
+    }
+    return depends && surfaces > 1;
+}
+
+/* Whether all that touches rests and sticks, as the choices are. */
+static int all_rest(const mech_solver *s)
+{
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (s->events->slides[i] != 0 || (s->events->open[i] > 0 && mech_row_may_rest(s, i))) return 0;
+        if (row->kind == MECH_FRICTION && row->sign >= 0 && s->events->z[row->sign] != 0) return 0;
+    }
+    return 1;
+}
+
+/* The modes of the contact problem; 0, and all as it was, where they do not fit. Where everything rests and others than those
+ * that hold carry parts of the load, the cones of single ones say nothing: what ends that is that the problem has no such
+ * solution any more. */
+static int choose_by_cones(mech_solver *s, int ends)
+{
+    modes before;
+    int lies = 1;
+    remember(s, &before);
+    while (lies) {
+        if (!mech_contact_cones_choose(s, ends)) return 0;
+        propose(s);
+        read_modes(s);
+        lies = 0;
+        for (int i = 0; i < s->events->n_rows; i++) lies |= lay_down(s, i);
+    }
+    const int fits = most_overdone(s, -1) < 0 && take_back(s, 0) < 0;
+    if (!fits && all_rest(s)) s->events->counters[MECH_CARRIED] = 1;
+    if (fits || s->events->counters[MECH_CARRIED] > 0) return 1;
+    come_back(s, &before);
+    return 0;
+}
+
+/* From one combination to the next, then all of them; 0 where none fits. */
+static int search(mech_solver *s, int ends)
+{
+    for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {
+        read_modes(s);
+        if (!round && !s->model->hybrid->crowd && share_cones(s) && most_overdone(s, ends) >= 0 && choose_by_cones(s, ends)) return 1;
+        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0) return 1;
+        propose(s);
+    }
+    if (fits_once(s, ends) || (!s->model->hybrid->crowd && choose_by_cones(s, ends))) return 1;
+    int laid = 0; /* what has been laid down may be what no force holds: then it flies, and falls back */
+    for (int i = 0; i < s->events->n_rows; i++) laid += s->events->open[i] < 0;
+    if (!laid || s->events->counters[MECH_FLIES] > 0) return 0;
+    memset(s->events->open, 0, (size_t)s->events->n_rows * sizeof(mech_real));
+    memset(s->events->slides, 0, (size_t)s->events->n_rows * sizeof(mech_real));
+    s->events->counters[MECH_FLIES] = 1;
+    propose(s);
+    const int found = search(s, ends);
+    s->events->counters[MECH_FLIES] = 0;
+    return found;
+}
+
+int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
 {
     int any = 0, friction = 0;
     for (int i = 0; i < s->events->n_rows; i++) {
@@ -402,6 +488,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
         friction |= s->events->rows[i].kind == MECH_FRICTION;
     }
     if (!any) return MECH_RUNNING;
+    s->events->counters[MECH_CARRIED] = 0;
     mech_rows_read(s);
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
@@ -410,12 +497,92 @@ int mech_contact_modes_choose(mech_solver *s, int hit)
     if (s->model->hybrid->crowd) weigh_forces(s);
     propose(s);
     mech_surface_friction_end(s);
-    for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {
-        read_modes(s);
-        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0)
-            return take_choice(s, ends);
-        propose(s);
+    if (search(s, ends)) {
+        mech_rows_read(s); /* forces of the modes, which single rows would have to carry */
+        if (!s->model->hybrid->crowd && share_cones(s) && all_rest(s) && most_overdone(s, -1) >= 0)
+            s->events->counters[MECH_CARRIED] = mech_contact_cones_hold(s);
+        return take_choice(s, ends);
     }
-    if (fits_once(s, ends)) return take_choice(s, ends);
+    if (friction && mech_contact_cones_shock(s)) {
+        mech_rows_apply_impulses(s);
+        *struck = 1;
+        return MECH_RUNNING;
+    }
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
+}
+
+/* Whether the impulses of friction i lie within its cone, and it has no slip beyond rounding of the problem. */
+static int lies_within(const mech_solver *s, int i, const mech_real *impulse, const mech_real *rate)
+{
+    const mech_row *row = mech_row_of(s, i);
+    const int j = mech_row_partner(s, i);
+    const mech_real slip = j < 0 ? mech_abs(rate[i]) : mech_sqrt(rate[i] * rate[i] + rate[j] * rate[j]);
+    return (row->normal < 0 || impulse[row->normal] > 0) && slip <= MECH_C(1e-8) * s->events->speed[i];
+}
+
+/* Whether row i holds, or rests on others that do. */
+static int holds_or_rests(const mech_solver *s, int i)
+{
+    const mech_share_row *shares = s->model->hybrid->shares;
+    return mech_row_holds(s, i) || (shares[i].rest >= 0 && s->events->z[shares[i].rest] > MECH_C(0.5));
+}
+
+/* Whether what presses and sticks is what did before: then so is what depends on others, but for slides that turn. */
+static int goes_on(mech_solver *s, const mech_real *impulse, const mech_real *rate)
+{
+    mech_event_state *e = s->events;
+    if (!s->model->hybrid->shares) return 0;
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (row->kind == MECH_CONTACT && (impulse[i] > 0) != holds_or_rests(s, i)) return 0;
+        if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
+        const int j = mech_row_partner(s, i);
+        if (lies_within(s, i, impulse, rate) != (holds_or_rests(s, i) || (j >= 0 && holds_or_rests(s, j)))) return 0;
+    }
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        const int j = mech_row_partner(s, i);
+        if (row->kind != MECH_FRICTION || is_partner(s, i) || lies_within(s, i, impulse, rate)) continue;
+        if (row->normal < 0 || impulse[row->normal] > 0) slide(s, i, rate[i], j < 0 ? 0 : rate[j]);
+    }
+    return 1;
+}
+
+void mech_contact_modes_tell(mech_solver *s, const mech_real *impulse, const mech_real *rate)
+{
+    mech_event_state *e = s->events;
+    long long *beside = &s->run->report.indeterminate;
+    for (int i = 0; i < e->n_rows; i++) mech_widen(e->speed + i, rate[i]);
+    if (goes_on(s, impulse, rate)) return;
+    *beside = 0;
+    const mech_share_row *shares = s->model->hybrid->shares;
+    mech_near_rows_basis held;
+    int n = 0;
+    held.n = 0;
+    mech_rows_read(s);
+    mech_rows_find_response(s);
+    for (int i = 0; i < e->n_rows; i++)
+        if (e->rows[i].kind == MECH_BILATERAL && mech_row_holds(s, i) && independent(s, &held, n, i)) n++;
+    for (int i = 0; i < e->n_rows; i++) {
+        if (e->rows[i].kind != MECH_CONTACT) continue;
+        const int presses = impulse[i] > 0, holds = presses && independent(s, &held, n, i);
+        n += holds;
+        set(s, i, holds, 0);
+        *beside += presses && !holds;
+        if (shares && shares[i].rest >= 0) e->z[shares[i].rest] = presses && !holds;
+    }
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
+        const int j = mech_row_partner(s, i), sticks_ = lies_within(s, i, impulse, rate);
+        const int pressed = row->normal < 0 || impulse[row->normal] > 0;
+        for (int k = i; k <= (j < 0 ? i : j); k++) {
+            const int holds = sticks_ && independent(s, &held, n, k);
+            n += holds;
+            set(s, k, holds, 0);
+            *beside += sticks_ && !holds;
+            if (shares && shares[k].rest >= 0) e->z[shares[k].rest] = sticks_ && !holds;
+        }
+        if (pressed && !sticks_) slide(s, i, rate[i], j < 0 ? 0 : rate[j]);
+    }
 }

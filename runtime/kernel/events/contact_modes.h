@@ -4,7 +4,11 @@
 
 #include "run.h"
 
-/* Finds the modes that fit, and sets them. `hit`: the row at which the present ones end, or -1. */
-int mech_contact_modes_choose(mech_solver *s, int hit);
+/* Finds the modes that fit, and sets them. `hit`: the row at which the present ones end, or -1. *struck: 1 where no forces fit, and
+ * an impact has ended a slip instead: then they are to be chosen again. */
+int mech_contact_modes_choose(mech_solver *s, int hit, int *struck);
+
+/* Sets the modes by the impulses of a step that has solved for contacts, and the rates that it left: what functions are told. */
+void mech_contact_modes_tell(mech_solver *s, const mech_real *impulse, const mech_real *rate);
 
 #endif

@@ -37,6 +37,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->gap_scale = take(&memory, &total, r);
     e->speed = take(&memory, &total, r);
     e->force = take(&memory, &total, r);
+    e->sizes = take(&memory, &total, r);
     e->mobility = take(&memory, &total, r);
     e->response = take(&memory, &total, r * (m->nv + r));
     e->impulse = take(&memory, &total, r);
@@ -55,6 +56,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->y_at = take(&memory, &total, ny);
     e->move = take(&memory, &total, ny);
     e->driven = take(&memory, &total, ny);
+    e->aside_at = take(&memory, &total, ny);
     e->correction = take(&memory, &total, m->nv);
     e->y_before = take(&memory, &total, ny);
     e->z_before = take(&memory, &total, m->nz);

@@ -24,6 +24,7 @@ typedef struct mech_event_state {
     mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
     mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */
     mech_real *gap_scale, *speed, *force; /* [n_rows] largest values so far                  */
+    mech_real *sizes;       /* [n_rows] of speeds before a step is looked at                  */
     mech_real *mobility;    /* [n_rows] largest response of a row to itself so far           */
     mech_real *response;    /* [n_rows][nv + n_rows] by unit impulses                        */
     mech_real *impulse, *change; /* [n_rows]                                                 */
@@ -35,6 +36,7 @@ typedef struct mech_event_state {
     mech_real *held, *held_new; /* [n_branches] conditions                                   */
     mech_real *act;         /* [ny + nz + checks]                                            */
     mech_real *y_at, *move, *driven; /* [ny] a state; a displacement; derivatives at rest    */
+    mech_real *aside_at;    /* [ny] a state that is looked at                                */
     mech_real *correction;  /* [nv] of velocities                                            */
     mech_real *y_before, *z_before, *outputs, *times;
     mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
@@ -53,7 +55,10 @@ typedef struct mech_event_state {
 enum {
     MECH_FIRED = 0, MECH_BRANCH, MECH_BRANCH_TIME, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_JOLT_TIME,
     MECH_AT_HAND, MECH_MOVED, MECH_FASTEST,
-    MECH_PACE, MECH_STEEPEST, MECH_UNLISTED, MECH_COUNTERS
+    MECH_PACE, MECH_STEEPEST, MECH_UNLISTED,
+    MECH_CARRIED, /* all that touches rests, and loads lie in their cones by other shares than those of the modes */
+    MECH_FLIES,   /* nothing is laid down                                                       */
+    MECH_COUNTERS
 };
 
 /* What a row of a crowd remembers, in the order of the arrays of rows. */

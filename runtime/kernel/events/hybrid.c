@@ -5,11 +5,13 @@
 
 #include "begin.h"
 #include "clock.h"
+#include "contact_cones.h"
 #include "contact_projection.h"
 #include "history.h"
 #include "indicators.h"
 #include "instant.h"
 #include "locate.h"
+#include "contact_modes.h"
 #include "method.h"
 #include "projection.h"
 #include "schedule.h"
@@ -28,10 +30,15 @@ static void swap(mech_real **a, mech_real **b)
 static void hold_attempt(mech_solver *s, mech_real t_new)
 {
     const mech_real t = s->run->report.t;
+    mech_event_state *e = s->events;
+    if (s->method->impulses) return;
     s->run->report.t = t_new;
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
+    memcpy(e->sizes, e->speed, (size_t)e->n_rows * sizeof(mech_real));
     mech_contact_projection_state(s);
+    for (int i = 0; i < e->n_rows; i++) /* what a step beyond its event brings is no size: forces may grow without bounds there */
+        if (e->sizes[i] > 0) e->speed[i] = mech_min(e->speed[i], 100 * e->sizes[i]);
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
     s->run->report.t = t;
@@ -147,6 +154,45 @@ static int step_along_slip(mech_solver *s, int *hit, mech_real part, mech_real *
     return MECH_NOT_FINITE;
 }
 
+/* Whether what rests at a part of the attempted step could go on to, by whatever shares of the loads. */
+static int holds_at(mech_solver *s, mech_real part, mech_real h)
+{
+    const mech_real t = s->run->report.t;
+    mech_real *y = s->y;
+    if (part < 1) {
+        mech_dense_at(s->dense, s->n_dense, s->ny, part, s->events->aside_at);
+        mech_normalise(s->model, s->events->aside_at);
+    }
+    s->y = part < 1 ? s->events->aside_at : s->y_new;
+    s->run->report.t = t + part * h;
+    mech_rows_read(s);
+    mech_rows_find_response(s);
+    const int holds = mech_contact_cones_hold(s);
+    s->y = y;
+    s->run->report.t = t;
+    return holds;
+}
+
+/* The part of the attempted step just behind which no share of the loads lets all rest, or 1. */
+static mech_real shares_end(mech_solver *s, mech_real h)
+{
+    enum { HALVES = 40 };
+    mech_real low = 0, high = 1;
+    if (!(s->events->counters[MECH_CARRIED] > 0) || holds_at(s, 1, h)) return 1;
+    if (!holds_at(s, 0, h)) { /* it is at the end of that already: the modes say what ends it */
+        s->events->counters[MECH_CARRIED] = 0;
+        return 1;
+    }
+    for (int k = 0; k < HALVES; k++) {
+        const mech_real part = (low + high) / 2;
+        if (holds_at(s, part, h))
+            low = part;
+        else
+            high = part;
+    }
+    return high;
+}
+
 /* A branch that is undefined beyond its surface stops every step short of it, however small. Finds the switch that is
  * about to be reached, and moves along the tangent just beyond: an error of second order in a rounding. */
 static int cross_tangentially(mech_solver *s)
@@ -212,7 +258,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
-    int hit = -1, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
+    int hit = -1, given_up = 0, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (s->model->hybrid->crowd && (status = mech_window_for_step(s, &t_new, &h))) return status;
@@ -220,6 +266,13 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         hold_attempt(s, t_new);
         mech_fill_dense(s, h);
         if ((status = mech_locate(s, h, &hit, &part))) return status;
+        const mech_real shared = hit < 0 ? shares_end(s, h) : 1;
+        if (shared < 1) {
+            mech_real error;
+            if ((status = repeat_step(s, h *= shared, &error))) return status;
+            t_new = run->report.t + h;
+            given_up = 1;
+        }
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
@@ -235,12 +288,16 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const int stop = run->next_stop;
     if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
+    if (!status && s->method->impulses) {
+        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
+        mech_contact_modes_tell(s, impulses, rates);
+    }
     if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
     const int broken = s->history ? mech_history_at_break(s) : 0;
     if (broken < 0) return broken;
-    return hit >= 0 || broken || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
+    return hit >= 0 || given_up || broken || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
 }
 
 static int advance(mech_solver *s, mech_real t_end, long max_steps)

@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "contact_cones.h"
 #include "impulses.h"
 #include "journal.h"
 #include "rows.h"
@@ -62,6 +63,18 @@ static int fastest_approach(const mech_solver *s)
         }
     }
     return found;
+}
+
+/* Where blows one after the other have no solution, or would raise the energy: all at once, friction against what is left of the slips. */
+static int strike(mech_solver *s, int contact)
+{
+    mech_event_state *e = s->events;
+    mech_real restitution[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++) restitution[i] = approaches(s, i) ? mech_impulse_restitution(s, i) : 0;
+    if (!mech_contact_cones_strike(s, restitution)) return mech_fail(s, MECH_NO_IMPACT, contact);
+    s->run->report.status = MECH_RUNNING;
+    s->run->report.failed_index = -1;
+    return apply_checked(s, contact);
 }
 
 /* Constraints that were engaged take their rates away at once. */
@@ -127,6 +140,7 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                  : fades              ? mech_impulse_with_friction(s, contact)
                                       : mech_impulse_together(s);
         if (!status) status = apply_checked(s, contact);
+        if (friction && (status == MECH_NO_IMPACT || status == MECH_ENERGY_RAISED)) status = strike(s, contact);
         (*count)++;
     }
     return status;

@@ -34,9 +34,7 @@ mech_real mech_impulse_loss(const mech_solver *s, mech_real *size)
     return lost;
 }
 
-/* Restitution of a contact that approaches: none where the rebound would be slower than the contact rests, or where
- * it would not rise above what rounding leaves of the gap. */
-static mech_real restitution(mech_solver *s, int i)
+mech_real mech_impulse_restitution(mech_solver *s, int i)
 {
     const mech_real e = mech_row_value(s, i, MECH_COEFFICIENT), r = -*mech_row_rate(s, i);
     const mech_real t = s->run->report.t, flight = t - s->events->last_hit[i];
@@ -64,7 +62,7 @@ typedef struct hit {
 
 static hit begin_hit(mech_solver *s, int contact)
 {
-    hit h = {contact, -1, 0, HIT_STICKS, -(1 + restitution(s, contact)) * *mech_row_rate(s, contact), {0, 0}, 0};
+    hit h = {contact, -1, 0, HIT_STICKS, -(1 + mech_impulse_restitution(s, contact)) * *mech_row_rate(s, contact), {0, 0}, 0};
     for (int i = s->events->n_rows - 1; i >= 0; i--)
         if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact &&
             mech_row_value(s, i, MECH_COEFFICIENT) > 0)
@@ -304,7 +302,7 @@ int mech_impulse_together(mech_solver *s)
             row[m] = i;
             in[m] = mech_impulse_holds(s, i);
             const mech_real r = *mech_row_rate(s, i);
-            aim[m++] = mech_impulse_holds(s, i) || r >= 0 ? -r : -(1 + restitution(s, i)) * r;
+            aim[m++] = mech_impulse_holds(s, i) || r >= 0 ? -r : -(1 + mech_impulse_restitution(s, i)) * r;
         }
     for (int pivots = 0; pivots < MOST_PIVOTS; pivots++) {
         int n = 0, wrong = -1;
@@ -341,7 +339,7 @@ int mech_impulse_of_crowd(mech_solver *s)
         const mech_real r = *mech_row_rate(s, i);
         p.set[p.n] = i;
         p.in[p.n] = r < 0;
-        p.q[p.n] = r < 0 ? (1 + restitution(s, i)) * r : r;
+        p.q[p.n] = r < 0 ? (1 + mech_impulse_restitution(s, i)) * r : r;
         p.slack[p.n] = mech_row_idle(s, i) / 10;
         p.held[p.n] = 0;
         p.weak[p.n++] = 0;

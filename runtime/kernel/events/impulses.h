@@ -13,6 +13,9 @@ int mech_impulse_of_crowd(mech_solver *s);
 int mech_impulse_with_friction(mech_solver *s, int contact);
 /* Whether row i is a constraint that is engaged. */
 int mech_impulse_holds(const mech_solver *s, int i);
+/* Restitution of a contact that approaches: none where the rebound would be slower than the contact rests, or where
+ * it would not rise above what rounding leaves of the gap. */
+mech_real mech_impulse_restitution(mech_solver *s, int i);
 void mech_impulse_set(mech_solver *s, int n, const int *set, const mech_real *x);
 /* What the impulses take out of the energy, and the size of its terms. */
 mech_real mech_impulse_loss(const mech_solver *s, mech_real *size);

@@ -33,6 +33,11 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
     if (h->indicators) h->indicators(t, y, s->u, z, s->o.p, w);
     if (rate && h->indicator_rates) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
     if (h->crowd) mech_window_indicate(s, t, y, w + h->n_switches, rate ? rate + h->n_switches : NULL);
+    for (int i = 0; s->events->counters[MECH_CARRIED] > 0 && i < s->events->n_rows; i++) {
+        if (!mech_row_is_carried(s, i)) continue;
+        w[h->n_switches + i] = s->events->force[i];
+        if (rate) rate[h->n_switches + i] = 0;
+    }
     for (int k = 0; k < h->n_switches; k++)
         if (z[h->switches[k]] > MECH_C(0.5)) {
             w[k] = -w[k];

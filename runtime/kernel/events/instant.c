@@ -8,6 +8,7 @@
 #include "history.h"
 #include "impacts.h"
 #include "indicators.h"
+#include "method.h"
 #include "journal.h"
 #include "contact_modes.h"
 #include "pieces.h"
@@ -75,10 +76,11 @@ static int turn_switches(mech_solver *s, int *changed)
 static int settle(mech_solver *s, int hit, int *changed)
 {
     int count = 0, status;
-    if (!s->events->n_rows) return MECH_RUNNING;
+    if (!s->events->n_rows || s->method->impulses) return MECH_RUNNING;
     status = mech_impacts_resolve(s, &count);
-    if (!status) status = mech_contact_modes_choose(s, hit);
-    if (count) *changed = 1;
+    int struck = 0;
+    if (!status) status = mech_contact_modes_choose(s, hit, &struck);
+    if (count || struck) *changed = 1;
     return status;
 }
 

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "method.h"
 #include "rows.h"
 #include "window.h"
 
@@ -33,6 +34,7 @@ void mech_journal_modes(mech_solver *s, int quiet)
             flag = mech_max(flag, e->z[s->events->rows[partner].flag]);
             sign = mech_max(mech_abs(sign), mech_abs(e->z[s->events->rows[partner].sign]));
         }
+        if (s->method->impulses) continue;
         if (!quiet && flag != e->flags[i]) {
             const int kinds[3][2] = {
                 {MECH_LIFT_OFF, MECH_REST}, {MECH_SLIP, MECH_STICK}, {MECH_RELEASED, MECH_ENGAGED}};

@@ -330,3 +330,11 @@ void mech_row_share_across(mech_solver *s, int i)
     e->row[rests * MECH_ROW_VALUES + MECH_FORCE] += part;
     for (int k = 0; k < 2; k++) e->row[(i + k) * MECH_ROW_VALUES + MECH_LIMIT] += part * of_limit;
 }
+
+int mech_row_is_carried(const mech_solver *s, int i)
+{
+    const mech_row *row = mech_row_of(s, i);
+    if (row->kind != MECH_CONTACT && row->kind != MECH_FRICTION) return 0;
+    const int j = mech_row_partner(s, i);
+    return mech_row_holds(s, i) || (j >= 0 && mech_row_holds(s, j)) || (i > 0 && mech_row_partner(s, i - 1) == i && mech_row_holds(s, i - 1));
+}

@@ -40,6 +40,8 @@ int mech_row_touches(const mech_solver *s, int i);
 int mech_row_may_rest(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_row_falls_back(const mech_solver *s, int i, mech_real rate);
+/* Where loads are shared otherwise than modes say: whether row i holds or is beside one that does, so that its force is no event. */
+int mech_row_is_carried(const mech_solver *s, int i);
 /* Speed below which a contact rests: of a crowd that within the tolerance of the fastest, where nothing is said. */
 mech_real mech_row_rest(const mech_solver *s, int i);
 /* Speed that counts as none. */

@@ -18,8 +18,13 @@ static mech_real *sign(const mech_solver *s, int i) { return &s->events->z[s->ev
 
 mech_real mech_surface_friction_none(const mech_solver *s, int i)
 {
+    /* One size for all that can be compared: a slip that begins moves others by as much. */
+    const mech_share_row *shares = s->model->hybrid->shares;
     const mech_real *speed = s->events->speed, share = mech_max(MECH_C(1e-11), TOLERANCES * s->o.rtol);
-    return share * mech_max(speed[i], speed[mech_row_partner(s, i)]);
+    mech_real fastest = mech_max(speed[i], speed[mech_row_partner(s, i)]);
+    for (int k = 0; shares && k < s->events->n_rows; k++)
+        if (shares[k].sort == shares[i].sort && s->events->rows[k].kind == MECH_FRICTION) fastest = mech_max(fastest, speed[k]);
+    return share * fastest;
 }
 
 int mech_surface_friction_is_slow(const mech_solver *s, int i)

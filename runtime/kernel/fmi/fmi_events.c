@@ -55,8 +55,8 @@ static int look(fmu *f)
 {
     forget(f);
     hand_over(f, f->st->t);
-    int outcome = mech_begin_look(f->s);
-    if (!outcome) outcome = mech_contact_modes_choose(f->s, -1);
+    int struck, outcome = mech_begin_look(f->s);
+    if (!outcome) outcome = mech_contact_modes_choose(f->s, -1, &struck);
     return outcome < 0 ? fmu_failed(f, outcome) : FMU_OK;
 }
 

@@ -26,6 +26,9 @@ typedef struct mech_method {
     /* The longest step from the present state that this suggests. NULL: only attempts tell. */
     mech_real (*longest)(mech_solver *s);
     int gives_derivative;  /* an attempt fills dy_new, too                                   */
+    /* A step solves for contacts, friction and what is engaged: they are no events. The impulses [n_rows] of the last one, and
+       the rates [n_rows] that they left. NULL: events are found. */
+    const mech_real *(*impulses)(const mech_solver *s, const mech_real **rates);
     int keeps_constraints; /* the new state needs no projection                              */
 
     /* Where steps have become too small: names what of the method is to blame, or MECH_RUNNING. NULL: nothing can be. */
@@ -49,7 +52,7 @@ typedef struct mech_method {
 
 extern const mech_method mech_rk4, mech_dop853, mech_radau5;
 extern const mech_method mech_gauss2, mech_gauss4, mech_gauss6, mech_gauss8, mech_verlet, mech_auto;
-extern const mech_method mech_rattle, mech_lobatto4, mech_lobatto6, mech_taylor;
+extern const mech_method mech_rattle, mech_lobatto4, mech_lobatto6, mech_taylor, mech_moreau;
 
 extern const mech_method *const mech_methods[];
 extern const int mech_n_methods;

@@ -6,7 +6,7 @@
 const mech_method *const mech_methods[] = {
     &mech_dop853, &mech_rk4,    &mech_radau5, &mech_gauss2,
     &mech_gauss4, &mech_gauss6, &mech_gauss8, &mech_verlet, &mech_auto,
-    &mech_rattle, &mech_lobatto4, &mech_lobatto6, &mech_taylor,
+    &mech_rattle, &mech_lobatto4, &mech_lobatto6, &mech_taylor, &mech_moreau,
 };
 const int mech_n_methods = sizeof mech_methods / sizeof mech_methods[0];
 

@@ -334,6 +334,23 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
         remarks.append(
             f"{often} a contact that would have fallen back slower than its 'rest' was laid down{took}"
         )
+    if s.contact is not None:
+        c = s.contact
+        unsolved = f"; {c.unsolved} of {s.steps} steps were not solved" if c.unsolved else ""
+        remarks.append(
+            f"contacts: residual up to {c.residual:.1e}, as a rate, overlap up to {c.overlap:.1e}, in the units of gaps{unsolved}"
+        )
+    if s.several:
+        often = "at one instant" if s.several == 1 else f"at {s.several} instants"
+        remarks.append(
+            f"{often} Coulomb's law had a second solution, in which a contact opens: what pressed went on pressing"
+        )
+    if s.poisson:
+        often = "one impact" if s.poisson == 1 else f"{s.poisson} impacts"
+        remarks.append(
+            f"at {often} Newton's restitution and Coulomb's friction would have raised the energy: restitution there "
+            "is Poisson's, a part of the impulse that ends the approach"
+        )
     return tuple(remarks)
 
 

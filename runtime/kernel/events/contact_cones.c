@@ -1,0 +1,256 @@
+/* Which contacts press and which frictions stick, as one contact problem of accelerations and forces. */
+#include "contact_cones.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "cones.h"
+#include "impulses.h"
+#include "surface_friction.h"
+
+/* Shares of the largest acceleration without forces: what is left of a solution, and what counts as none of it. */
+static const mech_real LEFT = MECH_C(1e-11), NONE = MECH_C(1e-8);
+
+typedef struct problem {
+    mech_cones c;
+    int *row;       /* [n] the row of events of each row of the problem                          */
+    mech_cone *cones;
+    int *contact;   /* [n_cones] the contact, or -1                                              */
+    mech_real scale; /* the largest acceleration without forces                                  */
+    mech_real *memory, *room;
+} problem;
+
+static void end_problem(problem *p) { free(p->memory); }
+
+/* Modes of rows while they are set aside. */
+typedef struct aside {
+    mech_real flag[MECH_MOST_ROWS], sign[MECH_MOST_ROWS];
+} aside;
+
+static int is_chosen(const mech_row *row) { return row->kind == MECH_CONTACT || row->kind == MECH_FRICTION || row->kind == MECH_BILATERAL; }
+
+/* Reads the rows without any of their forces, but those of frictions of joints that slide. */
+static void read_free(mech_solver *s, aside *a)
+{
+    mech_event_state *e = s->events;
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = &e->rows[i];
+        if (!is_chosen(row)) continue;
+        a->flag[i] = e->z[row->flag];
+        a->sign[i] = row->sign < 0 ? 0 : e->z[row->sign];
+        e->z[row->flag] = 0;
+    }
+    mech_rows_read(s);
+}
+
+static void come_back(mech_solver *s, const aside *a)
+{
+    mech_event_state *e = s->events;
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = &e->rows[i];
+        if (!is_chosen(row)) continue;
+        e->z[row->flag] = a->flag[i];
+        if (row->sign >= 0) e->z[row->sign] = a->sign[i];
+    }
+    mech_rows_read(s);
+}
+
+static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i; }
+
+/* The first friction of a contact, or -1. */
+static int friction_of(const mech_solver *s, int contact)
+{
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact) return i;
+    return -1;
+}
+
+static void add(problem *p, int kind, int contact, int slips, mech_real coefficient)
+{
+    p->cones[p->c.n_cones] = (mech_cone){kind, p->c.n, slips, coefficient, 0};
+    p->contact[p->c.n_cones++] = contact;
+}
+
+/* The problem of accelerations of what touches and rests, or, without `a`, of rates of what touches; 0 where memory is lacking.
+ * `a`: modes, which are set aside. */
+static int begin_problem(mech_solver *s, problem *p, aside *a)
+{
+    mech_event_state *e = s->events;
+    const int most = e->n_rows;
+    const size_t numbers = (size_t)most * (size_t)(most + 3) + mech_cones_room(most) + (size_t)most * (sizeof(mech_cone) / sizeof(mech_real) + 2);
+    memset(p, 0, sizeof *p);
+    p->memory = calloc(numbers, sizeof(mech_real));
+    if (!p->memory) return 0;
+    mech_real *w = p->memory, *q = w + (size_t)most * (size_t)most, *rest = q + 3 * most;
+    p->room = rest + (size_t)most * (sizeof(mech_cone) / sizeof(mech_real) + 2);
+    p->cones = (mech_cone *)rest;
+    p->row = (int *)(p->cones + most);
+    p->contact = p->row + most;
+    p->c.w = w;
+    p->c.q = q;
+    p->c.r = q + most;
+    p->c.u = q + 2 * most;
+    p->c.cones = p->cones;
+    if (a) read_free(s, a);
+    mech_real slide[MECH_MOST_ROWS][2];
+    for (int i = 0; i < most; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        slide[i][0] = slide[i][1] = 0;
+        if (row->kind == MECH_BILATERAL && (a ? a->flag[i] > MECH_C(0.5) : mech_row_holds(s, i)) && mech_row_moves_itself(s, i)) {
+            add(p, MECH_CONE_HELD, -1, 0, 0);
+            p->row[p->c.n++] = i;
+        } else if (row->kind == MECH_CONTACT && (a ? mech_row_may_rest(s, i) : mech_row_touches(s, i)) && mech_row_moves_itself(s, i)) {
+            const int f = friction_of(s, i);
+            int slips = 0;
+            mech_real coefficient = 0;
+            const int sticks = f >= 0 && mech_surface_friction_is_slow(s, f), slow = sticks || !a;
+            if (f >= 0 && mech_row_value(s, f, sticks ? MECH_COEFFICIENT : MECH_EXTRA) > 0) {
+                coefficient = mech_row_value(s, f, sticks ? MECH_COEFFICIENT : MECH_EXTRA);
+                const int count = mech_row_partner(s, f) < 0 ? 1 : 2;
+                const mech_real size = mech_row_size(s, f, MECH_RATE);
+                for (int k = 0; k < count; k++) {
+                    if (slow && mech_row_moves_itself(s, f + k)) slips++;
+                    if (!slow) slide[i][k] = -coefficient * mech_row_value(s, f + k, MECH_RATE) / size;
+                }
+            }
+            add(p, MECH_CONE, i, slips, slips ? coefficient : 0);
+            p->row[p->c.n++] = i;
+            for (int k = 0; slips && k < (mech_row_partner(s, f) < 0 ? 1 : 2); k++)
+                if (mech_row_moves_itself(s, f + k)) p->row[p->c.n++] = f + k;
+        } else if (a && row->kind == MECH_FRICTION && row->normal < 0 && !is_partner(s, i) && mech_surface_friction_is_slow(s, i) &&
+                   mech_row_moves_itself(s, i)) {
+            add(p, MECH_CONE_DISC, i, 1, mech_max(0, mech_row_value(s, i, MECH_LIMIT)));
+            p->row[p->c.n++] = i;
+        }
+    }
+    const int n = p->c.n;
+    for (int i = 0; i < n; i++) {
+        q[i] = mech_row_value(s, p->row[i], a ? MECH_SECOND : MECH_RATE);
+        p->scale = mech_max(p->scale, mech_abs(q[i]));
+        for (int j = 0; j < n; j++) {
+            const int row = p->row[j], f = mech_row_of(s, row)->kind == MECH_CONTACT ? friction_of(s, row) : -1;
+            w[(size_t)i * n + j] = mech_row_response(s, p->row[i], row);
+            for (int k = 0; f >= 0 && k < 2; k++)
+                if (slide[row][k] != 0) w[(size_t)i * n + j] += slide[row][k] * mech_row_response(s, p->row[i], f + k);
+        }
+    }
+    for (int k = 0; k < p->c.n_cones; k++) p->cones[k].slack = LEFT * p->scale;
+    return 1;
+}
+
+/* Writes what cone k does to the choices. */
+static void take(mech_solver *s, const problem *p, int k, int ends)
+{
+    mech_event_state *e = s->events;
+    const mech_cone *cone = &p->cones[k];
+    const mech_real *r = p->c.r + cone->at, *u = p->c.u + cone->at, none = NONE * p->scale;
+    if (cone->kind == MECH_CONE_HELD) return;
+    const int first = cone->kind == MECH_CONE, contact = p->contact[k];
+    const mech_real *rt = r + first, *ut = u + first;
+    const mech_real size = cone->slips == 2 ? mech_sqrt(rt[0] * rt[0] + rt[1] * rt[1]) : cone->slips ? mech_abs(rt[0]) : 0;
+    const mech_real rises = cone->slips == 2 ? mech_sqrt(ut[0] * ut[0] + ut[1] * ut[1]) : cone->slips ? mech_abs(ut[0]) : 0;
+    if (first && (u[0] > none || (contact == ends && !(r[0] * mech_row_response(s, contact, contact) > none)))) {
+        e->open[contact] = 1;
+        return;
+    }
+    if (!cone->slips) return;
+    const mech_real limit = first ? cone->coefficient * r[0] : cone->coefficient;
+    const int ended = p->row[cone->at + first] == ends && size >= limit * (1 - MECH_C(1e-7));
+    if (rises <= none && !ended) return;
+    for (int j = 0; j < cone->slips; j++)
+        e->slides[p->row[cone->at + first + j]] = rises > none ? ut[j] / rises : -rt[j] / size;
+}
+
+int mech_contact_cones_choose(mech_solver *s, int ends)
+{
+    mech_event_state *e = s->events;
+    problem p;
+    aside a;
+    if (!begin_problem(s, &p, &a)) return 0;
+    const int solved = mech_cones_solve(&p.c, p.room);
+    for (int i = 0; solved && i < e->n_rows; i++) {
+        if (e->open[i] > 0) e->open[i] = 0;
+        e->slides[i] = 0;
+    }
+    for (int k = 0; solved && k < p.c.n_cones; k++) take(s, &p, k, ends);
+    come_back(s, &a);
+    end_problem(&p);
+    return solved;
+}
+
+int mech_contact_cones_hold(mech_solver *s)
+{
+    problem p;
+    aside a;
+    if (!begin_problem(s, &p, &a)) return 0;
+    int holds = mech_cones_solve(&p.c, p.room);
+    for (int k = 0; holds && k < p.c.n; k++)
+        if (a.flag[p.row[k]] > MECH_C(0.5)) holds = mech_abs(p.c.u[k]) <= NONE * p.scale;
+    come_back(s, &a);
+    end_problem(&p);
+    return holds;
+}
+
+/* Writes the impulses r; with `restitution`, by contact, each of them times one more than that, or than `most`: Poisson's law. */
+static void take_impulses(mech_solver *s, const problem *p, const mech_real *restitution, mech_real most)
+{
+    memset(s->events->impulse, 0, (size_t)s->events->n_rows * sizeof(mech_real));
+    for (int k = 0; k < p->c.n_cones; k++) {
+        const mech_cone *cone = &p->cones[k];
+        const mech_real share = p->contact[k] < 0 || !restitution ? 1 : 1 + mech_min(most, restitution[p->contact[k]]);
+        for (int i = cone->at; i < cone->at + cone->slips + 1; i++) s->events->impulse[p->row[i]] = share * p->c.r[i];
+    }
+}
+
+int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution)
+{
+    problem p;
+    if (!begin_problem(s, &p, NULL)) return 0;
+    mech_real *q = (mech_real *)p.c.q, size, least = 1;
+    for (int k = 0; k < p.c.n_cones; k++) {
+        const int i = p.contact[k] < 0 ? -1 : p.cones[k].at;
+        if (i >= 0 && q[i] < 0) q[i] += restitution[p.contact[k]] * q[i];
+    }
+    int solved = mech_cones_solve(&p.c, p.room);
+    if (solved) take_impulses(s, &p, NULL, 0);
+    if (!solved || mech_impulse_loss(s, &size) < -MECH_C(1e-9) * size) {
+        for (int i = 0; i < p.c.n; i++) q[i] = mech_row_value(s, p.row[i], MECH_RATE);
+        solved = mech_cones_solve(&p.c, p.room);
+        for (int k = 0; k < p.c.n_cones; k++)
+            if (p.contact[k] >= 0 && p.c.r[p.cones[k].at] > 0) least = mech_min(least, restitution[p.contact[k]]);
+        take_impulses(s, &p, restitution, 1);
+        if (mech_impulse_loss(s, &size) < -MECH_C(1e-9) * size) take_impulses(s, &p, restitution, least);
+        s->run->report.poisson += solved;
+    }
+    end_problem(&p);
+    return solved;
+}
+
+int mech_contact_cones_shock(mech_solver *s)
+{
+    static const mech_real approaches[] = {MECH_C(1e-8), MECH_C(1e-5), MECH_C(1e-2)}; /* in the largest speed */
+    problem p;
+    int struck = 0;
+    if (!begin_problem(s, &p, NULL)) return 0;
+    mech_real *q = (mech_real *)p.c.q, size;
+    for (int k = 0; k < p.c.n_cones; k++) /* what is laid down neither rises nor falls */
+        if (p.contact[k] >= 0 && mech_row_may_rest(s, p.contact[k])) q[p.cones[k].at] = 0;
+    for (int l = 0; l < 3 && !struck; l++) {
+        const mech_real approach = approaches[l] * p.scale;
+        for (int way = -1; way <= 1; way += 2) {
+            for (int k = 0; k < p.c.n_cones; k++)
+                if (p.contact[k] >= 0) q[p.cones[k].at] += way * approach;
+            struck = way < 0 ? mech_cones_solve(&p.c, p.room) : struck && mech_cones_refine(&p.c, p.room);
+        }
+        mech_real change = 0; /* what goes away with the approach is no impact */
+        for (int i = 0; i < p.c.n; i++) change = mech_max(change, mech_abs(p.c.w[(size_t)i * (p.c.n + 1)] * p.c.r[i]));
+        struck = struck && change > MECH_C(1e-4) * p.scale;
+        if (struck) {
+            take_impulses(s, &p, NULL, 0);
+            struck = mech_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;
+        }
+    }
+    if (!struck) memset(s->events->impulse, 0, (size_t)s->events->n_rows * sizeof(mech_real));
+    end_problem(&p);
+    return struck;
+}

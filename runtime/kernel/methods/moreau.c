@@ -1,0 +1,290 @@
+/* Steps of Moreau and Jean, with the midpoint: what touches in the middle of the step gets impulses that keep Signorini's and
+ * Coulomb's laws at its end. No step ends at an impact, none is refused for one, and many at once are one problem (cones.h).
+ *
+ * q_m = q + h/2 v; v' = v + h a(q_m, v + h/2 a) without contacts; impulses r along the rows at q_m, so that v+ = v' + W r; q' = q_m + h/2 v+.
+ * A contact that approaches with restitution e, faster than it rests and than the step itself drives it, rebounds once its gap is
+ * closed: u+ >= -e u-. Others may come as far as the surface at the end of the step: u+ >= -2 g/h. The work of the impulses
+ * is that at the mean of both velocities; where the mass is constant this is the energy that is lost, to rounding.
+ *
+ * J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; M. Jean, The non-smooth contact dynamics
+ * method, 1999.
+ */
+#include <string.h>
+
+#include "cones.h"
+#include "linear.h"
+#include "method.h"
+
+enum { RHS = 3, MOST_SWEEPS = 24, MOST_LOOKS = 4 };
+
+/* A residual that counts as none, in the largest rate so far; what an approach has to exceed, beside what the step adds to it. */
+static const mech_real NONE = MECH_C(1e-10), DRIVEN = 2;
+
+static int lacks(const mech_model *model)
+{
+    const mech_hybrid *h = model->hybrid;
+    return h && h->n_rows && !h->crowd && !h->carried ? MECH_RUNNING : MECH_NEEDS_ROWS;
+}
+
+/* The memory of a step. */
+typedef struct room {
+    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver;
+    mech_cone *cones;
+    int *row, *contact;
+} room;
+
+static size_t arrange(const mech_model *m, mech_real *memory, room *o)
+{
+    const size_t n = m->hybrid ? (size_t)m->hybrid->n_rows : 0, nv = (size_t)m->nv;
+    const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz;
+    const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
+                            n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n)};
+    mech_real *places[sizeof sizes / sizeof sizes[0]];
+    size_t total = 0;
+    for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
+        places[k] = memory ? memory + total : NULL;
+        total += sizes[k];
+    }
+    if (o)
+        *o = (room){.impulse = places[0], .rates = places[1], .fastest = places[2], .z = places[3], .y = places[4], .values = places[5],
+                    .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
+                    .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
+                    .contact = (int *)(places[15] + mech_integers((int)n))};
+    return total;
+}
+
+static size_t n_extra(const mech_model *model) { return arrange(model, NULL, NULL); }
+
+static const mech_real *impulses(const mech_solver *s, const mech_real **rates)
+{
+    *rates = mech_extra(s) + s->model->hybrid->n_rows;
+    return mech_extra(s);
+}
+
+static void begin(mech_solver *s, int fresh)
+{
+    room o;
+    arrange(s->model, mech_extra(s), &o);
+    if (!fresh) return;
+    memset(o.impulse, 0, (size_t)s->model->hybrid->n_rows * sizeof(mech_real));
+    *o.fastest = 0;
+}
+
+static mech_real value(const mech_real *values, int i, int which) { return values[i * MECH_ROW_VALUES + which]; }
+
+static mech_real length(const mech_real *values, int i, int count, int which)
+{
+    const mech_real a = value(values, i, which), b = count > 1 ? value(values, i + 1, which) : 0;
+    return count > 1 ? mech_sqrt(a * a + b * b) : mech_abs(a);
+}
+
+static int is_on(const mech_solver *s, int place) { return place < 0 || s->o.z[place] > MECH_C(0.5); }
+
+/* The first friction of a contact, or -1, and how many rows it has. */
+static int friction_of(const mech_hybrid *h, int contact, int *count)
+{
+    for (int i = 0; i < h->n_rows; i++)
+        if (h->rows[i].kind == MECH_FRICTION && h->rows[i].normal == contact) {
+            *count = i + 1 < h->n_rows && h->rows[i + 1].kind == MECH_FRICTION && h->rows[i + 1].normal == contact ? 2 : 1;
+            return i;
+        }
+    return -1;
+}
+
+static void read_rows(mech_solver *s, mech_real t, const room *o, mech_real *values)
+{
+    s->model->hybrid->row_values(t, o->y, s->u, o->z, s->o.p, values);
+}
+
+/* The problem's rows and cones: all that is held and rubs, and contacts in `takes`. */
+static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real h, mech_cones *c)
+{
+    const mech_hybrid *hybrid = s->model->hybrid;
+    mech_real *q = o->q;
+    c->n = c->n_cones = 0;
+    for (int i = 0; i < hybrid->n_rows; i++) {
+        const mech_row *row = &hybrid->rows[i];
+        const int at = c->n;
+        mech_cone cone = {MECH_CONE_HELD, at, 0, 0, 0};
+        if (row->kind == MECH_BILATERAL && is_on(s, row->flag)) {
+            o->row[c->n++] = i;
+            q[at] = value(o->after, i, MECH_RATE);
+        } else if (row->kind == MECH_FRICTION && row->normal < 0 && is_on(s, row->enabled)) {
+            cone.kind = MECH_CONE_DISC;
+            cone.slips = 1;
+            cone.coefficient = h * mech_max(0, value(o->values, i, MECH_LIMIT));
+            o->row[c->n++] = i;
+            q[at] = value(o->after, i, MECH_RATE);
+        } else if (row->kind == MECH_CONTACT && takes[i]) {
+            const mech_real gap = value(o->before, i, MECH_GAP), u = value(o->before, i, MECH_RATE), next = value(o->after, i, MECH_RATE);
+            const mech_real e = value(o->before, i, MECH_COEFFICIENT), rest = mech_max(0, value(o->before, i, MECH_EXTRA));
+            int count = 0;
+            const int f = friction_of(hybrid, i, &count);
+            cone.kind = MECH_CONE;
+            o->row[c->n++] = i;
+            const int strikes = e > 0 && u < -mech_max(rest, DRIVEN * mech_abs(next - u));
+            if (strikes && gap > 0) {
+                c->n = at;
+                continue;
+            }
+            q[at] = next + (strikes ? e * u : 2 * mech_max(0, gap) / h);
+            if (f >= 0) {
+                const int slips = length(o->before, f, count, MECH_RATE) > MECH_C(1e-9) * *o->fastest;
+                cone.coefficient = mech_max(0, value(o->before, f, slips ? MECH_EXTRA : MECH_COEFFICIENT));
+                cone.slips = cone.coefficient > 0 ? count : 0;
+                for (int k = 0; k < cone.slips; k++) {
+                    o->row[c->n] = f + k;
+                    q[c->n++] = value(o->after, f + k, MECH_RATE);
+                }
+            }
+        } else {
+            continue;
+        }
+        o->cones[c->n_cones++] = cone;
+    }
+    for (int k = 0; k < c->n_cones; k++) o->cones[k].slack = NONE * *o->fastest;
+    return c->n;
+}
+
+/* What unit impulses along the rows of the problem do; those of rows that nothing moves are set aside. */
+static void respond(mech_solver *s, mech_real t, const room *o, const mech_cones *c)
+{
+    const mech_model *m = s->model;
+    const int width = m->nv + m->hybrid->n_rows;
+    for (int k = 0; k < c->n; k++) {
+        const int place = m->hybrid->rows[o->row[k]].impulse;
+        o->z[place] = 1;
+        m->hybrid->respond(t, o->y, s->u, o->z, s->o.p, o->response + (size_t)k * width);
+        o->z[place] = 0;
+    }
+    for (int i = 0; i < c->n; i++)
+        for (int k = 0; k < c->n; k++) o->w[(size_t)i * c->n + k] = o->response[(size_t)k * width + m->nv + o->row[i]];
+}
+
+/* v+ from v' in `free`, and all row rates there. */
+static void move(mech_solver *s, mech_real t, const room *o, const mech_cones *c, const mech_real *free_, mech_real *v)
+{
+    const mech_model *m = s->model;
+    const int width = m->nv + m->hybrid->n_rows;
+    for (int i = 0; i < m->nv; i++) {
+        v[i] = free_[i];
+        for (int k = 0; k < c->n; k++) v[i] += c->r[k] * o->response[(size_t)k * width + i];
+    }
+    memcpy(o->y + m->nq, v, (size_t)m->nv * sizeof(mech_real));
+    read_rows(s, t, o, o->values);
+}
+
+static mech_real attempt(mech_solver *s, mech_real h)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *hybrid = m->hybrid;
+    const int nq = m->nq, nv = m->nv, ny = s->ny, rows = hybrid->n_rows;
+    const mech_real t = s->run->report.t, middle = t + h / 2;
+    mech_report *report = &s->run->report;
+    mech_real *f1 = s->work, *f2 = f1 + ny, *f3 = f2 + ny, *v = s->y_new + nq, check = 0;
+    const mech_real *v0 = s->y + nq;
+    room o;
+    arrange(m, mech_extra(s), &o);
+    int *takes = o.contact;
+    memcpy(o.z, s->o.z, (size_t)m->nz * sizeof(mech_real));
+    for (int i = 0; i < rows; i++) {
+        takes[i] = 0;
+        if (hybrid->rows[i].kind == MECH_STEP_ROW) continue;
+        if (hybrid->rows[i].flag >= 0) o.z[hybrid->rows[i].flag] = 0;
+        if (hybrid->rows[i].sign >= 0) o.z[hybrid->rows[i].sign] = 0;
+    }
+    const mech_real *z = s->o.z;
+    /* the middle, and the velocities there without contacts */
+    for (int i = 0; i < ny; i++) o.y[i] = s->y[i] + (i < nq || i >= nq + nv ? h / 2 * s->dy[i] : 0);
+    mech_normalise(m, o.y);
+    s->o.z = o.z;
+    mech_rhs(s, middle, o.y, f1);
+    for (int i = 0; i < nv; i++) o.y[nq + i] = v0[i] + h / 2 * f1[nq + i];
+    mech_rhs(s, middle, o.y, f2);
+    s->o.z = z;
+    mech_real *free_ = s->dy_new; /* room */
+    for (int i = 0; i < nv; i++) free_[i] = v0[i] + h * f2[nq + i];
+    memcpy(o.y + nq, v0, (size_t)nv * sizeof(mech_real));
+    read_rows(s, middle, &o, o.before);
+    hybrid->row_values(middle, o.y, s->u, z, s->o.p, o.values); /* limits of friction may come from the forces that hold now */
+    memcpy(o.y + nq, free_, (size_t)nv * sizeof(mech_real));
+    read_rows(s, middle, &o, o.after);
+    for (int i = 0; i < rows; i++)
+        *o.fastest = mech_max(*o.fastest, mech_max(mech_abs(value(o.before, i, MECH_RATE)), mech_abs(value(o.after, i, MECH_RATE))));
+    if (!mech_finite(*o.fastest)) return *o.fastest;
+    for (int i = 0; i < rows; i++) /* those that might touch at the end of the step */
+        takes[i] = hybrid->rows[i].kind == MECH_CONTACT && is_on(s, hybrid->rows[i].enabled) &&
+                   value(o.before, i, MECH_GAP) + h / 2 * mech_min(0, value(o.after, i, MECH_RATE)) <= 0;
+    mech_cones c = {.cones = o.cones, .w = o.w, .q = o.q, .r = o.r, .u = o.u};
+    int solved = 1;
+    for (int look = 0;; look++) {
+        if (look) { /* the limits again */
+            memcpy(o.y + nq, v0, (size_t)nv * sizeof(mech_real));
+            hybrid->row_values(middle, o.y, s->u, z, s->o.p, o.values);
+        }
+        find_cones(s, &o, takes, h, &c);
+        respond(s, middle, &o, &c);
+        for (int k = 0; k < c.n; k++) c.r[k] = o.impulse[o.row[k]];
+        solved = mech_cones_sweep(&c, MOST_SWEEPS, o.solver) || mech_cones_refine(&c, o.solver) || mech_cones_solve(&c, o.solver);
+        move(s, middle, &o, &c, free_, v);
+        int more = 0; /* what the impulses drive onto others */
+        for (int i = 0; i < rows; i++) {
+            if (hybrid->rows[i].kind != MECH_CONTACT || takes[i] || !is_on(s, hybrid->rows[i].enabled)) continue;
+            takes[i] = value(o.before, i, MECH_GAP) + h / 2 * value(o.values, i, MECH_RATE) < 0;
+            more |= takes[i];
+        }
+        if (!more || look == MOST_LOOKS) break;
+    }
+    report->residual = mech_max(report->residual, c.residual);
+    if (!solved) report->unsolved++;
+    for (int i = 0; i < rows; i++) {
+        o.impulse[i] = 0;
+        o.rates[i] = value(o.values, i, MECH_RATE);
+        const int open = hybrid->rows[i].kind != MECH_CONTACT || !is_on(s, hybrid->rows[i].enabled);
+        if (!open && value(o.before, i, MECH_GAP) < -report->overlap) report->overlap = -value(o.before, i, MECH_GAP);
+    }
+    mech_real lost = 0, supplied = 0;
+    for (int k = 0; k < c.n; k++) {
+        const int i = o.row[k];
+        o.impulse[i] = c.r[k];
+        lost -= c.r[k] * (value(o.before, i, MECH_RATE) + o.rates[i]) / 2;
+        supplied -= c.r[k] * value(o.before, i, MECH_DRIFT);
+    }
+    /* q' is an affine function of v: that of v+ from those of v and of the mean */
+    for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
+    s->o.z = o.z;
+    mech_rhs(s, middle, o.y, f3);
+    s->o.z = z;
+    for (int i = 0; i < nq; i++) s->y_new[i] = o.y[i] + h / 2 * (2 * f3[i] - f1[i]);
+    for (int i = nq + nv; i < ny; i++) s->y_new[i] = s->y[i] + h * f3[i];
+    if (hybrid->dissipated >= 0) s->y_new[hybrid->dissipated] += lost;
+    if (hybrid->supplied >= 0) s->y_new[hybrid->supplied] += supplied;
+    for (int i = 0; i < ny; i++) check += s->y_new[i];
+    return mech_finite(check) ? 0 : check;
+}
+
+static void dense(mech_solver *s, mech_real h)
+{
+    (void)h;
+    const int n = s->ny;
+    memset(s->dense, 0, (size_t)n * (size_t)s->n_dense * sizeof(mech_real));
+    for (int i = 0; i < n; i++) {
+        s->dense[i] = s->y[i];
+        s->dense[n + i] = s->y_new[i] - s->y[i];
+    }
+}
+
+const mech_method mech_moreau = {
+    .name = "moreau",
+    .doc = "steps of Moreau and Jean, fixed step: contacts and friction as one problem in each step, without events",
+    .order = 1,
+    .n_stages = 2,
+    .n_work = RHS,
+    .n_dense = 4,
+    .lacks = lacks,
+    .n_extra = n_extra,
+    .begin = begin,
+    .impulses = impulses,
+    .attempt = attempt,
+    .dense = dense,
+};

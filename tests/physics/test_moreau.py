@@ -1,0 +1,271 @@
+"""Steps that solve for contacts (``method = "moreau"``), against closed forms and against runs with exact events."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from drops import WEIGHT, drop, on_four_feet
+
+import mechc
+from mechc.runtime.outcome import Outcome, SimulationError
+
+MOREAU: dict[str, Any] = {"method": "moreau", "estimate_error": False}
+
+
+def balance(solution: mechc.Solution) -> float:
+    """The largest error of the balance of energy, relative to the largest energy."""
+    energy = solution["energy.total"] + solution["energy.dissipated"]
+    return float(np.abs(energy - energy[0]).max() / np.abs(energy).max())
+
+
+CUBE = """
+parameter mu = 0.4;
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+initial der(x) = 2 m/s;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+potential 1 kg*9.81 m/s^2*y;
+contact ground: y friction mu along der(x);
+output N = multiplier(ground);
+experiment(stop = 1 s, method = "moreau", step = 1 ms);
+"""
+
+
+def test_a_cube_slides_and_stops_where_it_must() -> None:
+    """v^2/(2 mu g). A stop within a step is off by less than the way of half a step at the speed of one, mu g h^2/2."""
+    model, end = mechc.loads(CUBE), 4 / (2 * 0.4 * 9.81)
+    for h in (1e-3, 5e-3):
+        solution = model.simulate(step=h, estimate_error=False)
+        assert abs(solution["x"][-1] - end) < 0.4 * 9.81 * h * h / 2
+        assert solution["der(x)"][-1] == 0
+        assert balance(solution) < 1e-13
+        assert solution["N"][-1] == pytest.approx(9.81, rel=1e-12)
+    contact = solution.report["contact"]
+    assert contact["residual"] < 1e-12 and contact["unsolved"] == 0 and contact["overlap"] == 0
+
+
+def test_the_companion_run_tells_its_error() -> None:
+    solution = mechc.loads(CUBE).simulate(step=5e-3)
+    found = solution.accuracy.error
+    assert found is not None
+    true = abs(solution["x"][-1] - 4 / (2 * 0.4 * 9.81))
+    assert true / 3 < found.at_end * (1 + solution["x"][-1]) < 10 * true
+
+
+CYLINDER = """
+parameter mu = 0.1;
+parameter slope = 30 deg;
+coordinate Length s = 0 m;
+coordinate Length n = 0.1 m;
+coordinate Angle a = 0 rad;
+kinetic 1/2*2 kg*(der(s)^2 + der(n)^2) + 1/2*(0.01 kg.m^2)*der(a)^2;
+potential 2 kg*9.81 m/s^2*(n*cos(slope) - s*sin(slope));
+contact floor: n - 0.1 m friction mu along der(s) - 0.1 m*der(a);
+experiment(stop = 1 s, method = "moreau", step = 1 ms);
+"""
+
+
+@pytest.mark.parametrize(
+    ("mu", "acceleration"),
+    [
+        (0.1, 9.81 * (math.sin(math.pi / 6) - 0.1 * math.cos(math.pi / 6))),
+        (0.4, 9.81 * math.sin(math.pi / 6) * 2 / 3),
+    ],
+    ids=["slips", "rolls"],
+)
+def test_a_cylinder_rolls_or_slips_down(mu: float, acceleration: float) -> None:
+    """It rolls from mu = tan(slope)/3 on. Constant forces: the midpoint has no error."""
+    solution = mechc.loads(CYLINDER).simulate(set={"mu": mu}, estimate_error=False)
+    assert solution["s"][-1] == pytest.approx(acceleration / 2, rel=1e-9)
+    assert balance(solution) < 1e-12
+
+
+BALL = """
+coordinate Length y = 1 m;
+kinetic 1/2*1 kg*der(y)^2;
+potential 1 kg*9.81 m/s^2*y;
+contact ground: y restitution 0.5;
+experiment(stop = 1.5 s, method = "moreau", step = 1 ms);
+"""
+
+
+def test_a_ball_bounces_to_rest() -> None:
+    """To its order: the height after the first bounce is 1/4 m, at three times the time of the fall over two."""
+    model, errors = mechc.loads(BALL), []
+    for h in (2e-3, 2.5e-4):
+        solution = model.simulate(step=h, estimate_error=False)
+        rise = solution["y"][solution.time > 0.5].max()
+        errors.append(abs(rise - 0.25))
+        assert abs(solution["der(y)"][-1]) < 1e-10
+        assert solution.report["contact"]["overlap"] < math.sqrt(2 * 9.81) * h
+        assert balance(solution) < 1e-12
+    assert errors[0] < 10e-3 and errors[1] < 2e-3
+
+
+STACK = """
+structural parameter Integer n = 10;
+parameter w = 0.2 m;
+parameter h = 0.1 m;
+coordinate Length x[n] = {0 m for i in 1:n};
+coordinate Length y[n] = {(i - 0.5)*h for i in 1:n};
+coordinate Angle a[n] = {0 rad for i in 1:n};
+for i in 1:n loop
+  kinetic 1/2*5 kg*(der(x[i])^2 + der(y[i])^2) + 1/2*(0.02 kg.m^2)*der(a[i])^2;
+  potential 5 kg*9.81 m/s^2*y[i];
+end for;
+contact left[1]: y[1] - h/2*cos(a[1]) - w/2*sin(a[1]) friction 0.5 along der(x[1] + h/2*a[1]);
+contact right[1]: y[1] - h/2*cos(a[1]) + w/2*sin(a[1]) friction 0.5 along der(x[1] + h/2*a[1]);
+for i in 2:n loop
+  contact left[i]: y[i] - y[i-1] - h/2*cos(a[i]) - w/2*sin(a[i]) - h/2 + w/2*a[i-1] friction 0.5 along der(x[i] - x[i-1] + h/2*(a[i] + a[i-1]));
+  contact right[i]: y[i] - y[i-1] - h/2*cos(a[i]) + w/2*sin(a[i]) - h/2 - w/2*a[i-1] friction 0.5 along der(x[i] - x[i-1] + h/2*(a[i] + a[i-1]));
+end for;
+output low = multiplier(left[1]);
+output lower = multiplier(right[1]);
+experiment(stop = 1 s, method = "moreau", step = 2 ms);
+"""
+
+
+def test_ten_boxes_stand() -> None:
+    """Each corner of the lowest carries half of the weight, and nothing drifts."""
+    solution = mechc.loads(STACK).simulate(estimate_error=False)
+    assert solution.outcome is Outcome.COMPLETED
+    for name in ("low", "lower"):
+        assert solution[name][-1] == pytest.approx(10 * 5 * 9.81 / 2, rel=1e-9)
+    for k in range(1, 11):
+        assert abs(solution[f"y[{k}]"][-1] - (k - 0.5) * 0.1) < 1e-9
+        assert abs(solution[f"x[{k}]"][-1]) < 1e-9 and abs(solution[f"a[{k}]"][-1]) < 1e-9
+    assert solution.report["contact"]["unsolved"] == 0
+
+
+CRADLE = """
+coordinate Length x[5] = {-0.1 m, 0 m, 1 mm, 2 mm, 3 mm};
+initial der(x[1]) = 1 m/s;
+kinetic 1/2*1 kg*(der(x[1])^2 + der(x[2])^2 + der(x[3])^2 + der(x[4])^2 + der(x[5])^2);
+for i in 1:4 loop
+  contact hit[i]: x[i+1] - x[i] restitution 1;
+end for;
+experiment(stop = 0.3 s, method = "moreau", step = 0.1 ms);
+"""
+
+
+def test_balls_pass_on_a_blow() -> None:
+    """With gaps between them, that a step does not cross, the last one leaves alone; nothing is lost."""
+    solution = mechc.loads(CRADLE).simulate(estimate_error=False)
+    last = [solution[f"der(x[{k}])"][-1] for k in range(1, 6)]
+    assert np.allclose(last, [0, 0, 0, 0, 1], atol=1e-12)
+
+
+ROD = """
+parameter tilt = 60 deg;
+parameter mu = 2;
+gravity {0, -9.81} m/s^2;
+coordinate Length x = 0 m;
+coordinate Length y ~ 1 m;
+coordinate Angle a = tilt;
+initial der(x) = 1 m/s;
+initial der(a) = 0 rad/s;
+frame rod = world * trans({x, y}) * rot(a);
+mass 1 kg at rod;
+inertia 1/12*(1 kg)*(2 m)^2*0.5 on rod;
+point foot = rod * {-1, 0} m;
+initial foot[2] = 0 m;
+initial der(foot[2]) = 0 m/s;
+contact ground: foot[2] friction mu along vel(foot)[1];
+experiment(stop = 0.1 s);
+"""
+
+
+def test_a_rod_that_no_force_holds_is_struck() -> None:
+    """Painleve's: within the first step the slip ends, as with exact events."""
+    model = mechc.loads(ROD)
+    solution, exact = model.simulate(step=1e-4, **MOREAU), model.simulate(estimate_error=False)
+    for name in ("x", "y", "a"):
+        assert abs(solution[name][-1] - exact[name][-1]) < 1e-4
+
+
+SLIDER = """
+import mech.planar.*;
+parameter w = 4 rad/s;
+gravity {0, -9.81} m/s^2;
+Bar crank(m = 1 kg, l = 0.2 m);
+Bar rod(m = 1 kg, l = 0.6 m);
+Revolute shaft(world -> crank.a, angle = 30 deg, der(angle) = 4 rad/s);
+Revolute pin(crank.b -> rod.a, angle ~ -40 deg);
+constraint guide: pos(rod.b)[2] = 0 m;
+coordinate Length s = 1 m;
+kinetic 1/2*0.5 kg*der(s)^2;
+force -3 N on s;
+contact hit: s - pos(rod.b)[1] restitution 0.3;
+friction 0.5 N on s;
+experiment(stop = 2 s);
+"""
+
+
+def test_a_mechanism_with_a_loop_strikes_and_rubs_as_with_events() -> None:
+    model = mechc.loads(SLIDER)
+    solution, exact = model.simulate(step=1e-4, **MOREAU), model.simulate(estimate_error=False)
+    grid = np.linspace(0, 1, 50)
+    for name in ("s", "shaft.angle"):
+        assert np.abs(solution(grid)[name] - exact(grid)[name]).max() < 5e-3
+    assert solution.report["contact"]["unsolved"] == 0
+
+
+DRIVEN = """
+parameter A = 2 cm;
+let plate = A*sin(30 rad/s*time);
+coordinate Length z = 0 m;
+coordinate Length x = 0 m;
+initial der(z) = 0.6 m/s;
+kinetic 1/2*1 kg*(der(z)^2 + der(x)^2);
+potential 1 kg*9.81 m/s^2*z;
+contact hit: z - plate friction 0.5 along der(x) - 0.1 m/s;
+experiment(stop = 0.5 s);
+"""
+
+
+def test_a_driven_plate_throws_and_carries() -> None:
+    model = mechc.loads(DRIVEN)
+    solution, exact = model.simulate(step=1e-4, **MOREAU), model.simulate(estimate_error=False)
+    grid = np.linspace(0, 0.5, 100)
+    for name in ("z", "x"):
+        assert np.abs(solution(grid)[name] - exact(grid)[name]).max() < 2e-3
+
+
+@pytest.mark.parametrize(
+    "seed", [0, 1, 6, 7, *(pytest.param(k, marks=pytest.mark.slow) for k in (4, 10, 16, 22))]
+)
+def test_what_falls_comes_to_rest_as_with_events(seed: int) -> None:
+    """To the error that the step of half the size tells, of runs whose impacts do not part them: those without restitution."""
+    model = mechc.loads(drop(seed))
+    exact = model.simulate(estimate_error=False)
+    runs = [model.simulate(step=h, **MOREAU) for h in (1e-3, 5e-4)]
+    for run in runs:
+        assert run.outcome is Outcome.COMPLETED
+        assert run["total"][-1] == pytest.approx(WEIGHT, rel=1e-6)
+    apart = abs(runs[0]["x"][-1] - runs[1]["x"][-1])
+    assert abs(runs[1]["x"][-1] - exact["x"][-1]) < 2e-3 + 5 * apart
+
+
+def test_four_feet_share_alike() -> None:
+    solution = mechc.loads(on_four_feet(0.3, 1.0, (5.0, 3.0), -0.039, -1.105)).simulate(step=5e-4, **MOREAU)
+    loads = np.array([solution[f"load[{k}]"][-1] for k in range(1, 5)])
+    assert np.abs(loads - WEIGHT / 4).max() < 1e-3 * WEIGHT
+    assert solution.report["contact"]["indeterminate"] > 0
+
+
+def test_the_same_step_gives_the_same_bits() -> None:
+    model = mechc.loads(drop(2))
+    first, again = (model.simulate(step=1e-3, **MOREAU) for _ in range(2))
+    assert all(np.array_equal(first[q.name], again[q.name]) for q in model.problem().states)
+
+
+def test_it_needs_contacts_and_is_not_differentiated() -> None:
+    with pytest.raises(SimulationError, match="is for models with contacts"):
+        mechc.loads("coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2;").simulate(
+            stop=1, step=0.1, method="moreau"
+        )
+    with pytest.raises(SimulationError, match="have no derivatives"):
+        mechc.loads(CUBE).simulate(sensitivity=["mu"])
