@@ -43,7 +43,7 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
             w[k] = -w[k];
             if (rate) rate[k] = -rate[k];
         }
-    for (int i = 0; i < s->events->n_rows && !h->crowd; i++) {
+    for (int i = 0; i < s->events->n_rows && !h->crowd && !(s->events->counters[MECH_CARRIED] > 0); i++) {
         const int j = mech_row_partner(s, i), k = h->n_switches + i;
         if (j < 0 || mech_row_holds(s, i) == mech_row_holds(s, j)) continue;
         w[k] = margin_across(s, i, t, y);
