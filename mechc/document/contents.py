@@ -89,9 +89,10 @@ def _reactions(model: Model) -> dict[str, tuple[str, str, str]]:
         moment = f"abs(moment({joint.name}))" if flat.space == 2 else f"norm(moment({joint.name}))"
         found[f"reaction_of_joint_{k}"] = joint.name, "reaction", f"norm(reaction({joint.name}))"
         found[f"moment_of_joint_{k}"] = joint.name, "moment", moment
-    for k, one in enumerate((*flat.contacts, *flat.frictions)):
-        if one.name:
-            found[f"load_of_contact_{k}"] = one.name, "load", f"multiplier({one.name})"
+    names = [one.name for one in flat.contacts] + [one.name for one in flat.frictions]
+    for k, name in enumerate(names):
+        if name:
+            found[f"load_of_contact_{k}"] = name, "load", f"multiplier({name})"
     return found
 
 

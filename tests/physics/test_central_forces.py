@@ -552,7 +552,7 @@ def test_apsidal_angles_over_powers(n: float) -> None:
     assert (abs(wide - 2 * pi / sqrt(n + 2)) < 1e-8) == (n in (-1.0, 2.0))
 
     def radial(r: float) -> float:
-        return 2 * (0.4**2 / 2 + 0.5 + 1 / n - r**n / n) - 1 / r**2
+        return float(2 * (0.4**2 / 2 + 0.5 + 1 / n - r**n / n) - 1 / r**2)
 
     low, high = brentq(radial, 0.3, 1, xtol=1e-15), brentq(radial, 1, 8, xtol=1e-15)
     middle, half = (low + high) / 2, (high - low) / 2

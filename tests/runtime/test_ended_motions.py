@@ -34,6 +34,7 @@ EXPECTED: dict[str, dict[str, str]] = {
         name: {"terminate": SAME, "assert": SAME}
         for name in ("linearize", "response", "equilibria", "modes", "brackets", "hamilton", "field", "inertia", "energy", "dimensions")
     },
+    "task": {"terminate": SAYS, "assert": SAYS, "failure": SAYS},
     "curves": {},
 }  # fmt: skip
 """What each study does with each end. A curve is no motion."""

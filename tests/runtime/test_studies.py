@@ -48,7 +48,12 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     file.write_text(model_of(name), encoding="utf-8")
     picture = tmp_path / "picture.png"
     command = ["study", name, str(file), *extra, "--json"]
-    drawn = name not in ("sweep", "scattering", "dimensions")  # one particle, exponents: nothing to draw
+    drawn = name not in (
+        "sweep",
+        "scattering",
+        "dimensions",
+        "task",
+    )  # one particle, exponents: nothing to draw
     if drawn:
         command += ["--plot", str(picture)]
     assert run_command(command) == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -49,7 +50,7 @@ end Drop;
 SLIP = "along {vel(box * {foot[i, 1], foot[i, 2], foot[i, 3]})[1], vel(box * {foot[i, 1], foot[i, 2], foot[i, 3]})[2]}"
 
 
-def rows(points: list[tuple[float, ...]]) -> str:
+def rows(points: Sequence[tuple[float, ...]]) -> str:
     return ", ".join("{" + ", ".join(f"{x:.4f}" for x in point) + "}" for point in points)
 
 

@@ -94,6 +94,7 @@ SETTINGS: Mapping[str, Mapping[str, str | float]] = {
     "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
     "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
     "curves": {"over": "k = 0 .. 2"},
+    "task": {"observe": "x, der(x)", "reward": "-x^2", "every": 0.1, "stop": 3, "episodes": 2},
     "ensemble": {"vary": "x = 0.5 .. 2, 3", "stop": 3},
 }
 """What some kinds are not asked without; the measured motion is in ``data.csv``."""

@@ -146,7 +146,7 @@ def _simplest(
             if _rank([columns[j] for j in chosen]) == rank:
                 yield chosen
 
-    best: tuple[tuple[Fraction, ...], tuple[int, ...], Powers | None] | None = None
+    best: tuple[tuple[int, int], tuple[int, ...], Powers | None] | None = None
     for basis in itertools.islice(bases(), MOST_BASES):
         product = _solved(basis, columns, asked)
         groups = [_solved(basis, columns, column) for column in columns]
@@ -157,11 +157,9 @@ def _simplest(
     return best[1], best[2]
 
 
-def _weight(products: Sequence[Powers]) -> Fraction:
+def _weight(products: Sequence[Powers]) -> int:
     """Count quantities, and more for higher and broken powers."""
-    return sum(
-        (1 + abs(e.numerator) + 2 * (e.denominator - 1) for p in products for e in p.values()), Fraction(0)
-    )
+    return sum(1 + abs(e.numerator) + 2 * (e.denominator - 1) for p in products for e in p.values())
 
 
 def written(powers: Powers, given: Sequence[Given]) -> str:

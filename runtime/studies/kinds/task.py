@@ -67,11 +67,14 @@ class Task(Study, frozen=True, kw_only=True):
             played.begin(random)
             returns, lengths, alive = np.zeros(n), np.zeros(n), np.ones(n, dtype=bool)
             mean: list[float] = []
+            reasons: list[str] = []
             for k in range(played.rules.steps):
                 seen = played.step()
                 returns += np.where(alive, seen.reward, 0.0)
                 lengths += alive
                 mean.append(float(returns.mean()))
+                whys = [played.env.why(int(row)) for row in np.flatnonzero(alive & seen.over)]
+                reasons += [why.message for why in whys if why is not None]
                 alive &= ~seen.over
                 if self.progress is not None:
                     self.progress((k + 1) / played.rules.steps)
@@ -92,6 +95,7 @@ class Task(Study, frozen=True, kw_only=True):
                 Value("ended early", "", ended),
             ),
             errors_from="the scatter of the episodes",
+            remarks=(f"{len(reasons)} of {n} end as the motion does, the first so: {reasons[0]}",) if reasons else (),
             panels=(Panel("mean return", "time", unit, "return", "", (Curve("return", np.asarray(times, dtype=np.float64), np.array(mean)),)),),
             details={
                 "returns": returns.tolist(),
