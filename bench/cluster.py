@@ -1,7 +1,7 @@
 """Ensembles on a Dask cluster: what a batch costs beside its members, and how much of many workers is used.
 
 To see how many workers are kept busy where there are fewer processors than workers, these are threads of one process, and members
-sleep in the place of being computed; all else is as in a real run: batches, what is sent, what comes back. What a batch
+sleep instead of being computed; all else is as in a real run: batches, what is sent, what comes back. What a batch
 costs is measured on a worker that is a process of its own.
 """
 

@@ -69,7 +69,7 @@ def main(quick: bool = False) -> None:
         "steps. The table names the fastest method that reaches an error and its run time; the reference is a run in "
         "higher precision, of which so many digits can be trusted. Errors are the largest ones over 41 output times "
         "and all states, relative to nominal + |value|. A run of more than "
-        f"{LONGEST:g} s is given up, and with it the rest of its ladder. `mechc bench MODEL` gives the numbers behind a "
+        f"{LONGEST:g} s is given up, and with it the rest of its ladder. `mechc bench MODEL` gives the numbers after a "
         "diagram."
     )
     overview = [[method, *map(str, counts)] for method, counts in wins.items()]

@@ -37,7 +37,7 @@ def is_frame_or_point(compilation: Compilation, name: str) -> bool:
 
 
 def frame_functions(compilation: Compilation, name: str, *, quick: bool) -> FrameFunctions | None:
-    """Build the functions of a frame or point; None where its motion is not one of the states alone, as behind a drive that balances
+    """Build the functions of a frame or point; None where its motion is not one of the states alone, as after a drive that balances
     find. Raises BuildError and CompilerMissing."""
     made = _functions(compilation, name)
     return None if made is None else _built(compilation, made, quick)
@@ -98,7 +98,7 @@ def _state(compilation: Compilation) -> _State | None:
 
     system, equations = compilation.system, compilation.equations
     graph = system.graph
-    if equations.graph is not graph:  # formed anew without symbols that cancel
+    if equations.graph is not graph:  # formed again without symbols that cancel
         return None
     by_index = {slot.index: n for n, slot in equations.layout.items() if slot.array == "y"}
     nq, nv = equations.nq, equations.nv

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 AROUND = 3
-"""Lines shown before and behind the one that is wrong."""
+"""Lines shown before and after the one that is wrong."""
 
 
 class Malformed(Exception):

@@ -35,7 +35,7 @@ CODES = (
 )
 
 VARIABLES = {
-    "MECHC_CACHE": "folder below which compiled code is kept, in the place of the user's cache folder",
+    "MECHC_CACHE": "folder below which compiled code is kept, instead of the user's cache folder",
     "MECHPATH": "folders in which `import` looks for models, after that of the model itself",
     "CC": "the C compiler, with its options; `libtcc`: the one that comes with mechc",
     "PATH": "where `cc`, `gcc`, `clang` are looked for without `CC`",

@@ -78,7 +78,7 @@ def _package(name: str) -> str:
 
 
 def _introduction(text: str) -> str:
-    """Return what the comment at the head of a package says of its parts, behind the line without words."""
+    """Return what the comment at the head of a package says of its parts, after the line without words."""
     head = list(takewhile(lambda line: line.startswith("//"), text.splitlines()))
     said = head[head.index("//") + 1 :] if "//" in head else []
     return "".join(f"{line[2:].strip()}\n" for line in ("//", *said)) if said else ""

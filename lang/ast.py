@@ -131,7 +131,7 @@ class Whole(Node, frozen=True):
 class Generator(Node, frozen=True):
     """``for name in range``; the range may be any expression with a value of several elements.
 
-    ``joined``: written ``, name in range`` behind another one.
+    ``joined``: written ``, name in range`` after another one.
     """
 
     name: str
@@ -425,7 +425,7 @@ class Friction(Statement, frozen=True):
 
 
 class Effort(Node, frozen=True):
-    """``by force on s``, ``by torque on F`` or ``by u`` behind a constraint; ``kind`` is force, torque or input."""
+    """``by force on s``, ``by torque on F`` or ``by u`` after a constraint; ``kind`` is force, torque or input."""
 
     kind: str
     on: Expression
@@ -629,7 +629,7 @@ class Return(Statement, frozen=True):
 
 
 class Function(Named, frozen=True):
-    """``function f(Length x, k) -> Force = e;``, or with a body in the place of ``value``.
+    """``function f(Length x, k) -> Force = e;``, or with a body instead of ``value``.
 
     ``results``: the names of several, ``-> (Length r, Angle phi)``.
     """

@@ -180,7 +180,7 @@ _ALL = (
     Builtin(
         "given", 1, 1, _S, "true where the text around a component gives a name of it a value: given(damping)"
     ),
-    Builtin("concat", 2, None, _S, "vectors one behind the other, or matrices below each other"),
+    Builtin("concat", 2, None, _S, "vectors one after the other, or matrices below each other"),
     Builtin("eigenvalues", 1, 1, _S, "real eigenvalues of a matrix of parameters, smallest first"),
     Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),
 )

@@ -70,7 +70,7 @@ def _passed(tables: ParserTables, below: int, top: int, kind: str) -> int:
 
 
 def _fits(tables: ParserTables, states: list[int], kind: str) -> bool:
-    """Tell whether a token of this kind stands behind what is here, once all that it ends is put together: a state that several rules
+    """Tell whether a token of this kind follows what is here, once all that it ends is put together: a state that several rules
     share knows the words of all of them."""
     stack = states.copy()
     while (move := tables.moves[stack[-1]].get(kind)) is not None:

@@ -100,7 +100,7 @@ def ready_code(model: CompiledModel) -> Problem:
 
 def with_weights(model: CompiledModel) -> CompiledModel:
     """Return a model with weights of constraints if its mass matrix is singular with the values that it was given, as a run
-    that meets that begins anew with them; else as it is."""
+    that meets that begins again with them; else as it is."""
     if not model.settings or not model.compilation.equations.constraints:
         return model
     from .runtime.outcome import SINGULAR_MASS, SimulationError

@@ -55,7 +55,7 @@ class OneEnv(gymnasium.Env[Any, Any]):
 
 
 class ManyEnvs(VectorEnv[Any, Any, Any]):
-    """The same, ``num_envs`` of them. An episode that ends begins anew in the same step: its last observation is
+    """The same, ``num_envs`` of them. An episode that ends begins again in the same step: its last observation is
     ``info["final_obs"]``, and what is returned is the first one of the next."""
 
     metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from .runtime.studies.environments.stepper import Stepper
 
 FEW_STEPS = 20_000
-"""Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
+"""Steps after which a run is looked at: if it is stiff, it begins again with an implicit method at hand."""
 MOST_POSED = 16
 """Questions that are remembered for each compilation."""
 REPEATED = "the run was repeated with multipliers of a small compliance"
@@ -48,11 +48,11 @@ PASSED_BY = (
     f'where the mechanism passes a singular position there, build it with keep={{"{COMPLIANCE}"}}; a whole run '
     "(simulate) does that by itself"
 )
-"""What a run step by step says: it cannot begin anew, as its caller has seen its past."""
+"""What a run step by step says: it cannot begin again, as its caller has seen its past."""
 
 
 def with_experiment(model: CompiledModel, asked: Asked) -> Asked:
-    """Return a question about an ensemble with what the experiment says of it, behind what the caller says."""
+    """Return a question about an ensemble with what the experiment says of it, after what the caller says."""
     if not asked.question.of_members:
         return asked
     said = model.ensemble_settings(asked.experiment)
@@ -101,7 +101,7 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
     if asked.to is not None and len(variants) > 1:
         raise UsageMistake(
             f"the experiment sweeps {', '.join(variants[0][0])}: it is {len(variants)} runs, and a file that grows with a run holds one",
-            "give each one value, or write the files behind the runs, without --streamed",
+            "give each one value, or write the files after the runs, without --streamed",
         )
     for structural, variant in variants:
         try:

@@ -61,7 +61,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     from .runtime.studies.kinds.motion import simulate  # with scipy
 
     failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
-    # where constraints are dependent or the mass matrix is singular, a run begins anew with others
+    # where constraints are dependent or the mass matrix is singular, a run begins again with others
     if failure is not None and failure.kind not in AT_SINGULAR_POSITIONS:
         raise SimulationError(failure.message, failure.origin)
 

@@ -32,7 +32,7 @@ class Hung(Struct, frozen=True):
 
 
 class Watchdog(Generic[Question, Reply]):
-    """Asks ``make(*settings)``, which returns a function, in a process that is begun anew where it dies.
+    """Asks ``make(*settings)``, which returns a function, in a process that is begun again where it dies.
 
     ``make`` is a function of a module, so that it can be found there. Use as a context.
     """

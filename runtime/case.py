@@ -312,7 +312,7 @@ def _checked_span(
     start: float,
     begin: float,
 ) -> TimeSpan:
-    """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
+    """Check times, tolerance and steps. ``numbers`` are those of the experiment, after those of the caller."""
 
     def number(name: str, given: float | None) -> float | None:
         return numbers.get(name) if given is None else float(given)

@@ -75,7 +75,7 @@ def _check_reach(name: str, times: Array, begin: float, stop: float) -> None:
 def begin_of(problem: Problem, tables: Mapping[str, Table | Signal], start: float) -> float:
     """Return when the motion begins whose first output is at ``start``: at 0, or at a negative start.
 
-    It begins at the start, too, where a table does: within a row of it, or anywhere behind if it drives a coordinate, which has
+    It begins at the start, too, where a table does: within a row of it, or anywhere after if it drives a coordinate, which has
     no motion before. Measured times may count from when a logger was switched on.
     """
     driving = {problem.inputs[k].name for k in derived(problem)} if tables else set()

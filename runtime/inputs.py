@@ -217,7 +217,7 @@ class Signal(Struct, frozen=True, eq=False):
     function: Callable[[float], float]
 
     def table(self, name: str, begin: float, stop: float, tolerance: float) -> Table:
-        """Follow the function by cubics, one behind the other, as closely as ``tolerance`` of its largest value.
+        """Follow the function by cubics, one after the other, as closely as ``tolerance`` of its largest value.
 
         Where it jumps, and where its slope does, steps of a run end (``Table.ends``). Raises SimulationError.
         """

@@ -145,7 +145,7 @@ class OfferedFunction(Struct, frozen=True):
     """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
     rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
 
-    ``given``: it reads accelerations behind the discrete variables. ``kind``: own, output, jacobian (of an output).
+    ``given``: it reads accelerations after the discrete variables. ``kind``: own, output, jacobian (of an output).
     """
 
     name: str
@@ -160,7 +160,7 @@ class OfferedFunction(Struct, frozen=True):
 
 class SoughtOutputs(Struct, frozen=True):
     """Outputs that a system of equations determines, by indices, from so many ``rows``. The function ``sought`` is given values
-    behind u, for all systems, and gives for each the guesses, the rows, the sizes of their terms and their derivatives."""
+    after u, for all systems, and gives for each the guesses, the rows, the sizes of their terms and their derivatives."""
 
     outputs: tuple[int, ...]
     rows: int

@@ -57,7 +57,7 @@ def check_size(problem: Problem, start: float, stop: float, every: float | None,
 
 
 def check_stated_stop(problem: Problem, start: float, stop: float) -> None:
-    """Refuse a start that is given behind the stop of the experiment."""
+    """Refuse a start that is given after the stop of the experiment."""
     if stop < start:
         raise SimulationError(
             f"the experiment stops at {time_text(problem, stop)}, before the start at {time_text(problem, start)}",

@@ -108,7 +108,7 @@ def _reserve(file: Any, size: int) -> None:
 
 
 def slices(count: int, *arrays: Array | None) -> Iterator[slice]:
-    """Take rows apart. Those of ``arrays`` that lie in files leave the memory behind each slice."""
+    """Take rows apart. Those of ``arrays`` that lie in files leave the memory after each slice."""
     for begin in range(0, count, AT_ONCE):
         yield slice(begin, min(begin + AT_ONCE, count))
         if begin:

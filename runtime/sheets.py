@@ -147,7 +147,7 @@ def read_sheet(path: Path, reading: SheetReading = PLAIN, is_unit: IsUnit = lamb
         raise SimulationError(
             f"{path} is empty: it begins with a line such as 'time [s],x [mm]'"
             if not text.strip()
-            else f"{path} has no line behind the first {reading.skip}"
+            else f"{path} has no line after the first {reading.skip}"
         )
     ways = [
         way
@@ -462,7 +462,7 @@ def _heads(
     if number := next(
         (name for name in names for p in _PARSERS.values() if name and p(name) is not None), ""
     ):
-        raise _Fault(f"line {upper[at][0]} of {path} has the number '{number}' in the place of a name", 0)
+        raise _Fault(f"line {upper[at][0]} of {path} has the number '{number}' instead of a name", 0)
     said: tuple[str, ...] = (f"heads in line {upper[at][0]}, what stands above left out",) if at else ()
     if at < len(upper) - 1:
         said += (f"units in line {line}",)
@@ -525,7 +525,7 @@ def _check_names(path: Path, way: _Way, heads: _Heads) -> None:
 _UNIT = re.compile(r"(.*?)\s*\[(?![0-9, ]+\])([^\[\]]*)\]")
 """A name and its unit; what holds numbers only is an index."""
 _LOOSE = re.compile(r"(?!der\b)(\S.*?)\s*(?:\(([^()]+)\)|/\s*(\S+))")
-"""A name with its unit in parentheses, or behind a stroke."""
+"""A name with its unit in parentheses, or after a stroke."""
 
 
 def header_of(cell: str, is_unit: IsUnit = lambda text: False) -> tuple[str, str]:

@@ -52,7 +52,7 @@ def run(wanted: list[Question], all_groups: bool, full: bool) -> int:
 
 
 def mutated(wanted: list[Question]) -> int:
-    """Run each case under its fault; the worker is begun anew for each fault."""
+    """Run each case under its fault; the worker is begun again for each fault."""
     green: list[Row] = []
     red: Counter[str] = Counter()
     for name, fault in FAULTS.items():

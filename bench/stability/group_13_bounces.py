@@ -132,7 +132,7 @@ CASES = (
     ),
     Case(
         "10 000 elastic bounces",
-        "an error in the place of one impact stays for ever",
+        "an error instead of one impact stays for ever",
         bounced(10_000),
         Measured("all intervals to 1e-9, none missed", period, 1e-9, (happens("impact", 10_000),)),
         fault="missed events",

@@ -34,7 +34,7 @@ CASES = (
     ),
     Case(
         "logarithm of zero",
-        "a potential wall so thin that steps cross it: its energy is undefined behind",
+        "a potential wall so thin that steps cross it: its energy is undefined beyond",
         free("potential -1 J*log(1 - x/1 m);"),
         Refusal("does not go on where its energy is undefined", ("t =",), (0.009, 0.011)),
         fault="no refusal",

@@ -43,7 +43,7 @@ experiment(stop = 1 s, method = "gauss4", step = 10 ms);
 
 
 def bent(t: np.ndarray) -> np.ndarray:
-    """x'' = 0.1 (1/3 - 2 x) up to x = 1/3, -1/30 behind."""
+    """x'' = 0.1 (1/3 - 2 x) up to x = 1/3, -1/30 after."""
     w = np.sqrt(0.2)
 
     def before(t: np.ndarray) -> np.ndarray:

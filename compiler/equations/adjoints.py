@@ -1,7 +1,7 @@
 """The adjoint of a model: its rates, its start and a goal, pulled back to the state, parameters and inputs.
 
 For a scalar goal the transposed derivative costs a few evaluations of the rates, however many parameters there are. The seeds
-are further numbers behind the discrete variables: one for each rate, then one for the goal; or one for each row of the assembly.
+are further numbers after the discrete variables: one for each rate, then one for the goal; or one for each row of the assembly.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class _Adjoints:
         return found.outputs if found is not None else ()
 
     def pulled(self, nodes: Sequence[Node], seeds: Sequence[Node], states: Sequence[Node]) -> list[Node]:
-        """Return what nodes times seeds are by ``states``, parameters and inputs, with the defaults of inputs behind them."""
+        """Return what nodes times seeds are by ``states``, parameters and inputs, with the defaults of inputs after them."""
         graph, base = self.graph, self.base
         nodes = total(base, self.independent, nodes)
         inputs = [self.places[Slot("u", i)] for i in range(len(base.inputs))]

@@ -265,7 +265,7 @@ def _projections(
         ),
         Function(
             "displace",
-            "N(q) d: change of the coordinates, with the correction d in the place of v",
+            "N(q) d: change of the coordinates, with the correction d instead of v",
             resolve(moves),
         ),
     ]

@@ -31,7 +31,7 @@ def crowd_values(kind: CrowdKind) -> int:
 class CrowdRow(Struct, frozen=True):
     """One contact of a crowd: its kind; where the numbers that its kind is given lie; indices of its velocities in v.
 
-    ``leaves``: an index in y, or behind these in p, or behind these in z.
+    ``leaves``: an index in y, or after these in p, or after these in z.
     """
 
     name: str
@@ -44,7 +44,7 @@ class CrowdRow(Struct, frozen=True):
 
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
-    are closed. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given behind the
+    are closed. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
     accelerations, as (contact, 0: its force, 1: that of its friction, 2: whether it is closed)."""
 
     kinds: tuple[CrowdKind, ...]

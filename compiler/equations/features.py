@@ -201,7 +201,7 @@ def _functions(draft: Draft) -> None:
 def _with_zeros(
     name: str, functions: Sequence[Function], system: MechanicalSystem, count: int
 ) -> tuple[Function, ...]:
-    """Return functions with so many zeros behind the results of one, which need not be there yet."""
+    """Return functions with so many zeros after the results of one, which need not be there yet."""
     zeros = (system.graph.zero,) * count
     found = next((f for f in functions if f.name == name), Function(name, "initial discrete variables", ()))
     others = tuple(f for f in functions if f.name != name)

@@ -113,7 +113,7 @@ def _rotations(system: MechanicalSystem, layout: Layout) -> Iterator[tuple[int, 
 
 
 def _displaced(graph: Graph, row: Row, nq: int, turns: Mapping[int, _Turn]) -> Row:
-    """Return derivatives by displacements in the place of those by coordinates."""
+    """Return derivatives by displacements instead of those by coordinates."""
     found: Row = {}
     column = i = 0
     while i < nq:

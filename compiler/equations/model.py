@@ -23,7 +23,7 @@ from .crowd_plan import CrowdPlan
 
 class Slot(Struct, frozen=True):
     """Where a symbol of the graph lives at run time: ``array`` is t, y, u, z or p; of functions of crowds also g, what they
-    are given behind the inputs."""
+    are given after the inputs."""
 
     array: str
     index: int
@@ -161,7 +161,7 @@ class CompilerInterface(ModelInterface, frozen=True, kw_only=True):
     switching: HybridPlan | None = None
     """None where nothing switches."""
     given: tuple[Quantity, ...] = ()
-    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
+    """Numbers after the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
 
 
 class Equations(CompilerInterface, frozen=True, kw_only=True):

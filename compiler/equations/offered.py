@@ -27,7 +27,7 @@ Labels = tuple[tuple[str, str], ...]
 
 class Offered(Struct, frozen=True):
     """``functions`` with what each of ``offers`` says of one; ``seeds``: the symbols of the accelerations that
-    ``inverse_dynamics`` reads behind the discrete variables, described by ``entries``."""
+    ``inverse_dynamics`` reads after the discrete variables, described by ``entries``."""
 
     functions: tuple[Function, ...]
     offers: tuple[OfferedFunction, ...]

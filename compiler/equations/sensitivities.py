@@ -14,13 +14,13 @@ from .quantities import quantity
 from .solve.shares import shares_in, undefined
 
 SEED = "seed"
-"""Kind of the entries that hold seeds, behind the discrete variables."""
+"""Kind of the entries that hold seeds, after the discrete variables."""
 
 
 def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equations:
     """Return the equations with the functions ``tangent`` and ``adjoint``.
 
-    ``independent``: the parameters that do not follow from others. The seeds lie in z behind the discrete
+    ``independent``: the parameters that do not follow from others. The seeds lie in z after the discrete
     variables: of the tangent one for each of y, u, time and p, of the adjoint one for each of dy/dt and the outputs.
     ``tangent`` gives J seed, ``adjoint`` J^T seed, in the same orders; entries of dependent parameters are zero.
     Where loads are shared that rigid bodies do not determine, the derivative of what reads them is not a number. ``start_tangent`` and ``start_adjoint`` are the same for the initial state by u, time and p, where formulas give
@@ -90,7 +90,7 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
 def passing_on(
     functions: Sequence[Function], branches: Sequence[BranchPlan], first: int, seeds: Sequence[Node]
 ) -> Iterator[Function]:
-    """Yield functions; those of branches give all of z, seeds behind its first ``first`` numbers and those of y included."""
+    """Yield functions; those of branches give all of z, seeds after its first ``first`` numbers and those of y included."""
     acting = {branch.function for branch in branches}
     for function in functions:
         if function.name in acting:
@@ -108,7 +108,7 @@ def dependencies(
 
 
 def total(equations: Equations, independent: Sequence[int], nodes: Sequence[Node]) -> tuple[Node, ...]:
-    """Return nodes with the rules of dependent parameters in the place of these."""
+    """Return nodes with the rules of dependent parameters instead of these."""
     graph = equations.graph
     places = {slot: n for n, slot in equations.layout.items()}
     chosen = set(independent)

@@ -82,7 +82,7 @@ class _Check:
                 if order[k] < 0:
                     self.at_entry(array, k, f"a {entry.kind} has no place in {array}")
                 if array in ("y", "z") and k and order[k] < order[k - 1]:
-                    self.at_entry(array, k, f"a {entry.kind} stands behind a {entries[k - 1].kind}")
+                    self.at_entry(array, k, f"a {entry.kind} follows a {entries[k - 1].kind}")
                 if entry.name in seen:
                     self.at_entry(array, k, "another entry has this name")
                 seen.add(entry.name)
@@ -195,7 +195,7 @@ class _Check:
             if name not in promised:
                 raise Malformed(f"equations, function {name}", "nothing asks for it", sorted(promised))
             if len(function.outputs) != promised[name]:
-                what = f"has {len(function.outputs)} results in the place of {promised[name]}"
+                what = f"has {len(function.outputs)} results instead of {promised[name]}"
                 raise Malformed(f"equations, function {name}", what, [function.doc])
         needed = {"rhs", "initial", "outputs", *(x.function for x in self.equations.experiments)}
         optional = (
@@ -292,9 +292,7 @@ class _Check:
             found = self.functions.get(name)
             if found is None or len(found.outputs) != size:
                 what = (
-                    "is not there"
-                    if found is None
-                    else f"has {len(found.outputs)} results in the place of {size}"
+                    "is not there" if found is None else f"has {len(found.outputs)} results instead of {size}"
                 )
                 raise Malformed(f"equations, function {name}", what)
         for what, pattern, rows, width in (

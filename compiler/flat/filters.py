@@ -1,6 +1,6 @@
-"""Inputs behind a filter: two states follow each of them, and formulas read the first.
+"""Inputs after a filter: two states follow each of them, and formulas read the first.
 
-``input Length road(filter = 0.5 ms);`` is, with ``s`` in the place of ``road`` wherever it is read:
+``input Length road(filter = 0.5 ms);`` is, with ``s`` instead of ``road`` wherever it is read:
 
     state s = road; state r = 0;
     equation der(s) = r; equation der(r) = (road - s)/tau^2 - 2*r/tau;
@@ -93,7 +93,7 @@ def _states(
     pull = applied("multiply", acceleration, number(1 / tau**2, 2), applied("subtract", value, read, s))
     brake = applied("multiply", acceleration, number(2 / tau, 1), r)
     zero = Literal(type=types.NUMBER, span=span, value=Fraction(0))
-    lag = f"{u.name} behind a filter of two times {float(tau):g} s, which lets it lag by {2 * float(tau):g} s"
+    lag = f"{u.name} after a filter of two times {float(tau):g} s, which lets it lag by {2 * float(tau):g} s"
     shown = Attributes(nominal=u.attributes.nominal, display=u.attributes.display)
     variables = (
         Variable(
@@ -111,7 +111,7 @@ def _states(
 
 
 def _renamed(at: Any, names: Mapping[str, str]) -> Any:
-    """Return a part of a model that reads other names in the place of some."""
+    """Return a part of a model that reads other names instead of some."""
     if isinstance(at, tuple):
         found = tuple(_renamed(part, names) for part in at)
         return at if all(a is b for a, b in zip(at, found, strict=True)) else found

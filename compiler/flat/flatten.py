@@ -59,7 +59,7 @@ def flatten(
     """Return one model of a file, flat and checked; without ``model`` the last one that is not partial.
 
     ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports;
-    ``further`` statements stand behind those of the model. ``space``: 2 or 3 for a part that is planar or spatial by what
+    ``further`` statements follow those of the model. ``space``: 2 or 3 for a part that is planar or spatial by what
     uses it.
     Raises CompileError with everything found.
     """

@@ -634,7 +634,7 @@ class FlatModel(Struct, frozen=True):
     quiet: bool = False
     """The model says ``draw none``: nothing is drawn by rule."""
     data: Mapping[str, TableData] = {}
-    """What files give to tables, by the name that stands in the place of points."""
+    """What files give to tables, by the name that stands instead of points."""
     variation: Variation | None = None
     unknowns: tuple[UnknownOutput, ...] = ()
     implicit: tuple[ImplicitEquation, ...] = ()

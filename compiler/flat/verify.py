@@ -257,7 +257,7 @@ class _Check:
         if variable.role in (Role.PARAMETER, Role.INPUT, Role.DISCRETE) and (
             variable.start or variable.starts
         ):
-            return f"is a {variable.role.value}, and has 'start' in the place of 'value'"
+            return f"is a {variable.role.value}, and has 'start' instead of 'value'"
         if variable.value is not None and variable.value.type.shape not in (variable.type.shape, ()):
             return f"its value has the shape {variable.value.type.shape}"
         return ""
@@ -281,7 +281,7 @@ class _Check:
     def quantity(self, value: Expression, shape: tuple[int, ...], dimension: Dimension) -> str:
         wanted = types.NUMBER.dimension if self.model.dimensionless else dimension
         if value.type.shape != shape:
-            return f"its value has the shape {value.type.shape} in the place of {shape}"
+            return f"its value has the shape {value.type.shape} instead of {shape}"
         if value.type.dimension != wanted and not types.is_zero(value):
             return f"its value is in {value.type.dimension}, not in {wanted}"
         return ""

@@ -19,7 +19,7 @@ Below = Callable[[Node, Node], Node]
 def as_choice(graph: Graph, n: Node, arguments: tuple[Node, ...], below: Below) -> Node | None:
     """Return the node with its question of which argument is less put to ``below``; None where it has none.
 
-    ``arguments``: what stands in the place of its own.
+    ``arguments``: what stands instead of its own.
     """
     match graph.op(n):
         case ops.ABS:

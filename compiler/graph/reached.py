@@ -50,7 +50,7 @@ class ReachCache:
             marks = _more(graph, asked, parts) if parts else marked(graph, asked)
             if len(found) >= REMEMBERED:
                 del found[next(iter(found))]
-        found[asked] = marks  # behind those that were asked for before
+        found[asked] = marks  # after those that were asked for before
         return marks
 
 

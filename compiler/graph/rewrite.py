@@ -63,7 +63,7 @@ def _beside_what_divides(
 def transfer(
     source: Graph, outputs: Sequence[Node], target: Graph, replacements: Mapping[Node, Node] | None = None
 ) -> list[Node]:
-    """Build the outputs anew in another graph; symbols keep their names.
+    """Build the outputs again in another graph; symbols keep their names.
 
     ``replacements``: nodes of the source that become given nodes of the target.
     """

@@ -44,7 +44,7 @@ from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
-from .ranges import ranges
+from .input_ranges import ranges
 from .sliding import warn_of_sliding
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse

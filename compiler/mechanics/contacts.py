@@ -20,7 +20,7 @@ from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit, unit_text
 from .modes import Mode, Regularized
-from .own_slip import sides_of
+from .slip_direction import sides_of
 from .system import ConstraintRows
 
 REGULARIZED = "regularized"

@@ -63,7 +63,7 @@ def _check(
     caption = "the rate of what it follows depends on '{}', which may jump or moves freely"
     if not rough:
         rough = [states[n] for n in sorted(_set_anew(symbols, model) & support)]
-        caption = "an event sets the state '{}' anew, and what follows it would jump"
+        caption = "an event sets the state '{}' again, and what follows it would jump"
     if not rough and _switches(graph, row, {symbols.time, *states}):
         rough, caption = [states[n] for n in sorted(support & states.keys())], "the rate of '{}' switches"
     if not rough:

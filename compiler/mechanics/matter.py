@@ -234,7 +234,7 @@ class Matter:
                 return None
 
     def _lagrangian(self) -> Node:
-        """Return L, with answers in the places of frames put in."""
+        """Return L, with answers instead of frames put in."""
         graph = self.graph
         kinetic, potential, further = self._sums("kinetic", "potential", "lagrangian")
         difference = graph.sub(kinetic_energy(self, kinetic), potential_energy(self, potential))

@@ -14,7 +14,7 @@ class Regularized(Struct, frozen=True):
     """Friction as a smooth force: ``side`` tanh(s/v_stick) times its limit. ``creep``: the speed of sliding where it
     is below v_stick, and so takes the place of sticking, else 0; None with the second direction of a surface; ``unit``
     its unit. ``sticks``: 1 where nothing slips, of a slip that is prescribed or of what has no mass; else None. ``force`` of a friction on
-    what has no mass, in the place of side and limit; ``slides``: the direction of its slip, -1, 0 or 1 in z, where that is remembered."""
+    what has no mass, instead of side and limit; ``slides``: the direction of its slip, -1, 0 or 1 in z, where that is remembered."""
 
     side: Node
     creep: Node | None

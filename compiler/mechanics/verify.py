@@ -78,7 +78,7 @@ class _Check:
             ("v of the coordinates", sum(len(c.v) for c in s.symbols.coordinates), nv),
         ):
             if found != wanted:
-                self.fail(what, f"has {found} numbers in the place of {wanted}")
+                self.fail(what, f"has {found} numbers instead of {wanted}")
         if set(s.xdot) != {x.node for x in s.symbols.states}:
             self.fail("xdot", "is not of the states")
         for k, i in s.rotations:

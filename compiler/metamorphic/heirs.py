@@ -14,7 +14,7 @@ from .twin import NotApplicable, Seen, Twin
 
 
 def heirs_written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
-    """Put the statements of each base of the same file in the place of `extends`, with what the heir says of them."""
+    """Put the statements of each base of the same file instead of `extends`, with what the heir says of them."""
     done = 0
 
     def change(body: Body, file: ast.File) -> Body:

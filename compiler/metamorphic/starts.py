@@ -23,7 +23,7 @@ def rate_name(name: str) -> str:
 
 
 Moved = Callable[[str, Expression], Expression]
-"""Gives what a state, by its name, begins with in the place of a number."""
+"""Gives what a state, by its name, begins with instead of a number."""
 
 
 def begun(model: FlatModel, states: States, moved: Moved = lambda name, value: value) -> FlatModel:

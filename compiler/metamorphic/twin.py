@@ -29,7 +29,7 @@ class Twin(Struct, frozen=True):
     ``apart``: outputs that mean something else there, heads of names; ``names``: what is called otherwise there;
     ``factors``: by what units are larger there, as factors of kg, m, s, A; ``start``: the states it begins at, where these are
     not those that the model states; ``backwards``: its time runs from the stop to the start; ``beside``: the model with
-    further outputs, with which it is compared in the place of the model; ``shakes``: parameters that move its start, zero but
+    further outputs, with which it is compared instead of the model; ``shakes``: parameters that move its start, zero but
     for what is tried.
     """
 

@@ -3,7 +3,7 @@
     q = (N + l u f) / (a - m u w)   beside   w q   in the other one
 is
     a q = N + u s,   s = l f + m w q,
-of which a series needs the products u s and w q alone, in the place of u w, u f, w q and q times the denominator.
+of which a series needs the products u s and w q alone, instead of u w, u f, w q and q times the denominator.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ Value = int
 
 class Load(Struct, frozen=True, array_like=True, tag=0):
     """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w; or g, what functions of crowds
-    and of unknown outputs are given behind u."""
+    and of unknown outputs are given after u."""
 
     array: str
     index: int
@@ -225,7 +225,7 @@ class SeriesPlan(Struct, frozen=True):
 
 
 class Program(CompilerInterface, frozen=True, kw_only=True):
-    """``parameters_function`` writes p in place: dependent parameters, then ``nh`` constants of the run behind them.
+    """``parameters_function`` writes p in place: dependent parameters, then ``nh`` constants of the run after them.
     ``functions`` keep the order of the equations.
     """
 

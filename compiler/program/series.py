@@ -4,7 +4,7 @@ Each operation that is not linear is one or two *slots*, pairs (A, B) of series 
     M_k = A_1 B_(k-1) + ... + A_(k-1) B_1;
 given these sums, the coefficients of order k are linear in each other. So two functions serve every order:
 
-``series_start``: like ``rhs``, and behind the rates the numbers that every order reads.
+``series_start``: like ``rhs``, and after the rates the numbers that every order reads.
 ``series_next``: t = k, y = coefficients of order k of the state, u = the sums of the slots, then 1/k and that of t,
 z = the numbers kept; gives the coefficients of order k of the rates, of all A and of all B. Each of these three begins
 at a multiple of ``LANES``.

@@ -142,7 +142,7 @@ class SlotGraph:
         if a == b and (i != 1 or j != 1):
             return self.power(a, i + j)
         for n, base, exponent in ((y, a, i), (x, b, j)):
-            if exponent == -1:  # one quotient in the place of an inverse and a product
+            if exponent == -1:  # one quotient instead of an inverse and a product
                 return graph.div(n, base)
         return graph.mul(x, y)
 

@@ -109,7 +109,7 @@ def emit_c(
         if chunk_size != 0:
             whole = {*loops, NEXT} if program.few_slots or double_double else loops
             program = chunk(program, chunk_size or CHUNK, whole=whole)
-            # pieces read their angles anew, in between
+            # pieces read their angles again, in between
             program = verified(_with_turns(program, loops) if turns else program)
         return "\n".join(_File(program, loops, turns, double_double).lines()) + "\n"
 
@@ -241,7 +241,7 @@ class _File:
         yield "}\n"
 
     def reader(self, function: ProgramFunction) -> Iterator[str]:
-        """Yield the function that is called in the place of one that reads shares of loads."""
+        """Yield the function that is called instead of one that reads shares of loads."""
         yield "/* The same with the shares of loads that rigid bodies do not determine. */"
         static = function.name in MODEL_FUNCTIONS
         yield from _head("static" if static else "EXPORT", function.name, parameters=False, workspace=False)
@@ -269,7 +269,7 @@ class _File:
             yield f"    {' '.join(f'(void){a};' for a in unused)}"
 
     def body(self, body: Body, parameters: bool, *, workspace: bool, named: bool) -> Iterator[str]:
-        body = tuple(body)  # each look at a long one makes its statements anew
+        body = tuple(body)  # each look at a long one makes its statements again
         loads = {(s.array, s.index) for s in body if type(s) is Load}
         touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
         if any(type(s) is Store and s.guarded for s in body):

@@ -34,7 +34,7 @@ static void outputs_of_all(mech_real t, const mech_real *y, const mech_real *u, 
 
 
 def record_text(record: StructPointer) -> Iterator[str]:
-    """Yield the lines of a struct, behind what its pointers point to: rows, arrays, then further structs."""
+    """Yield the lines of a struct, after what its pointers point to: rows, arrays, then further structs."""
     pointed = [
         value
         for value in record.fields.values()

@@ -136,5 +136,5 @@ def rows(table: Table | Samples, literal: Callable[[Fraction], tuple[str, int]])
 
 
 def width(table: Table | Samples) -> str:
-    """Return what stands behind the length in the declaration of a table."""
+    """Return what follows the length in the declaration of a table."""
     return "" if isinstance(table, Samples) else "[3]"

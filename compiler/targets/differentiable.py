@@ -243,7 +243,7 @@ def _tables(program: Program, begin: Begin) -> Iterator[str]:
     yield from strings("ASSERTIONS", [a.message for a in program.assertions])
     yield "# parameters that do not follow from others"
     yield from strings("INDEPENDENT", _independent(program, begin.settings))
-    yield f"N_CONSTANTS = {program.nh}  # computed by parameters(), behind the parameters in p"
+    yield f"N_CONSTANTS = {program.nh}  # computed by parameters(), after the parameters in p"
     yield f"NQ, NV = {program.nq}, {program.nv}  # coordinates and velocities, with which the states begin"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
     yield f"ENERGIES = {_energies(program)}  # indices of outputs"

@@ -1,6 +1,6 @@
 """The part that is the same in every module for JAX: everything below a marker is copied.
 
-What stands above the first one here is a model of nothing, in the place of the generated part.
+What stands above the first one here is a model of nothing, instead of the generated part.
 """
 
 from __future__ import annotations

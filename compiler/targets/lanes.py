@@ -1,6 +1,6 @@
 """The lanes target: the functions of a model for several members of an ensemble side by side (``runtime/kernel/ensemble``).
 
-The same statements as in the C of ``c.py``, of vectors in the place of numbers, one operation a line. A product that only
+The same statements as in the C of ``c.py``, of vectors instead of numbers, one operation a line. A product that only
 sums and differences read is fused with them here, so that no compiler decides about the bits.
 """
 

@@ -65,7 +65,7 @@ def constant(number: Fraction) -> LiteralText:
 
 
 def with_true_pi(number: Fraction, pi: Fraction = Fraction(PI_DIGITS)) -> Fraction:
-    """Return a constant with the digits of pi in the place of those of the double nearest to it, if it holds a power of that."""
+    """Return a constant with the digits of pi instead of those of the double nearest to it, if it holds a power of that."""
     for power in _POWERS:
         factor = number / _PI**power
         if max(abs(factor.numerator), factor.denominator) < _LARGEST_FACTOR:

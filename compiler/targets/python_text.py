@@ -23,7 +23,7 @@ def function_lines(
     inputs: int = 0,
 ) -> Iterator[str]:
     """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p. ``inputs``: how many there
-    are, behind which lies what some functions are given."""
+    are, after which lies what some functions are given."""
     (body,) = function.bodies
     results: dict[int, str] = {}
     completes = arguments == "p, given"

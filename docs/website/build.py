@@ -170,7 +170,7 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
     names = [example_name(example.relative_to(ROOT)) for example in examples]
     pages = [LIVE / f"{name}-{key}.html" for name, key in zip(names, keys, strict=True)]
     made: dict[str, Path] = {}
-    if find_libtcc() is not None:  # the run behind a page is over before better code pays
+    if find_libtcc() is not None:  # the run after a page is over before better code pays
         os.environ.setdefault("CC", "libtcc")
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         for name, (page, said) in zip(names, pool.map(_made, examples, pages), strict=True):
@@ -197,7 +197,7 @@ def _made(example: Path, page: Path) -> tuple[Path | None, str]:
 
 
 def _sources() -> list[Path]:
-    """Return what a page is made by: a change in it makes all of them anew."""
+    """Return what a page is made by: a change in it makes all of them again."""
     folders = ("lang", "compiler", "runtime", "stdlib", "mechc/web")
     return [
         p

@@ -12,7 +12,7 @@ ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
 
 
 def on_config(config: Any) -> Any:
-    """Put all pages of a folder in the place of ``folder/*.md`` in the menu."""
+    """Put all pages of a folder instead of ``folder/*.md`` in the menu."""
     for entry in config.nav:
         for title, pages in entry.items() if isinstance(entry, dict) else ():
             entry[title] = [named for page in pages for named in _named(page, Path(config.docs_dir), pages)]
@@ -27,7 +27,7 @@ def _named(page: str, folder: Path, stated: list[str]) -> list[str]:
 
 
 def on_post_page(output: str, *, page: Any, config: Any) -> str:
-    """Return a page with the site's own script in the place of that of a server."""
+    """Return a page with the site's own script instead of that of a server."""
     return output.replace(ELSEWHERE, get_relative_url("worker.js", page.url))
 
 

@@ -50,7 +50,7 @@ PACKED = {
 """Folders of the repository and where they stand in the browser."""
 
 STAND_IN = SOURCE / "stand_in"
-"""Modules in the place of libraries that have no wheel for Pyodide among those that pip finds."""
+"""Modules instead of libraries that have no wheel for Pyodide among those that pip finds."""
 
 LEFT_OUT = (
     "mechc/errors",

@@ -56,7 +56,7 @@ def write_live(page: Path, target: Path) -> None:
 def taken_apart(module: bytes) -> tuple[WebKernel, bytes, list[tuple[int, int, int]]]:
     """Return the kernel of a module, what else is in it, and the pieces of both in order: which (the kernel is 0), begin, end."""
     for kernel in KERNELS:
-        bodies = [body[5:] for body in loaded(kernel).parts.values()]  # behind the number of items
+        bodies = [body[5:] for body in loaded(kernel).parts.values()]  # after the number of items
         if all(body in module for body in bodies):
             break
     else:

@@ -14,7 +14,7 @@ def draw(b: Builder, c: Children, span: Span) -> ast.Draw:
     given = arguments or ()
     for before, after in pairwise(given):
         if _order(after) < _order(before):
-            message = "an argument without a name stands behind a named one"
+            message = "an argument without a name follows a named one"
             b.reporter.error("E0110", message, after.span, help="put the named ones last, then 's in a:b'")
     return ast.Draw(
         shape=shape.text,

@@ -57,7 +57,7 @@ def quotient(b: Builder, c: Children, span: Span) -> ast.Binary:
 
 
 def _unsigned(e: ast.Expression) -> ast.Expression:
-    """Return what stands behind signs."""
+    """Return what follows signs."""
     while isinstance(e, ast.Unary):
         e = e.operand
     return e
@@ -88,7 +88,7 @@ def power(b: Builder, c: Children, span: Span) -> ast.Binary:
     if isinstance(base, ast.Quantity) or (isinstance(base, ast.Parenthesis | ast.Vector) and base.unit):
         b.reporter.error(
             "E0128",
-            "a power behind a unit could belong to the number or to the unit",
+            "a power after a unit could belong to the number or to the unit",
             b.span(sign),
             help=f"write '({base.span.text})^{exponent.span.text}' for the power of the whole quantity",
         )
@@ -178,7 +178,7 @@ def call(b: Builder, c: Children, span: Span) -> ast.Expression:
             named.append(argument)
             continue
         if named:
-            message = "an argument without a name stands behind a named one"
+            message = "an argument without a name follows a named one"
             b.reporter.error("E0110", message, argument.span, help="put the named arguments last")
         positional.append(argument)
     base = ast.Call(

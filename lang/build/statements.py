@@ -251,7 +251,7 @@ def component(b: Builder, c: Children, span: Span) -> ast.Component:
 
 
 def second(b: Builder, c: Children, span: Span) -> Any:
-    """Return the second of the children: what stands between brackets or behind a word."""
+    """Return the second of the children: what stands between brackets or after a word."""
     return c[1]
 
 

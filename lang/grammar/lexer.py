@@ -162,7 +162,7 @@ class _Lexer:
         self.tokens.append(Token(END, "", length, length))
 
     def unit(self, position: int) -> int:
-        """Take a unit behind a closing brace or parenthesis on the same line."""
+        """Take a unit after a closing brace or parenthesis on the same line."""
         blanks = _BLANKS.match(self.text, position)
         if blanks is None:
             return position

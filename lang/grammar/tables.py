@@ -1,8 +1,8 @@
 """The parser's tables: made by Lark from ``mech.lark``, kept beside it in an installation, else in the user's cache folder.
 
 Lark reads the grammar and constructs the LALR(1) automaton, which takes a second; ``parser.py``
-drives it. Loading kept tables needs neither Lark nor the grammar text. They are kept as plain data behind their
-checksum: reading them executes nothing, and what is damaged is made anew.
+drives it. Loading kept tables needs neither Lark nor the grammar text. They are kept as plain data after their
+checksum: reading them executes nothing, and what is damaged is made again.
 """
 
 from __future__ import annotations

@@ -292,7 +292,7 @@ class _Robot:
     # ------------------------------------------------------------ joints
 
     def _joint(self, joint: int, body: int, pose: str, to: str) -> str:
-        """Write a joint from a pose to the frame that it moves; returns the pose behind it."""
+        """Write a joint from a pose to the frame that it moves; returns the pose after it."""
         m = self.m
         kind, name = int(m.jnt_type[joint]), self.named("joint", joint)
         at = m.jnt_pos[joint].tolist()
@@ -690,7 +690,7 @@ def _within(element: XmlElement) -> Iterator[XmlElement]:
 
 
 def _signed(value: float, unit: str) -> str:
-    """Return what stands behind a minus sign."""
+    """Return what follows a minus sign."""
     return f"({quantity(value, unit)})" if value < 0 else quantity(value, unit)
 
 

@@ -478,7 +478,7 @@ def _unit(axis: Vector) -> Vector:
 
 
 def _across(axis: Vector) -> str:
-    """Return the turn that takes z to the normal of a plane, as it is written behind a frame."""
+    """Return the turn that takes z to the normal of a plane, as it is written after a frame."""
     x, y, z = _unit(axis)
     if (x, y) == (0, 0):
         return "" if z > 0 else " * rotx(180 deg)"

@@ -29,7 +29,7 @@ def error(code: str, message: str, span: Span, **details: Unpack[Details]) -> Di
 
 
 def behind(s: Situation) -> Span:
-    """Return the place just behind the previous token."""
+    """Return the place just after the previous token."""
     end = s.previous.end if s.previous else 0
     return Span(s.source, max(end - 1, 0), end) if end else Span(s.source, 0, 0)
 

@@ -15,11 +15,11 @@ _INSTEAD = {
     "repeat": "a loop of a function runs over a range: 'for i in 1:n loop .. end for;'",
     "break": "every turn of a loop is taken: put the steps under 'if', or leave the function by 'return'",
     "continue": "put the rest of the steps under 'if'",
-    "algorithm": "leave it out: the steps stand behind the arguments",
-    "begin": "leave it out: the steps stand behind the arguments",
+    "algorithm": "leave it out: the steps follow the arguments",
+    "begin": "leave it out: the steps follow the arguments",
     "protected": "leave it out: a variable is declared by 'var s = 0;' where it is first needed",
     "input": "arguments stand in parentheses: 'function f(Real x) -> Real'",
-    "output": "the result stands behind '->', and 'return e;' gives it",
+    "output": "the result follows '->', and 'return e;' gives it",
 }
 
 
@@ -74,7 +74,7 @@ def function_not_closed(s: Situation) -> Finding | None:
         "E0115",
         f"function '{name.text}' is not closed",
         s.span(name),
-        help=f"write 'end {name.text};' behind its last step",
+        help=f"write 'end {name.text};' after its last step",
     )
     return problem, Panic()
 
@@ -94,7 +94,7 @@ def step_outside(s: Situation) -> Finding | None:
 
 
 def function_head(s: Situation) -> Finding | None:
-    """A function whose arguments stand behind its name without parentheses, or several results as a formula."""
+    """A function whose arguments follow its name without parentheses, or several results as a formula."""
     first = s.tokens[s.first]
     if first.text != "function" or not s.is_keyword(s.first):
         return None
@@ -115,7 +115,7 @@ def function_head(s: Situation) -> Finding | None:
 
 
 def _ends_later(s: Situation) -> bool:
-    """Whether the function is closed behind this place, so that what stands here was meant to be inside."""
+    """Whether the function is closed after this place, so that what stands here was meant to be inside."""
     name = s.function
     assert name is not None
     tokens = s.tokens[s.first :]
@@ -123,7 +123,7 @@ def _ends_later(s: Situation) -> bool:
 
 
 def _without_loop(s: Situation) -> TokenEdit | Panic:
-    """Read on behind ``end while;``."""
+    """Read on after ``end while;``."""
     kinds = [t.text for t in s.tokens[s.index : s.index + 400]]
     for k in range(len(kinds) - 2):
         if kinds[k : k + 3] == ["end", "while", ";"]:

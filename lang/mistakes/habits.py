@@ -321,7 +321,7 @@ def reserved_word(s: Situation) -> Finding | None:
 
 
 def missing_operator(s: Situation) -> Finding | None:
-    """An operand directly behind an operand."""
+    """An operand directly after an operand."""
     before, token = s.previous, s.token
     if before is None or token.kind not in ("NAME", "NUMBER", "QUANTITY", "LPAR", "LBRACE"):
         return None
@@ -361,7 +361,7 @@ def _inverse_unit(s: Situation, before: Token, token: Token) -> str:
 
 
 def unknown_unit(s: Situation) -> Finding | None:
-    """A word behind a number, a brace or a parenthesis that is no unit."""
+    """A word after a number, a brace or a parenthesis that is no unit."""
     before, token = s.previous, s.token
     if before and before.kind == "NUMBER" and token.text == "in" and not s.accepts("IN"):
         help = f"write '{before.text} inch'"

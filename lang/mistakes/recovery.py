@@ -72,7 +72,7 @@ class Situation(Struct, frozen=True, dict=True):
 
     @property
     def following(self) -> Token:
-        """The token behind this one; the end repeats."""
+        """The token after this one; the end repeats."""
         return self.tokens[min(self.index + 1, len(self.tokens) - 1)]
 
     def span(self, token: Token) -> Span:
@@ -122,7 +122,7 @@ class Situation(Struct, frozen=True, dict=True):
     def is_list(self, state: int) -> bool:
         """True for a state in which a statement may begin or a block end."""
         row = self.tables.moves[state]
-        return ("END" in row or END in row) and "EQUAL" not in row  # as behind the head of a function
+        return ("END" in row or END in row) and "EQUAL" not in row  # as after the head of a function
 
     @cached_property
     def depth(self) -> int:
@@ -188,7 +188,7 @@ class Situation(Struct, frozen=True, dict=True):
 def synchronise(situation: Situation) -> tuple[int, int] | None:
     """Return the stack depth and token index where parsing can go on, or None at the end.
 
-    It goes on behind the next semicolon outside brackets of a later line, or before a line that
+    It goes on after the next semicolon outside brackets of a later line, or before a line that
     begins with the word of a statement.
     """
     s = situation

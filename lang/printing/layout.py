@@ -25,7 +25,7 @@ class Bracketed(Struct, frozen=True):
 
 
 class Link(Struct, frozen=True):
-    """A sign and the operand behind it: ``flat`` on one line, ``broken`` at the beginning of a line."""
+    """A sign and the operand after it: ``flat`` on one line, ``broken`` at the beginning of a line."""
 
     flat: str
     broken: str
@@ -40,7 +40,7 @@ class Chain(Struct, frozen=True):
 
 
 class Unbroken(Struct, frozen=True):
-    """Parts one behind the other, never broken between them."""
+    """Parts one after the other, never broken between them."""
 
     parts: tuple[Doc, ...]
 
@@ -126,6 +126,6 @@ def _append(lines: str, column: int, blank: str, part: Doc, after: int, indent: 
 
 
 def _column(lines: str, column: int) -> int:
-    """Return the column behind text that began at ``column``."""
+    """Return the column after text that began at ``column``."""
     newline = lines.rfind("\n")
     return column + len(lines) if newline < 0 else len(lines) - newline - 1

@@ -58,7 +58,7 @@ class _Printer:
         self.lines.append(_Line(lay_out(doc, indent), indent, start, end, opens=opens))
 
     def close(self, text: str, word: str, indent: int, after: int, end: int) -> None:
-        """Add the line of a word that ends or divides a block, found in the source behind ``after``."""
+        """Add the line of a word that ends or divides a block, found in the source after ``after``."""
         match = re.compile(rf"\b{word}\b").search(self.code, after, end)
         start = match.start() if match else end
         finish = end if word == "end" else start + len(word)
@@ -149,7 +149,7 @@ class _Printer:
             self.add(statement_document(s), indent, start, end)
 
     def place_comments(self) -> None:
-        """Put each comment behind the line it stands behind in the source, or on a line of its own."""
+        """Put each comment after the line it follows in the source, or on a line of its own."""
         own: list[_Line] = []
         starts = [line.start for line in self.lines]
         for i, comment in enumerate(self.comments):

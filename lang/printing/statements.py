@@ -177,7 +177,7 @@ def _receivers(s: ast.Load | ast.Impulse) -> list[Doc]:
 
 
 def _with_options(clauses: list[Doc], options: Sequence[ast.Option]) -> list[Doc]:
-    """Put the commas of the options behind the clauses before them."""
+    """Put the commas of the options after the clauses before them."""
     for option in options:
         clauses[-1] = Unbroken((clauses[-1], ","))
         clauses.append(Unbroken((f"{option.name} = ", document(option.value))))

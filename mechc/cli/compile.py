@@ -106,9 +106,7 @@ def _check_ending(target: str, output: str | None) -> None:
 )
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
-@click.option(
-    "--recorded", is_flag=True, help="web: with one motion in it in the place of the model: no sliders."
-)
+@click.option("--recorded", is_flag=True, help="web: with one motion in it instead of the model: no sliders.")
 @keep_all_option
 @verify_option
 def command(

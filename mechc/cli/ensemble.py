@@ -109,7 +109,7 @@ def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:
         if given[name]:
             raise UsageMistake(f"{why}: leave --{name.replace('every_curve', 'all')} out")
     if given["pictured"]:
-        raise UsageMistake("an ensemble is drawn by what --keep keeps", "leave the names behind --plot out")
+        raise UsageMistake("an ensemble is drawn by what --keep keeps", "leave the names after --plot out")
     if given["experiment"] == "all":
         raise UsageMistake("an ensemble is of one experiment", "name it, --experiment NAME")
     settings = {name: given[name] for name in SETTINGS if given[name] is not None}

@@ -47,7 +47,7 @@ DOUBLE = """\
 //   mechc run {file} --set c=0             the same without friction
 //   mechc equations {file}                 the equations of motion
 //
-// It is made of parts of the library: a joint places the body behind it. The language page says how energies are
+// It is made of parts of the library: a joint places the body after it. The language page says how energies are
 // written instead, and how both mix.
 import mech.planar.*;
 

@@ -87,7 +87,7 @@ def read_as_said(ctx: click.Context, files: list[str]) -> list[Any]:
 
 
 def data_files(ctx: click.Context, parameter: click.Parameter, files: tuple[str, ...]) -> tuple[Any, ...]:
-    """Take the files behind a model, read as is said."""
+    """Take the files after a model, read as is said."""
     return tuple(read_as_said(ctx, list(files)))
 
 

@@ -162,7 +162,7 @@ def command_of(kind: Kind) -> click.Command:
 
 
 def _option(setting: QuestionSetting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    if setting.kind == "data":  # files stand behind the model
+    if setting.kind == "data":  # files follow the model
         return click.argument(
             setting.name, metavar="DATA.csv...", nargs=-1, callback=data_files, shell_complete=files_here
         )

@@ -25,7 +25,7 @@ from .options import Compiling, input_option, model_argument, model_option, no_m
     callback=no_model,
     help="Where the page is written; a temporary file without it.",
 )
-@click.option("--recorded", is_flag=True, help="One motion in the place of the model: no sliders.")
+@click.option("--recorded", is_flag=True, help="One motion instead of the model: no sliders.")
 @click.option("--no-open", is_flag=True, help="Write the page, and open nothing.")
 def command(
     file: str,

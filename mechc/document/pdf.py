@@ -13,7 +13,7 @@ from .blocks import Block, Document, Heading, MovingPage, Paragraph, Picture, Pr
 WIDTH, HIGHEST = 17.0, 14.0
 """Centimetres between the margins of an A4 page, and of a picture."""
 LETTERS = 102
-"""Of the type of preformatted text in a line; longer lines go on below, behind two blanks."""
+"""Of the type of preformatted text in a line; longer lines go on below, after two blanks."""
 
 
 def write(document: Document, path: Path) -> None:

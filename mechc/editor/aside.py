@@ -18,7 +18,7 @@ class Aside:
     """The process of ``mechc.editor.whole``, begun when it is first asked, and again where it was ended.
 
     ``longest``: seconds after which an answer is given up; ``patient``: an answer that is not wanted any more is awaited all the
-    same, where that takes less than to begin anew.
+    same, where that takes less than to begin again.
     """
 
     def __init__(self, longest: float = LONGEST, *, patient: bool = False) -> None:

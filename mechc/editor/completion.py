@@ -1,4 +1,4 @@
-"""What may be written at a place: names in scope, members behind a dot, units behind a number, words of statements."""
+"""What may be written at a place: names in scope, members after a dot, units after a number, words of statements."""
 
 from __future__ import annotations
 

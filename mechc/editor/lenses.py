@@ -18,7 +18,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "equations": ("equations",),
     "modes": ("study", "modes"),
 }
-"""Title -> the words behind ``mechc``, before the file. The editor's command is ``mechc.`` and the title."""
+"""Title -> the words after ``mechc``, before the file. The editor's command is ``mechc.`` and the title."""
 OF_CURVES = ("run", "plot", "equations")
 """Those that a curve has, too."""
 

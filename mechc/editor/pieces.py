@@ -52,7 +52,7 @@ def pieces(text: str) -> Iterator[Piece]:
 
 
 def _unit(text: str, position: int) -> tuple[int, int]:
-    """Return where the unit behind a number or a closing bracket begins and ends; the same place if there is none."""
+    """Return where the unit after a number or a closing bracket begins and ends; the same place if there is none."""
     blanks = _BLANKS.match(text, position)
     if blanks is None:
         return position, position

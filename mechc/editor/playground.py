@@ -120,7 +120,7 @@ class Playground:
 
 
 def facts_before_run(model: CompiledModel, method: str = "") -> PageFacts:
-    """Return the facts of a model that has not run; ``method``: in the place of that of the experiment. Raises SimulationError."""
+    """Return the facts of a model that has not run; ``method``: instead of that of the experiment. Raises SimulationError."""
     model = model.for_experiment(None)
     problem = Problem(**interface_of(model.compilation.program))
     plan = model.experiment(None)

@@ -45,7 +45,7 @@ def _declared(body: Iterable[ast.Statement]) -> Iterator[ast.Declaration]:
 
 
 def _name_of(argument: ast.Argument) -> Span:
-    """Return where the name of an argument stands, behind its type and before its sizes."""
+    """Return where the name of an argument stands, after its type and before its sizes."""
     span = argument.span
     start = span.start + (span.text.rfind(argument.name, 0, (span.text.find("[") + 1 or len(span.text) + 1)))
     return Span(span.file, start, start + len(argument.name))

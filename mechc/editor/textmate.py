@@ -31,7 +31,7 @@ WORDS: Mapping[str, Iterable[str]] = {
     "variable.language": {*EXPRESSIONS, *PREDEFINED} - {*_TRUTH, *_JOINING},
     "support.type": NAMED_TYPES,
 }
-"""Scopes of words, wherever they stand but behind a dot."""
+"""Scopes of words, wherever they stand but after a dot."""
 
 
 def grammar() -> Mapping[str, object]:

@@ -10,7 +10,7 @@ from .names import Meaning, Word, meaning
 from .paths import names
 
 KINDS = ("class", "type", "function", "parameter", "variable", "property")
-"""Names of the protocol; members behind a dot, and what a component is given, are properties."""
+"""Names of the protocol; members after a dot, and what a component is given, are properties."""
 MODIFIERS = ("declaration", "readonly")
 
 

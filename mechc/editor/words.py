@@ -1,4 +1,4 @@
-"""The words of the language in a line each, and what is written behind them."""
+"""The words of the language in a line each, and what is written after them."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def checker(path: Path) -> Callable[[CheckStage], CheckPart]:
 def guarded(
     make: Callable[..., Callable[[Question], Reply]], limits: Limits, *settings: object
 ) -> Iterator[Callable[[Question], Reply | LostProcess]]:
-    """Give what asks ``make(*settings)``, a function of a module, in another process, begun anew where it is lost.
+    """Give what asks ``make(*settings)``, a function of a module, in another process, begun again where it is lost.
 
     It works in a folder of its own, which goes with it.
     """

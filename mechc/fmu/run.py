@@ -69,7 +69,7 @@ def run_fmu(
     """Simulate an FMU in a process of its own; numbers are in the units of its model description.
 
     ``inputs``: CSV files by the names of inputs, whose first column is the time; values hold over a
-    communication step, and behind the last row. ``kind``: me or cs; Co-Simulation where the file has both. ``every``: spacing of the output and, for
+    communication step, and after the last row. ``kind``: me or cs; Co-Simulation where the file has both. ``every``: spacing of the output and, for
     Co-Simulation, the communication step. Raises UsageMistake for a kind, name or file that does not fit, and
     SimulationError where the process of the file crashes or goes beyond its limits.
     """

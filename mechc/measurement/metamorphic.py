@@ -302,7 +302,7 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
 
 
 def _not_followed(solution: Solution) -> float:
-    """Give the longest time that bounces went on behind the last one that was followed: a law that asks `closed` may begin by as much
+    """Give the longest time that bounces went on after the last one that was followed: a law that asks `closed` may begin by as much
     too early, in a run and in its companion."""
     hits = [(e.name, float(e.time)) for e in solution.events if e.kind == "impact"]
     rests = [(e.name, float(e.time)) for e in solution.events if e.kind == "rest"]

@@ -170,7 +170,7 @@ def _partings(base: Base, still: Solution, runs: Sequence[Solution]) -> list[Par
 
 
 def _jumps(solution: Solution, column: int) -> bool:
-    """Whether a state is set anew at an instant: it then differs as much, but only shortly."""
+    """Whether a state is set again at an instant: it then differs as much, but only shortly."""
     t, y = solution.time, solution[solution.problem.states[column].name]
     twice = np.flatnonzero(t[1:] == t[:-1])
     return bool(np.any(np.abs(y[twice + 1] - y[twice]) > SEEN * (np.ptp(y) if y.size else 0.0)))

@@ -32,7 +32,7 @@ def unit_text(unit: str) -> str:
 
 
 def axis_label(name: str, unit: str) -> str:
-    """Return a name with its unit behind it."""
+    """Return a name with its unit after it."""
     return f"{letters(name)} {unit_label(unit)}".rstrip()
 
 

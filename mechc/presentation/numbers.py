@@ -37,12 +37,12 @@ def plural(n: int, word: str, words: str = "") -> str:
 
 
 def with_unit(unit: str) -> str:
-    """Return what stands behind a number: a blank and its unit, nothing for a pure number."""
+    """Return what follows a number: a blank and its unit, nothing for a pure number."""
     return f" {as_quotient(unit)}" if unit and unit != "1" else ""
 
 
 def unit_in_brackets(unit: str) -> str:
-    """Return what stands behind a name at the head of a column."""
+    """Return what follows a name at the head of a column."""
     return f" [{as_quotient(unit)}]" if unit and unit != "1" else ""
 
 

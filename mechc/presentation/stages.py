@@ -47,7 +47,7 @@ def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]
 
 
 def tree(node: object) -> str:
-    """Return a syntax tree as indented text: one line for each node, its plain values behind its name."""
+    """Return a syntax tree as indented text: one line for each node, its plain values after its name."""
     return "\n".join(_tree(node, "", 0))
 
 

@@ -58,7 +58,7 @@ def style_for(stream: TextIO) -> Style:
 
 
 _REORDERING = frozenset(("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"))
-"""Classes of characters that would turn around what stands behind them."""
+"""Classes of characters that would turn around what follows them."""
 
 
 def cell_width(character: str, column: int = 0) -> int:

@@ -77,6 +77,6 @@ def file_of(question: type[Study], to: Any, given: Mapping[str, Any]) -> Streame
     if given.get("sensitivity"):
         raise UsageMistake(
             "derivatives of a motion are known at its end only, and are no columns of a file that grows with the run",
-            "write the file behind the run: --output without --streamed, solution.save(path) in Python",
+            "write the file after the run: --output without --streamed, solution.save(path) in Python",
         )
     return to if isinstance(to, Streamed) else Streamed(Path(to))

@@ -69,7 +69,7 @@ def refuse_structural(given: Any, structural: Collection[str]) -> None:
 
 
 def _items(setting: str, text: str) -> list[tuple[str, str]]:
-    """Take ``a = 0 .. 1, 20, b ~ normal(0, 1)`` apart: names, and what stands behind them with its sign."""
+    """Take ``a = 0 .. 1, 20, b ~ normal(0, 1)`` apart: names, and what follows them with its sign."""
     parts, depth = [""], 0
     for letter in text:
         depth += (letter in "([{") - (letter in ")]}")

@@ -57,7 +57,7 @@ def _in_text(setting: str, text: str) -> list[Varied]:
             continue
         if not part.strip() and text.strip():
             raise UsageMistake(
-                f"'{text.strip()}' has a comma with no name behind or before it",
+                f"'{text.strip()}' has a comma with no name after or before it",
                 f"names are one text, without blanks or in quotes: --{setting} A,B",
             )
         if not name or (sign and not what):

@@ -43,7 +43,7 @@ def page(
     experiment: str | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> str:
-    """Return the text of a page. ``recorded``: with the motion in it in the place of the model. ``options``: those of the
+    """Return the text of a page. ``recorded``: with the motion in it instead of the model. ``options``: those of the
     run (``api.Options``).
 
     Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve and for an input that drives without a table.

@@ -1,6 +1,6 @@
 """The facts of a page from a native run of its model, which decides by what the page integrates: by which method, with which sizes.
 
-A page is written once: it cannot be compiled anew for what its own run turns out to lack.
+A page is written once: it cannot be compiled again for what its own run turns out to lack.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What contradicts a curve: first integrals that drift, and the conditions of Legendre and Weierstrass.
 
 I. M. Gelfand, S. V. Fomin, Calculus of Variations, 1963, sections 4, 25 and 34. Slopes are those by s, over which the range
-has the length 1; for integrands with second derivatives, these stand in the place of slopes.
+has the length 1; for integrands with second derivatives, these stand instead of slopes.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ class _Slopes:
         return found
 
     def sloped(self, unknowns: Unknowns, which: NDArray[np.bool_], slope: Array) -> Unknowns:
-        """Return a curve with other slopes in some elements, moved behind them."""
+        """Return a curve with other slopes in some elements, moved after them."""
         rise = np.diff(unknowns.border[:, 0])
         rise[which] = np.sum(self.discrete.rate_nodes.weights * slope, axis=1)[which]
         made = Unknowns(unknowns.border.copy(), unknowns.inside.copy(), unknowns.whole)

@@ -355,7 +355,7 @@ class Cluster:
                 future.cancel()
 
     def _call_off(self, job: str, *, stopping: bool) -> None:
-        """Leave nothing behind on the cluster."""
+        """Leave nothing after on the cluster."""
         for hand in self._hands.values():
             for one in (*(flight.future for flight in hand.flying), hand.settling):
                 if one is not None:

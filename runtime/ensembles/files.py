@@ -276,7 +276,7 @@ class PiecesFolder:
         said.write_text(question, encoding="utf-8")
 
     def kept(self) -> Iterator[tuple[int, int, Piece]]:
-        """Give the pieces that are there, with their first member and the one behind their last."""
+        """Give the pieces that are there, with their first member and the one after their last."""
         for path in sorted(self.folder.glob("*.npz")):
             if (name := PIECE.fullmatch(path.name)) is not None:
                 with np.load(path, allow_pickle=False) as file:

@@ -26,7 +26,7 @@ MOST_BYTES = 4e9
 
 Gaps = Iterable[tuple[int, int]]
 Made = tuple[int, int, Piece]
-"""The first member, the one behind the last, and what they gave."""
+"""The first member, the one after the last, and what they gave."""
 
 
 class RunPieces(Protocol):
@@ -140,7 +140,7 @@ def _made_here(
             def now_and_then(watch: Watch = watch, before: int = before, most: int = last - first) -> None:
                 if interrupted():
                     watch.end()
-                progress(before + min(watch.done.value, most))  # those that are made anew count twice
+                progress(before + min(watch.done.value, most))  # those that are made again count twice
 
             def work(first: int = first, last: int = last, watch: Watch = watch) -> Piece:
                 return batches.make(first, members.values(first, last), watch)

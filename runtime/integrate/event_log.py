@@ -25,7 +25,7 @@ class EventLog:
     def finish(self, begin: float, t: Array, grid_z: Array) -> EventRecord:
         """Give what happened since ``begin``, with the discrete variables ``grid_z`` [n, nz] at the times ``t`` [n].
 
-        At the start they are as before the first later instant: the first of these times may be behind that.
+        At the start they are as before the first later instant: the first of these times may be after that.
         """
         noted, instants = self._solver.happened()
         ny, size = self._solver.ny, self._solver.ny + self._solver.nz

@@ -239,7 +239,7 @@ def merged(
 
 
 class _Merged(Struct, frozen=True, eq=False):
-    """States and discrete variables of a run, and the rows [m] before its instants: those behind these are the other sides."""
+    """States and discrete variables of a run, and the rows [m] before its instants: those after these are the other sides."""
 
     y: Array
     z: Array

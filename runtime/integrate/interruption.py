@@ -17,7 +17,7 @@ ENDING = (int(signal.SIGINT), int(signal.SIGTERM))
 class NotedInterruptions:
     """Within it Ctrl-C is noted; what it gives tells whether that was pressed since. A second Ctrl-C raises at once.
 
-    ``within``: what another one that lasts longer gave: then it is the same as that. Raises KeyboardInterrupt at the end where it was pressed and nobody was told: behind the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
+    ``within``: what another one that lasts longer gave: then it is the same as that. Raises KeyboardInterrupt at the end where it was pressed and nobody was told: after the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
     signal itself, nothing is changed.
     """
 

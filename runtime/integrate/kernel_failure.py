@@ -193,7 +193,7 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
         case Status.UNDEFINED_JUMP:
             return _Told(
                 "not finite",
-                f"a potential energy is {value_text(report.failed_value)} behind the surface that is reached at {at}: "
+                f"a potential energy is {value_text(report.failed_value)} beyond the surface that is reached at {at}: "
                 "the motion can neither pass there nor be thrown back",
             )
         case _:

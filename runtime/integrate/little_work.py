@@ -1,4 +1,4 @@
-"""How much work is done by code of libtcc before a question begins anew with that of gcc.
+"""How much work is done by code of libtcc before a question begins again with that of gcc.
 
 It counts evaluations, never time, so that the same question is answered by the same code each time.
 """

@@ -192,7 +192,7 @@ class Solver:
         return self._grid[:count], self._grid_y[:count]
 
     def add_last(self, count: int) -> int:
-        """Put the state where a run stopped behind ``count`` rows of the grid; give the number of rows then."""
+        """Put the state where a run stopped after ``count`` rows of the grid; give the number of rows then."""
         self._grid_y[count] = self.report()[1]
         if self._grid_z is not None:
             self._grid_z[count] = self.discretes()
@@ -231,7 +231,7 @@ class Solver:
         self._give_events()
 
     def grow_events(self, most: int) -> None:
-        """Give the kernel room for as many instants again, ``most`` at most, behind those that it has noted.
+        """Give the kernel room for as many instants again, ``most`` at most, after those that it has noted.
 
         The arrays grow where they are (``resize``), so that nothing is there twice.
         """
@@ -284,7 +284,7 @@ class Solver:
 @functools.cache
 def _freed_once(numbers: int) -> None:
     """Free room for so many numbers that nobody has touched: the C library keeps as much from then on. What it takes from the
-    system for each run anew costs a page fault, some 2 us, for each 4 kB that the kernel writes."""
+    system for each run again costs a page fault, some 2 us, for each 4 kB that the kernel writes."""
     np.empty(numbers)
 
 

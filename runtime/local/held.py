@@ -57,7 +57,7 @@ def with_held(site: Site, found: Derivatives) -> Derivatives:
 
 
 def held_constraints(site: Site, found: Derivatives) -> tuple[Derivatives, list[int]]:
-    """Return the derivatives with what holds among the constraints, and the rows whose positions they have behind the others.
+    """Return the derivatives with what holds among the constraints, and the rows whose positions they have after the others.
 
     Of rows that say the same the first counts. Where a row has no position of its own, as friction, its displacement is
     held as well, as far as the motion keeps it.

@@ -28,7 +28,7 @@ from ..settings import Place
 from .operating_point import Site, plan_of, site_of
 
 SEED = "seed"
-"""Kind of the numbers behind the discrete variables that hold given accelerations."""
+"""Kind of the numbers after the discrete variables that hold given accelerations."""
 
 Callables = Mapping[str, Callable[..., Any]]
 
@@ -89,7 +89,7 @@ class ModelFunctions:
     def in_threads(self, function: Callable[..., Any], threads: int, y: Array, *rest: Any) -> Array:
         """Evaluate one of these functions for many states [n, ny] in several threads side by side."""
         places = [part for part in np.array_split(np.arange(len(y)), threads) if part.size]
-        time = 1 if rest and np.ndim(rest[0]) == 2 else 0  # behind accelerations, which each state has
+        time = 1 if rest and np.ndim(rest[0]) == 2 else 0  # after accelerations, which each state has
         each = [np.ndim(x) == 2 or (np.ndim(x) == 1 and k == time) for k, x in enumerate(rest)]
 
         def part(of: Array) -> Any:

@@ -247,7 +247,7 @@ class Search:
         return y[self._places()]
 
     def rows(self) -> list[int]:
-        """Return which of the rates behind the positions are those of the displacements that move."""
+        """Return which of the rates after the positions are those of the displacements that move."""
         place = [int(j) for j in moving(self.site.chart)]
         kept = {int(j) for j in self.box.moved}
         return [k for k, j in enumerate(place) if j in kept]

@@ -177,7 +177,7 @@ def build_shared(
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
-    ``key`` is further text on which the result depends. ``chosen`` gives what is compiled in the place of the sources, which
+    ``key`` is further text on which the result depends. ``chosen`` gives what is compiled instead of the sources, which
     follows from these and the key: it is asked when something is compiled. ``compiler``: None for the one that is found; ``file`` is
     the name that the linker gives the library, ``link`` what it is told. Raises ``BuildError`` and ``CompilerMissing``.
     """

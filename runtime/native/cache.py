@@ -121,7 +121,7 @@ def _passing_folder(why: str) -> Path:
     atexit.register(shutil.rmtree, _passing, ignore_errors=True)
     os.environ["MECHC_CACHE"] = str(_passing)  # from here on, also for the processes that this one starts
     warnings.warn(
-        f"{why}, so each run compiles anew; the environment variable MECHC_CACHE chooses another folder",
+        f"{why}, so each run compiles again; the environment variable MECHC_CACHE chooses another folder",
         RuntimeWarning,
         stacklevel=1,
     )

@@ -37,7 +37,7 @@ def find_entry(stem: str, suffix: str) -> Path | None:
                 mark_used(file)
                 return file
             warnings.warn(
-                f"{file.name} in {folder} {doubt}: it is not used, but made anew",
+                f"{file.name} in {folder} {doubt}: it is not used, but made again",
                 RuntimeWarning,
                 stacklevel=1,
             )

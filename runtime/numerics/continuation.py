@@ -21,7 +21,7 @@ GROWTH = 1.5
 
 
 class Reached(Struct, Generic[P], frozen=True, eq=False):
-    """Points behind the last one of a branch; how many times as long the next step may be (infinite: as long as can be), and
+    """Points after the last one of a branch; how many times as long the next step may be (infinite: as long as can be), and
     why the branch ends with them, if it does."""
 
     points: Sequence[P]
@@ -41,7 +41,7 @@ def follow(
 ) -> tuple[list[P], str]:
     """Return the points of a branch from given ones on, and why they end; ``what`` a point is called.
 
-    ``advance`` gives what lies a step of some length behind the last point, None where nothing was found. It may change the last
+    ``advance`` gives what lies a step of some length after the last point, None where nothing was found. It may change the last
     point in place of that. A step just after a halved one does not grow.
     """
     branch, length, shortened = list(points), first, False

@@ -30,7 +30,7 @@ def kept_reference(
     seconds: float,
     make: Callable[[], PrecisionReference],
 ) -> PrecisionReference:
-    """Return the reference of a case, made anew if the cache has none that was made with the same effort.
+    """Return the reference of a case, made again if the cache has none that was made with the same effort.
 
     ``library`` is named after its content, and so is the kernel. Raises what ``make`` raises.
     """

@@ -54,7 +54,7 @@ class JumpKind(StrEnum):
 
 
 class Jump(Struct, frozen=True):
-    """Names of the outputs of one system, the time, and their values in SI before and behind (not-a-number: none)."""
+    """Names of the outputs of one system, the time, and their values in SI before and after (not-a-number: none)."""
 
     kind: JumpKind
     names: tuple[str, ...]

@@ -19,7 +19,7 @@ Rows = tuple[Array, Array, "Array | None"]
 
 class Comparison:
     """Reads a companion: how far its states are from those of the main run at the times that both have, and what the
-    ``listed`` checks are in it. A model may end one run just before an output time and the other just behind it: their last
+    ``listed`` checks are in it. A model may end one run just before an output time and the other just after it: their last
     rows belong together.
 
     ``factor``: from a difference to an error, which is never below the growth of rounding errors. Rows of a short run are kept

@@ -151,7 +151,7 @@ def mass_matrix(case: Case, t: float, y: Array) -> Array | None:
 def undefined_energy(problem: Problem, table: Table) -> Failure | None:
     """Give a failure where an energy is undefined from some time to the end, though the accelerations are not.
 
-    Steps may cross a wall of the potential that is thinner than they are; what lies behind is no motion of the model.
+    Steps may cross a wall of the potential that is thinner than they are; what lies after is no motion of the model.
     """
     for index, first in _undefined_last(problem, table, "energy"):
         if first == len(table) - 1 and first > 0:

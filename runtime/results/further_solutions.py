@@ -17,7 +17,7 @@ STARTS = 24
 REACHES = (0.5, 2.0, 8.0)
 """How far they lie apart, in sizes of the guess."""
 ENOUGH = 4
-"""Further solutions behind which no more are looked for."""
+"""Further solutions after which no more are looked for."""
 FLATTEST = 1e9
 """Flatness of equations from which on what they determine is not told apart."""
 TURN = 2 * math.pi

@@ -119,7 +119,7 @@ class Results(Mapping[str, Array]):
         return self._units[self.named([name])[0]]
 
     def named(self, names: Iterable[str]) -> list[str]:
-        """Put the elements in the place of each vector. Raises KeyError for a name that there is not."""
+        """Put the elements instead of each vector. Raises KeyError for a name that there is not."""
         found: list[str] = []
         for name in names:
             parts = [name] if name in self else elements(self._values, name)

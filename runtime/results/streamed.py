@@ -26,7 +26,7 @@ class Streamed:
     """Results in the file ``path``, by the end of its name: of all quantities or of ``names``, in the units of ``display``.
 
     CSV is a row after the other, and grows with the run. NPZ and JSON hold a column after the other and the report: they are
-    written behind the run, a slice of a column at a time. What is written so far stays where a run is interrupted or fails.
+    written after the run, a slice of a column at a time. What is written so far stays where a run is interrupted or fails.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Streamed:
         self._count = 0
 
     def begin(self, case: Case, y: Array) -> None:
-        """Begin the file for the run whose states will be ``y``: anew, where the run before is repeated."""
+        """Begin the file for the run whose states will be ``y``: again, where the run before is repeated."""
         if not self._by_rows:
             return
         self._close()

@@ -13,7 +13,7 @@ from ..numerics.rank import singular_values, solve
 from ..problem import Array
 
 SETTLED = 1e-9
-"""Step, as a share of the unknowns, behind which a further one changes nothing but rounding."""
+"""Step, as a share of the unknowns, after which a further one changes nothing but rounding."""
 CONTRACTS = 0.25
 """Share of the step before that a step of a sequence has at most which surely goes to the nearest solution."""
 STEPS = 12

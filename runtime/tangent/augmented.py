@@ -107,7 +107,7 @@ class Augmented(Struct, frozen=True, eq=False):
         return replace(found, t=np.concatenate([early, found.t]), y=states)
 
     def behind(self, t: float, y: Array, z: Array, until: float, tolerance: float) -> tuple[float, Array]:
-        """Give a time and state with derivatives at which rates are numbers: just behind (t, y) where a formula has no
+        """Give a time and state with derivatives at which rates are numbers: just after (t, y) where a formula has no
         derivative there, as |v| v at rest, and the motion leaves that at once; the derivatives are as at t."""
         rates = self.functions.rhs(t, y, self.inputs(t), z, self.p)
         size = self.case.problem.ny

@@ -199,8 +199,8 @@ class Tangents:
         both_sides: bool = False,
         scheduled: bool = True,
     ) -> TangentFlow:
-        """Integrate y [ny] and W [ny, k] from ``begin`` and give both at ``times`` [n], behind what happens there;
-        ``both_sides``: at each event as well, before and behind it.
+        """Integrate y [ny] and W [ny, k] from ``begin`` and give both at ``times`` [n], after what happens there;
+        ``both_sides``: at each event as well, before and after it.
 
         ``z`` [nz] and ``dz`` [real ones, k]: discrete variables there and the derivatives of the real ones, those of the start
         without them. Without ``scheduled`` nothing ticks at the last time, so that a flow that begins there goes on.

@@ -98,7 +98,7 @@ class Gradients:
         return found
 
     def _behind(self, tolerance: float) -> Case:
-        """Give the case just behind its start, where a formula may have no derivative, as |v| v at rest."""
+        """Give the case just after its start, where a formula may have no derivative, as |v| v at rest."""
         case = self.case
         rates = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
         dt = BEHIND * tolerance * (case.stop - case.begin)

@@ -50,7 +50,7 @@ class Rows(Struct, frozen=True, eq=False):
     remarks: tuple[str, ...] = ()
 
     def at(self, times: Array) -> Rows:
-        """Give the rows at some of its times, behind what happens there, and where it ended before the last."""
+        """Give the rows at some of its times, after what happens there, and where it ended before the last."""
         last = self.t[-1]
         chosen = np.searchsorted(self.t, times[times <= last], side="right") - 1
         if times[-1] > last and (not chosen.size or chosen[-1] < self.t.size - 1):

@@ -1,7 +1,7 @@
 """The jump of derivatives at an event, whose time changes with each direction (saltation).
 
 The event happens where g(t, y) = 0: dt = -(dg W)/(dg/dt). The state there changes by W + f dt, whatever happens is
-differentiated (instant.py), and behind it W = .. - f dt with the rates of the new law. M. A. Aizerman, F. R. Gantmacher 1958;
+differentiated (instant.py), and after it W = .. - f dt with the rates of the new law. M. A. Aizerman, F. R. Gantmacher 1958;
 R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
 """
 
@@ -33,7 +33,7 @@ ONE_SIDED = 1e-9
 """Relative change of what is zero at the start from which on a direction leaves it."""
 
 LEAVES = 1e-4
-"""Share of derivatives by which they may leave what holds behind an event."""
+"""Share of derivatives by which they may leave what holds after an event."""
 
 STRONG = 1e3
 """Growth of derivatives at one event from which on it is told: it is almost grazed, or meets another."""
@@ -47,7 +47,7 @@ class TangentSizes(Struct, frozen=True, eq=False):
 
 
 class Crossing(Struct, frozen=True):
-    """Derivatives behind an instant: ``w`` [ny, k] and ``dz``, and of its time, ``dt`` [k]; ``remark`` where it is told."""
+    """Derivatives after an instant: ``w`` [ny, k] and ``dz``, and of its time, ``dt`` [k]; ``remark`` where it is told."""
 
     w: Array
     dz: Array
@@ -309,7 +309,7 @@ def check_start(here: Instant, nominal: Array) -> None:
             raise SimulationError(
                 f"the motion begins at the very point where '{name}' changes, and a change of the start leaves it: there is "
                 "a derivative on one side only",
-                help="begin a little before or behind, or differentiate in what leaves it as it is",
+                help="begin a little before or after, or differentiate in what leaves it as it is",
             )
 
 

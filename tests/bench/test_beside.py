@@ -123,7 +123,7 @@ def test_the_text_for_diffsol_means_the_equations() -> None:
 
 
 def test_the_expressions_for_heyoka_mean_the_equations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Numbers in the place of its expressions; beside rates by hand."""
+    """Numbers instead of its expressions; beside rates by hand."""
     program, p = given()
     numbers = SimpleNamespace(
         make_vars=lambda name: Y[int(name[1:])], expression=float, par=p, time=0.0, sin=math.sin, cos=math.cos

@@ -1,4 +1,4 @@
-"""What a compilation leaves behind while nothing collects circles."""
+"""What a compilation leaves after while nothing collects circles."""
 
 import gc
 import importlib

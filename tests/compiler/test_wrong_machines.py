@@ -76,7 +76,7 @@ WRONG = {
         "model G input Real u; output Real y = 2*u; end G;\nmodel L\n  G a(u = b.y); G b(u = a.y);\n  state Real s = 0; equation der(s) = a.y/1 s;\nend L;",
         "E0207",
         "'a.u' is defined by itself",
-        "where both hold at once, let an equation determine one of them: 'output y ~ 0;' and 'equation y = ..;' in the place of 'output y = ..;'",
+        "where both hold at once, let an equation determine one of them: 'output y ~ 0;' and 'equation y = ..;' instead of 'output y = ..;'",
     ),
     "function without return": (
         "function f(Real x) -> Real\n  let y = x^2;\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f(x/1 m)*1 N on x;",

@@ -1,4 +1,4 @@
-"""What stands in the pages behind no test of their own: every ``mechc ...`` line is typed, in a folder with the files of its page.
+"""What stands in the pages after no test of their own: every ``mechc ...`` line is typed, in a folder with the files of its page.
 
 ``test_code_blocks.py`` looks at the words of the lines; here they run. The how-tos, the explanations and the tutorial are followed
 as a whole by other tests, and so is the first command of each section of the studies.

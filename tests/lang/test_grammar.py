@@ -78,7 +78,7 @@ def test_samples_have_the_same_tokens_with_larks_own_lexer(path: Path, reference
 
 
 def _begin(token: object) -> int:
-    """Lark's unit behind a bracket begins with the blanks before it."""
+    """Lark's unit after a bracket begins with the blanks before it."""
     text, start = str(token), getattr(token, "start_pos")  # noqa: B009
     return int(start) + len(text) - len(text.lstrip())
 

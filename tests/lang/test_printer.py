@@ -105,14 +105,14 @@ def test_blocks_and_empty_lines() -> None:
 
 def test_comments_stay_where_they_belong() -> None:
     text = (
-        "// head\n\n/* two\n   lines */\nmodel A // of the model\n      // before b\n   let b = 1;   // behind b\n"
-        "  /* before c */ let c = 2; /* behind c */\n"
+        "// head\n\n/* two\n   lines */\nmodel A // of the model\n      // before b\n   let b = 1;   // after b\n"
+        "  /* before c */ let c = 2; /* after c */\n"
         "  for i in 1:2 loop // each\n // inside\n  mass m at P;\n // last\n end for; // after\n"
         "  if a then // then\n  let d = 1;\n // before else\n else // otherwise\n let d = 2; end if;\n// in A\nend A; // of A\n// tail"
     )
     assert formatted(text) == (
-        "// head\n\n/* two\n   lines */\nmodel A  // of the model\n  // before b\n  let b = 1;  // behind b\n"
-        "  /* before c */\n  let c = 2;  /* behind c */\n"
+        "// head\n\n/* two\n   lines */\nmodel A  // of the model\n  // before b\n  let b = 1;  // after b\n"
+        "  /* before c */\n  let c = 2;  /* after c */\n"
         "  for i in 1:2 loop  // each\n    // inside\n    mass m at P;\n    // last\n  end for;  // after\n"
         "  if a then  // then\n    let d = 1;\n    // before else\n  else  // otherwise\n    let d = 2;\n  end if;\n"
         "  // in A\nend A;  // of A\n// tail\n"

@@ -92,7 +92,7 @@ def test_a_streamed_file_is_written_each_time(model: mechc.Model, tmp_path: Path
 
 
 def test_measured_data_are_read_each_time(model: mechc.Model, tmp_path: Path) -> None:
-    """A question that names a file is posed anew."""
+    """A question that names a file is posed again."""
     for mass in (1.0, 2.0):
         solution = model.simulate(set={"m": mass}, estimate_error=False)
         solution.save(tmp_path / "measured.csv", ["x"])

@@ -201,7 +201,7 @@ end Filtered;
 
 
 def filtered(t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A step of 0.1 m at 0.1 s behind the critically damped filter, with its rate and acceleration."""
+    """A step of 0.1 m at 0.1 s after the critically damped filter, with its rate and acceleration."""
     T = 0.02
     x = np.maximum(t - 0.1, 0) / T
     decay = 0.1 * np.exp(-x)
@@ -257,7 +257,7 @@ def test_the_poles_of_a_filter() -> None:
         (
             "state Length s = 0 m; state Velocity r = 0 m/s; equation der(s) = r; equation der(r) = (u - s)/tau^2 - 2*r/tau;"
             "when time > 1 s then reinit(r, 1 m/s); end when;",
-            "an event sets the state 'r' anew",
+            "an event sets the state 'r' again",
         ),
         (
             "state Length s = 0 m; state Velocity r = 0 m/s; equation der(s) = if time > 1 s then r else 2*r;"

@@ -61,7 +61,7 @@ def command_of(name: str, folder: Path) -> list[str]:
 
 @pytest.fixture
 def counted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Calls], None]:
-    """Let the calls of answering be counted: not those of reading and compiling before, nor of printing behind."""
+    """Let the calls of answering be counted: not those of reading and compiling before, nor of printing after."""
 
     def install(calls: Calls) -> None:
         import mechc.session

@@ -1,4 +1,4 @@
-"""Compilations that are kept: used as long as nothing has changed on which they depend, and equal to those formed anew."""
+"""Compilations that are kept: used as long as nothing has changed on which they depend, and equal to those formed again."""
 
 from __future__ import annotations
 

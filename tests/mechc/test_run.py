@@ -253,7 +253,7 @@ def test_an_input_from_a_table(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_every_name_stands_for_its_own_numbers() -> None:
-    """Also behind energy.supplied and energy.dissipated, which are states and outputs by one name."""
+    """Also after energy.supplied and energy.dissipated, which are states and outputs by one name."""
     Path("push.csv").write_text("time [s],push [N]\n0,3\n1,3\n")
     solution = mechc.load("oscillator.mech", set={"c": 0.5}).simulate(inputs={"push": "push.csv"})
     np.testing.assert_array_equal(solution["push"], 3.0)

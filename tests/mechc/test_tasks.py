@@ -98,7 +98,7 @@ def test_the_checker_of_gymnasium_passes(model: mechc.Model) -> None:
 
 
 def test_many_are_as_one(model: mechc.Model) -> None:
-    """The same observations, rewards and ends, with episodes that begin anew within the step."""
+    """The same observations, rewards and ends, with episodes that begin again within the step."""
     gymnasium = pytest.importorskip("gymnasium")
     many = model.gym("swing", 5, lanes="on")
     assert many.metadata["autoreset_mode"] == gymnasium.vector.AutoresetMode.SAME_STEP

@@ -120,7 +120,7 @@ def test_vortex() -> None:
 
 @pytest.mark.slow
 def test_curl_of_field() -> None:
-    """U36: c = 1/2, and of y with a sign in the place of x y, -x y - z^4/4 for plus alone; U37: a = c = 0 alone, and -x y z."""
+    """U36: c = 1/2, and of y with a sign instead of x y, -x y - z^4/4 for plus alone; U37: a = c = 0 alone, and -x y z."""
     found = example("curl_of_field").field(vary="c").details
     assert found["possible"] and found["parameter"]["c"] == pytest.approx(0.5, abs=1e-8)
     assert found["conservative"] is False

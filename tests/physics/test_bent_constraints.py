@@ -24,7 +24,7 @@ end Wire;
 @pytest.mark.parametrize("law", ["y = abs(x)", "y = abs(x)/2", "y = max(-x, 2*x)", "abs(x) = y"])
 @pytest.mark.parametrize("v", [1.0, -3.0])
 def test_a_bead_in_the_corner_of_a_wire_comes_to_rest_in_words(law: str, v: float) -> None:
-    """Without a direction at the corner, there is no motion behind: for ever is no answer."""
+    """Without a direction at the corner, there is no motion after: for ever is no answer."""
     solution = mechc.loads(WIRE % law).simulate(set={"v": v}, estimate_error=False)
     assert solution.outcome.value == "failed"
     assert "where a constraint bends" in solution.message
@@ -47,7 +47,7 @@ def test_a_bend_that_is_passed_often_is_no_corner_to_rest_in() -> None:
 
 @pytest.mark.parametrize("slope", [0.5, 0.1])
 def test_a_bend_takes_the_part_of_a_velocity_across_it(slope: float) -> None:
-    """Without weight: the speed behind is that before, times the cosine of the angle between both sides."""
+    """Without weight: the speed after is that before, times the cosine of the angle between both sides."""
     solution = mechc.loads((WIRE % f"y = {slope}*abs(x)").replace("9.81", "0")).simulate(
         stop=3.0, estimate_error=False
     )

@@ -60,7 +60,7 @@ def test_one_block_of_three_dimensions() -> None:
         "m",
         "rad",
     ]
-    # x = 1 + 2 t behind a lag of T: 1 - 2 T + 2 t + (2 T - 1) exp(-t/T)
+    # x = 1 + 2 t after a lag of T: 1 - 2 T + 2 t + (2 T - 1) exp(-t/T)
     assert found["f.y"] == pytest.approx(2 * t, abs=1e-7)
     assert found["g.y"] == pytest.approx(3 * (1 - np.exp(-t)), abs=1e-7)
     assert found["h.y"] == pytest.approx(2 * (1 - np.exp(-t)), abs=1e-7)

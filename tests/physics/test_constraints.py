@@ -42,7 +42,7 @@ def test_multiplier_is_the_tension() -> None:
 
 
 def test_multiplier_changes_its_sign_with_the_sides() -> None:
-    """r = l in the place of l = r: minus the tension."""
+    """r = l instead of l = r: minus the tension."""
     text = (EXAMPLES / "pendulum_tension.mech").read_text(encoding="utf-8")
     turned = mechc.loads(text.replace("string: l = r", "string: r = l")).simulate(stop=1, tolerance=1e-10)
     theta = swing(turned.time, np.radians(60), np.sqrt(g))

@@ -49,7 +49,7 @@ def test_jets_with_two_thresholds() -> None:
 
 
 def test_cart_with_an_inverted_pendulum() -> None:
-    """Bar on a cart, a lag of first order behind a limited sum: each mode of the limit by itself."""
+    """Bar on a cart, a lag of first order after a limited sum: each mode of the limit by itself."""
     M, m, l, lag, limit = 1.0, 0.2, 0.6, 0.02, 15.0
 
     def inertia(y: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Inputs behind a filter: two states follow each, in every target; against closed forms, and against the states written out."""
+"""Inputs after a filter: two states follow each, in every target; against closed forms, and against the states written out."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def test_its_response_has_two_poles() -> None:
 
 @pytest.mark.slow
 def test_units_drive_through_filters(tmp_path: Path, model: mechc.Model) -> None:
-    """Along a staircase; CVode of fmpy is good to 1e-5 of the values, and begins anew at each jump."""
+    """Along a staircase; CVode of fmpy is good to 1e-5 of the values, and begins again at each jump."""
     h = 0.005
     clock = np.arange(1, 10) * 0.1
     levels = 0.01 * np.sin(5 * clock)
@@ -140,7 +140,7 @@ def test_units_drive_through_filters(tmp_path: Path, model: mechc.Model) -> None
         found = run_fmu(path, kind=kind, every=h, inputs={"road": str(table)})
         for name, size in (("axle", 0.01), ("body", 0.01), ("F", 10.0)):
             bound = (1e-5 if kind == "me" else 1e-7) * size
-            last = np.searchsorted(found.time, native.time + 1e-9, side="right") - 1  # behind what jumps
+            last = np.searchsorted(found.time, native.time + 1e-9, side="right") - 1  # after what jumps
             assert np.abs(found[name][last] - native[name])[smooth].max() < bound, (path, kind, name)
 
 

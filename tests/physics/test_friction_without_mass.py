@@ -150,7 +150,7 @@ def test_an_impact_while_it_slides() -> None:
     hit = next(e.time for e in solution.events if e.kind == "impact")
     slides = np.arcsin(0.25) / 2  # x = sin(2 t)
     v = 2 * np.cos(2 * slides)
-    gone = v - np.sqrt(v**2 - 2 * 0.35)  # v s - s^2/2 = 0.35 behind that
+    gone = v - np.sqrt(v**2 - 2 * 0.35)  # v s - s^2/2 = 0.35 after that
     assert hit == pytest.approx(slides + gone, abs=1e-10)
     back = 0.8 * (v - gone)
     t = solution.time

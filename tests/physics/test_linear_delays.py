@@ -33,7 +33,7 @@ W = np.array([0.0, 0.3, 1.0, 2.2, 7.0, 31.0, 400.0])
 
 
 def loop(s: Complex, late: Callable[[float, Complex], Complex], k: float = 4.0, T: float = 0.3) -> Complex:
-    """y/u with ``late``(T, s) in the place of exp(-s T)."""
+    """y/u with ``late``(T, s) instead of exp(-s T)."""
     x = (1 + 0.3 * late(0.1, s)) / (s**2 + s + 2 + k * late(T, s))
     return x * (1 + 0.2 * late(0.5, s))
 

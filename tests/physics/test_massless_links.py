@@ -76,7 +76,7 @@ def test_weights_follow_the_masses(scale: float) -> None:
 
 
 def test_a_rod_that_loses_its_mass_by_a_setting() -> None:
-    """The model is built for a rod with mass; without it the run begins anew, alone and among the members of an ensemble."""
+    """The model is built for a rod with mass; without it the run begins again, alone and among the members of an ensemble."""
     model = mechc.loads(SLIDER.format(rod=0.5, angle=0.3, rate=10, more=""))
     run = model.simulate(set={"rod_mass": 0})
     assert run["main.angle"] == pytest.approx(crank(0.3, 10, run.time), abs=1e-9)

@@ -49,7 +49,7 @@ def force_at_the_rocker(angle: np.ndarray, second: np.ndarray, rate: np.ndarray)
 
 @pytest.mark.parametrize("stated", [1.0, 1.1])
 def test_parallelogram_passes_its_flat_positions(stated: float) -> None:
-    """15 passages. With 1.1 m the position is not foreseen for the stated values: a run that finds it begins anew.
+    """15 passages. With 1.1 m the position is not foreseen for the stated values: a run that finds it begins again.
 
     A run finds it where one of its steps ends near enough; others step over it, and rounding decides which: two of three of
     those measured found it. The first of twenty that does is judged.
@@ -103,7 +103,7 @@ def test_row_of_four_bars_is_on_its_constraints_after_each_step(n: int, toleranc
     """n parallelograms are one pendulum. Four passages, and about 15 steps a swing as if there were none.
 
     A step that ends within a thousandth of a flat position leaves velocities that a further projection would change
-    by 1e-7 and a hundred steps behind it; with 2.7e-10 the error control alone would lead there. The error: 200 times
+    by 1e-7 and a hundred steps after it; with 2.7e-10 the error control alone would lead there. The error: 200 times
     the tolerance was measured, as it grows over the passages.
     """
     solution = mechc.loads(ROW.format(n=n)).simulate(tolerance=tolerance)
@@ -175,7 +175,7 @@ def test_locked_linkage_is_told_with_time_and_configuration() -> None:
 
 
 def test_step_by_step_says_what_may_help(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Such a run cannot begin anew; built as it says, a linkage passes a position that is not foreseen."""
+    """Such a run cannot begin again; built as it says, a linkage passes a position that is not foreseen."""
     with pytest.raises(SimulationError, match="out of reach") as met, mechc.loads(LOCKED).start() as sim:
         sim.step(2.0)
     assert met.value.help == ""

@@ -119,7 +119,7 @@ def test_a_follower_that_pulls_an_oscillator() -> None:
 
 
 def test_a_surface_that_moves_and_derivatives() -> None:
-    """x follows sin t; before it gets there it moves at the rate k, behind that k changes nothing."""
+    """x follows sin t; before it gets there it moves at the rate k, after that k changes nothing."""
     model = mechc.loads("""
     dimensionless;
     parameter k = 3;
@@ -133,7 +133,7 @@ def test_a_surface_that_moves_and_derivatives() -> None:
     assert slid.sum() > 100
     np.testing.assert_allclose(found["x"][slid], np.sin(t[slid]), atol=1e-9)
     by_k = found.sensitivity("x", "k").values
-    first = int(slid.argmax())  # the instant itself, told from before and from behind
+    first = int(slid.argmax())  # the instant itself, told from before and from after
     np.testing.assert_allclose(by_k[:first], -t[:first], atol=1e-8)
     np.testing.assert_allclose(by_k[first + 2 :], 0, atol=1e-8)
 

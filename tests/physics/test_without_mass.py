@@ -394,7 +394,7 @@ def test_a_lever_without_mass() -> None:
 
 
 def test_two_sliders_in_a_row() -> None:
-    """The frame between them has no mass; both springs of 4 N/m are in series, and a stop acts on the mass behind them."""
+    """The frame between them has no mass; both springs of 4 N/m are in series, and a stop acts on the mass after them."""
     solution = run(
         """
         import mech.planar.*;

@@ -96,7 +96,7 @@ def test_json_and_terminal_tell_jumps(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def test_solutions_that_meet() -> None:
-    """y = sqrt(1 + sin t) touches -sqrt(1 + sin t) at 3 pi/2: neither ends, and the guess takes the upper one behind it."""
+    """y = sqrt(1 + sin t) touches -sqrt(1 + sin t) at 3 pi/2: neither ends, and the guess takes the upper one after it."""
     solution = ran("output y ~ 1; equation y^2 = 1 + sin(time);", 12.0)
     assert [j.kind.value for j in solution.jumps] == ["meeting", "meeting"]
     assert [j.time for j in solution.jumps] == pytest.approx([1.5 * pi, 3.5 * pi], abs=2e-6)

@@ -177,7 +177,7 @@ def test_what_was_made_is_kept_when_it_is_interrupted(
     presses: list[float] = []
 
     def pressed(fraction: float) -> None:
-        if 0.3 < fraction < 1 and not presses:  # behind the last batch nobody asks any more
+        if 0.3 < fraction < 1 and not presses:  # after the last batch nobody asks any more
             presses.append(fraction)
             signal.raise_signal(signal.SIGINT)
 

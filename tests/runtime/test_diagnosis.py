@@ -75,7 +75,7 @@ experiment(stop = 3 s);
 
 
 def test_a_run_does_not_go_on_where_its_energy_is_undefined() -> None:
-    """At 1e150 m/s one step crosses the wall; the accelerations behind it are finite, the energy is not a number."""
+    """At 1e150 m/s one step crosses the wall; the accelerations after it are finite, the energy is not a number."""
     solution = run(WALL.format(speed="1e150"))
     assert solution.outcome is Outcome.FAILED
     assert "not a number" in solution.message and "energy." in solution.message

@@ -139,7 +139,7 @@ def bent() -> mechc.Model:
 
 
 def off(run: mechc.Solution, w: float) -> tuple[float, float]:
-    """The largest error of x, and the estimated one, relative to 1 m + |x|: the force is -x - 1 N, behind w -x + 1 N."""
+    """The largest error of x, and the estimated one, relative to 1 m + |x|: the force is -x - 1 N, after w -x + 1 N."""
     t, turn = run.time, np.arccos((w + 1) / 2)
     behind = 1 + (w - 1) * np.cos(t - turn) - 2 * np.sin(turn) * np.sin(t - turn)
     true = np.where(t < turn, 2 * np.cos(t) - 1, behind)
@@ -258,7 +258,7 @@ when sample(0.2 s) then n := n + 0.1; end when;
 
 @pytest.mark.parametrize(("stop", "every"), [(1.0, 0.002), (1.0, 0.1), (0.95, 0.05)])
 def test_rows_at_instants_that_change_the_energy_are_those_before_them(stop: float, every: float) -> None:
-    """The accounts hold on both sides of an instant; a state from before it with variables from behind it has neither."""
+    """The accounts hold on both sides of an instant; a state from before it with variables from after it has neither."""
     run = mechc.loads(TICKING).simulate(stop=stop, every=every)
     assert run.outcome.value == "completed", run.message
     energy = run.energy

@@ -157,7 +157,7 @@ def bounced(t: float, e: float) -> float:
 
 
 def test_a_fit_passes_over_values_with_which_the_motion_ends_before_the_data(tmp_path: Path) -> None:
-    """With e = 0.6, where the search begins, the second fall below 0.2 m is at 0.9 s; with 0.8 it is behind 1 s."""
+    """With e = 0.6, where the search begins, the second fall below 0.2 m is at 0.9 s; with 0.8 it is after 1 s."""
     model = mechc.loads("""
     model Ball
       parameter e(min = 0, max = 1) = 0.6;

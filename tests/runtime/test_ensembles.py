@@ -369,7 +369,7 @@ def test_an_interrupted_ensemble_goes_on(spring: mechc.Model, tmp_path: Path) ->
         spring.ensemble(**asked | {"keep": "min(x)"}, resume=True)
     seen: list[float] = []
     again = spring.ensemble(**asked, resume=True, progress=seen.append)
-    assert again.complete and seen[0] > 0.06  # goes on behind the pieces
+    assert again.complete and seen[0] > 0.06  # goes on after the pieces
     np.testing.assert_array_equal(again.numbers, whole.numbers)
     assert not (tmp_path / "runs.npz.parts").exists()
     with pytest.raises(mechc.SimulationError, match="no file is named"):

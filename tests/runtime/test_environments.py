@@ -94,8 +94,8 @@ def models() -> dict[str, Any]:
 @pytest.mark.parametrize("kind", KINDS)
 def test_control_steps_are_those_of_a_run(models: dict[str, Any], kind: str) -> None:
     """By a method with steps of one size, inputs that stay, and code of the same bits. The input of the run has a row at each
-    end of a control step, so that its steps end there: behind an event they would go on from that. Delays carry such rows on,
-    so that steps end a delay behind them, too: rounding."""
+    end of a control step, so that its steps end there: after an event they would go on from that. Delays carry such rows on,
+    so that steps end a delay after them, too: rounding."""
     model = models[kind]
     with model.env(0.01, method="rk4", reproducible=True) as env:
         (name,), times = env.names.u, 0.01 * np.arange(101)

@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def planted(marker: Path) -> bytes:
-    """Give a library that leaves a file behind as soon as it is loaded."""
+    """Give a library that leaves a file after as soon as it is loaded."""
     text = f'#include <stdio.h>\n__attribute__((constructor)) static void run(void) {{ fclose(fopen("{marker}", "w")); }}\n'
     found = find_compiler()
     assert found is not None
@@ -102,7 +102,7 @@ DAMAGE: dict[str, Callable[[Path, bytes], object]] = {
 def test_what_is_not_as_it_was_written_is_never_loaded_but_made_anew(way: str, tmp_path: Path) -> None:
     library = build_shared(SOURCE, model_flags())
     DAMAGE[way](library, planted(tmp_path / "executed"))
-    with pytest.warns(RuntimeWarning, match="it is not used, but made anew"):
+    with pytest.warns(RuntimeWarning, match="it is not used, but made again"):
         again = build_shared(SOURCE, model_flags())
     assert ctypes.CDLL(str(again)).f() == 1
     assert not (tmp_path / "executed").exists()
@@ -122,7 +122,7 @@ def test_a_run_makes_kernel_and_model_anew_and_says_so(tmp_path: Path) -> None:
         DAMAGE["planted" if file.name.startswith("model") else "cut off"](file, bad)
     again = subprocess.run(command, capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
-    assert again.stderr.count("it is not used, but made anew") == len(files)
+    assert again.stderr.count("it is not used, but made again") == len(files)
     assert not (tmp_path / "executed").exists()
 
 
@@ -141,7 +141,7 @@ def test_a_command_survives_damage_of_all_that_is_kept(way: str, tmp_path: Path)
         DAMAGE[way](file, bad)
     again = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert again.returncode == 0 and "Traceback" not in again.stderr, again
-    assert "it is not used, but made anew" in again.stderr
+    assert "it is not used, but made again" in again.stderr
     assert not (tmp_path / "executed").exists()
 
 

@@ -1,4 +1,4 @@
-"""Memory that runs write is not taken from the system for each of them anew."""
+"""Memory that runs write is not taken from the system for each of them again."""
 
 from __future__ import annotations
 

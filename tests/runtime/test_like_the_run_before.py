@@ -1,4 +1,4 @@
-"""A companion goes by the solver of the run before it: the same numbers as one that is made anew."""
+"""A companion goes by the solver of the run before it: the same numbers as one that is made again."""
 
 from __future__ import annotations
 

@@ -157,7 +157,7 @@ end Disk;
 
 
 def test_a_loop_is_the_same_system_as_its_minimal_twin() -> None:
-    """A pendulum in Cartesian coordinates behind a constraint, against that in its angle."""
+    """A pendulum in Cartesian coordinates after a constraint, against that in its angle."""
     plain = """\
 model P
   parameter l = 0.8 m;

@@ -161,7 +161,7 @@ def test_a_sample_sets_a_force_anew() -> None:
     """Between samples the held force is a state, of which a sample leaves nothing."""
     said = servo(0.37).lyapunov(time=20).message
     assert (
-        "a sample sets a variable anew: of 4 exponents 1 are minus infinity; ask for the others: --count 3"
+        "a sample sets a variable again: of 4 exponents 1 are minus infinity; ask for the others: --count 3"
         in said
     )
     found = servo(0.37).lyapunov(time=60, count=3).summary()

@@ -133,7 +133,7 @@ DRIVEN = Model(
 
 
 def test_steps_end_at_the_jumps_of_inputs() -> None:
-    """A lag of 1 ms behind 1 until t = 1/2, then 3: closed form on both sides."""
+    """A lag of 1 ms after 1 until t = 1/2, then 3: closed form on both sides."""
     table = (1, (0.0, 0.5), (1.0, 3.0))
     grid = (0.5, 0.501, 0.502, 1.0)
     one = run(

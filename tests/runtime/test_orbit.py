@@ -226,7 +226,7 @@ def test_a_ball_on_a_vibrating_table() -> None:
     assert found["period"] == 1.0
     product = np.prod([complex(*m) for m in found["multipliers"]])
     assert product == pytest.approx(e**2, rel=1e-7)
-    # in the time of an impact s and the speed v behind it: s' = s + f, v' = -e (v - f) + (1 + e) A w cos(w s'), where
+    # in the time of an impact s and the speed v after it: s' = s + f, v' = -e (v - f) + (1 + e) A w cos(w s'), where
     # v f - f^2/2 + A sin(w s) = A sin(w s')
     up, fall = rise * w * math.cos(phase), -rise * w**2 * math.sin(phase)
     v, flight = 0.5, 1.0

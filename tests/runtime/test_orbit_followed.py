@@ -107,7 +107,7 @@ def doubling_of_the_impacting_orbit(low: float, high: float) -> float:
     def orbit(w: float) -> tuple[float, float]:
         period = 2 * math.pi / w
 
-        def rate_for(s: float) -> float:  # linear in the rate behind the impact
+        def rate_for(s: float) -> float:  # linear in the rate after the impact
             at0, at1 = (free(w, s, D, v, s + period)[0] for v in (0.0, 1.0))
             return (D - at0) / (at1 - at0)
 
@@ -328,7 +328,7 @@ end Ball;
 
 
 def test_a_bouncing_ball_doubles_its_period() -> None:
-    """One impact in T = 1, v = 1/2 behind it; the map of impacts in closed form, its determinant e^2."""
+    """One impact in T = 1, v = 1/2 after it; the map of impacts in closed form, its determinant e^2."""
     e, w = 0.8, 2 * math.pi
 
     def test(rise: float) -> float:

@@ -135,7 +135,7 @@ def test_polynomials_that_were_not_kept_are_those_of_the_run(monkeypatch: pytest
 def test_a_run_goes_the_same_way_whether_its_polynomials_are_kept_or_not(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Errors between the ends of steps, which limit these, bound them behind the place where nothing is kept any more."""
+    """Errors between the ends of steps, which limit these, bound them after the place where nothing is kept any more."""
     options = SimulationOptions(stop=600, tolerance=1e-8, points=50, estimate_error=False)
     kept = simulate(compiled_kepler(), options)
     monkeypatch.setattr("mechc.runtime.studies.runs.companion.DENSE_KEPT", 100_000)

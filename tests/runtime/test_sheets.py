@@ -177,7 +177,7 @@ def test_lines_and_signs_that_are_asked_for(tmp_path: Path) -> None:
     assert "--skip 2" in refused.value.help
     sheet = read(tmp_path, text, SheetReading(skip=2))
     assert sheet.columns == ([5], [6]) and sheet.lines == [4]
-    with pytest.raises(SimulationError, match="has no line behind the first 9"):
+    with pytest.raises(SimulationError, match="has no line after the first 9"):
         read(tmp_path, text, SheetReading(skip=9))
     with pytest.raises(SimulationError, match="has no rows below"):
         read(tmp_path, text, SheetReading(skip=2, separator=","))

@@ -135,7 +135,7 @@ def test_derivatives_stay_tangent_to_constraints_and_rotations() -> None:
 
 
 def test_a_flow_can_be_taken_on_from_any_state() -> None:
-    """Two halves with W begun anew as the unit matrix multiply to the whole (the chain rule)."""
+    """Two halves with W begun again as the unit matrix multiply to the whole (the chain rule)."""
     plan = planned(mechc.loads(OSCILLATOR).problem())
     case = plan.case
     flow = Tangents(case, plan.method, plan.nominal, states=2)

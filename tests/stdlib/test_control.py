@@ -125,7 +125,7 @@ def test_lags_and_rates() -> None:
 
 
 def test_blocks_take_vectors_and_begin_where_they_stay() -> None:
-    """A lag of a ramp is behind by T, from the start where it begins there; a PID of two lengths is two of them."""
+    """A lag of a ramp is after by T, from the start where it begins there; a PID of two lengths is two of them."""
     s = run("let v = {1 m + 2 m/s*time, 3 m}; FirstOrder f(u = v, T = 0.2 s); initial stationary f.y; Filter g(u = 3 m, order = 3); initial stationary g.chain.x; Derivative d(u = v, T = 0.2 s); initial stationary d.lagging; PID c(target = 0, measured = v, k = 3 N/m, Ti = 2 s);")  # fmt: skip
     t = s.time
     assert s["f.y[1]"] == pytest.approx(1 + 2 * t - 0.4 * (1 - np.exp(-5 * t)), abs=1e-10)

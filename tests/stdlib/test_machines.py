@@ -59,7 +59,7 @@ def test_a_valve_lifts_off_its_cam() -> None:
 
 
 def test_a_crane_stops_the_swing_of_its_load() -> None:
-    """Accelerated for one swing, the load hangs back by 2 a/g in its middle and not at all behind it: small angles."""
+    """Accelerated for one swing, the load hangs back by 2 a/g in its middle and not at all after it: small angles."""
     s = run_example("tower_crane")
     assert s["load.angle"].min() == pytest.approx(-2 * 0.05 / 9.81, rel=1e-4)
     after = s.time > 2 * math.pi * math.sqrt(20 / 9.81)

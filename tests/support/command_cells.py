@@ -294,7 +294,7 @@ def unsaid() -> list[str]:
 
 
 def spelled(words: Words, small: Small, name: str) -> list[str]:
-    """Give words as they are said of a model, whose own names stand in the places of capitals."""
+    """Give words as they are said of a model, whose own names stand instead of capitals."""
     low, high = ("0.3", "0.6") if small.parameter == "a" else ("1", "2")
     places = {
         "PARAMETER": small.parameter,

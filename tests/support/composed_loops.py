@@ -130,7 +130,7 @@ class _Writer:
         )
 
     def assembly(self, i: int, first: Place, second: Place) -> tuple[tuple[Lump, ...], str, str]:
-        """Write body i; return what it is made of and its frames at the joints before and behind it."""
+        """Write body i; return what it is made of and its frames at the joints before and after it."""
         style = self.random.choice(("plain", "value", "two", "two", "part", "nested", "own"))
         lump = self.lump(f"b{i}")
         if style == "plain":

@@ -1,4 +1,4 @@
-"""Firefox without a window, by its own protocol (Marionette: texts of JSON behind their length); as much of it as pages are asked."""
+"""Firefox without a window, by its own protocol (Marionette: texts of JSON after their length); as much of it as pages are asked."""
 
 from __future__ import annotations
 

@@ -268,7 +268,7 @@ def ideal(times: Sequence[float]) -> dict[str, Any]:
 
 
 def track(times: Sequence[float]) -> dict[str, Any]:
-    """A car of one track: x, y, its angle, that of the castor; both wheels hold across, the one behind drives with 2/0.3 N."""
+    """A car of one track: x, y, its angle, that of the castor; both wheels hold across, the one after drives with 2/0.3 N."""
 
     def places(q: Any) -> list[Any]:
         x, y, a, b = q[0], q[1], q[2], q[2] + q[3]

@@ -62,7 +62,7 @@ WAITING = {
 def rows(measure: bool = False) -> list[tuple[str, str, str]]:
     """Return what a page says: the name, how far it agrees (or ""), what it waits for or what is to be said.
 
-    Agreement is measured anew if ``measure`` is true, which runs every example.
+    Agreement is measured again if ``measure`` is true, which runs every example.
     """
     said = []
     for example in EXAMPLES:

@@ -1,4 +1,4 @@
-"""The examples of Modelica's mechanical libraries that are written anew in ``tests/foreign/modelica``.
+"""The examples of Modelica's mechanical libraries that are written again in ``tests/foreign/modelica``.
 
 Each row has the name in the library, the file here, which quantity of the reference is which of ours, and where the reference
 ends to be one. The numbers of the models are those of github.com/modelica/ModelicaStandardLibrary, version 4.0.0 (4.1.0 of

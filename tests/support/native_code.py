@@ -133,7 +133,7 @@ class Both:
         self.native = NativeModel(self.program, folder)
         self.python, self.complete = load_python(self.program)
         self.p = self.native.default_parameters()
-        behind = len(self.program.arrays.get("g", ()))  # numbers that are given behind the inputs
+        behind = len(self.program.arrays.get("g", ()))  # numbers that are given after the inputs
         self.u = np.full(self.program.size("u") + behind, 0.3)
         self.z = np.full(self.program.size("z"), 1.0)
 

@@ -1,7 +1,7 @@
 """Follow a page as a reader does: write its files, type its commands, compare what they print.
 
 Blocks of a page: ```` ```mech file=NAME ```` (or ``csv``, ``c``, ``python`` with ``file=``) is a file; ```` ```console ````
-holds commands behind ``$``, each with lines that it prints (``...`` stands for lines left out; one that prints an
+holds commands after ``$``, each with lines that it prints (``...`` stands for lines left out; one that prints an
 ``error`` ends with exit code 1); ```` ```python ```` goes on in one session; ```` ```mech ```` without a file has to compile.
 """
 

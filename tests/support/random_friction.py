@@ -8,7 +8,7 @@ from random import Random
 
 
 class RoughModel:
-    """``text`` holds LAW and the unit of its speed behind each friction; ``watched`` coordinates tell the motion."""
+    """``text`` holds LAW and the unit of its speed after each friction; ``watched`` coordinates tell the motion."""
 
     def __init__(self, text: str, *watched: str) -> None:
         self.text = text

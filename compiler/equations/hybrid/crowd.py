@@ -28,7 +28,7 @@ PUSH = "crowd_push"
 """The function of what generalised impulses do to the velocities."""
 
 SMOOTH = (ATAN2, POW, LOOKUP)
-"""Operations behind ``ABS`` in their table that have no pieces."""
+"""Operations after ``ABS`` in their table that have no pieces."""
 
 Key = tuple[object, ...]
 

@@ -157,7 +157,7 @@ def jumps_of_dissipation(
 
     A motion may slide along such a jump, and no step across it would end. Where both sides agree, as those of abs(v)^3 do
     at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user, nor by what solves laws of
-    forces, which ``resolve`` puts in the place of answers about them.
+    forces, which ``resolve`` puts instead of answers about them.
     """
     graph, velocities = system.graph, system.symbols.velocities
     inside = _inside_unknowns(system, {})

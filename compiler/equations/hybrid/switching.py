@@ -210,7 +210,7 @@ def _with_z(system: MechanicalSystem, layout: Layout, z: Sequence[Node]) -> Layo
 
 
 def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Node]:
-    """Return the initial values behind the user's: constraints hold that nothing leaves open, all is enabled, the rest is off."""
+    """Return the initial values after the user's: constraints hold that nothing leaves open, all is enabled, the rest is off."""
     graph = system.graph
     on = set()
     for rows in system.constraints:

@@ -112,7 +112,7 @@ class _Laws:
         self._holders: dict[int, str] = {}
         """The body that carries what an expression of the model stands for, by its identity."""
         self._joined: dict[str, tuple[str, str]] = {}
-        """The bodies behind and before each joint."""
+        """The bodies after and before each joint."""
         self.apart.see([*self._seen()])
         if system.virtual:
             with self.apart.lowered():

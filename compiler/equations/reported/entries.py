@@ -26,7 +26,7 @@ _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
 
 class Layout(Struct, frozen=True):
     """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``first_order``: coordinates
-    without mass whose rate the balance of forces gives, which are in x; ``guesses``: drives whose guesses follow the motion, behind
+    without mass whose rate the balance of forces gives, which are in x; ``guesses``: drives whose guesses follow the motion, after
     them in x as accounts that nobody reads; ``accounts``: energy accounts appended to x. ``slots`` gives the place of every symbol."""
 
     nq: int

@@ -17,7 +17,7 @@ from ..solve.solved import Solved
 
 
 class Systems(Struct, frozen=True):
-    """``given``: what is tried, behind the inputs, with the places of its symbols; the function stands alone."""
+    """``given``: what is tried, after the inputs, with the places of its symbols; the function stands alone."""
 
     plans: tuple[SoughtOutputs, ...] = ()
     given: tuple[Quantity, ...] = ()

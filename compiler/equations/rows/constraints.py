@@ -235,7 +235,7 @@ def _correction(
 def weighted(
     graph: Graph, equations: Sequence[Node], rows: Sequence[Row], conditions: Sequence[Node]
 ) -> list[Node]:
-    """Return M a - K^T lam + ... with lam - w (K a + ...) in the place of each multiplier whose row has a weight w.
+    """Return M a - K^T lam + ... with lam - w (K a + ...) instead of each multiplier whose row has a weight w.
 
     ``conditions``: what vanishes of each row, K a + ...; so the solution is the same, and its matrix M + K^T w K is positive
     definite wherever the constraints decide what M leaves open (weights.py).

@@ -47,7 +47,7 @@ to be zero are rounding beside the weights, so these are small then."""
 
 WORK = 300_000
 """Operations on arrays that a look at the mass matrix may cost; of larger models fewer states are looked at, or none: a
-run that meets a singular mass matrix begins anew with weights."""
+run that meets a singular mass matrix begins again with weights."""
 
 Array = NDArray[np.float64]
 

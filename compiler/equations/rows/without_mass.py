@@ -12,7 +12,7 @@ along the structure; what is not by Newton's method in the graph, from a guess t
 
 What constraints hold is left to their weights (weights.py). Where accelerations stay undetermined all the same, motions of several
 coordinates together may move no mass: a combination of their rows with constant factors holds neither accelerations nor
-multipliers then, and is such a balance. Rotations are not covered. Dry friction on these coordinates: rubbing.py.
+multipliers then, and is such a balance. Rotations are not covered. Dry friction on these coordinates: massless_friction.py.
 """
 
 from __future__ import annotations
@@ -41,8 +41,16 @@ from ...mechanics.meaning.symbols import unit_text
 from ...mechanics.meaning.unknowns import UnknownSystem
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
 from .defaults import default_values
+from .massless_friction import (
+    MasslessFriction,
+    damped,
+    frictions_alone,
+    refuse_laws,
+    refuse_several,
+    sprung,
+    with_massless_friction,
+)
 from .residual import residual
-from .rubbing import Rubbing, damped, frictions_alone, refuse_laws, refuse_several, sprung, with_rubbing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -105,7 +113,7 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     found = [m for m in found if not work.accelerated(rows[m])]
     for m in found:
         rows[m] = work.without_inertia(m, rows[m])
-    known = Rubbing({}, [], [], [])
+    known = MasslessFriction({}, [], [], [])
     for block in _blocks(system, found, rows, {rub.lam for rub in rubs}):
         own = [rows[m] for m in block]
         forces = set(graph.support(*own))
@@ -125,7 +133,7 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
             work.drives[first:] = damped(system, rubbing, work.drives[first:], known, reporter)
     reporter.stop_on_errors()
     work.drives += known.drives
-    return with_rubbing(_with_drives(system, work), known)
+    return with_massless_friction(_with_drives(system, work), known)
 
 
 def with_combined_balances(

@@ -1,7 +1,7 @@
 """Symbols that stand in a formula without changing its value.
 
 Interning by value may represent a formula by an older node of equal value in which a symbol that has been eliminated
-meanwhile still stands, though it cancels. Such functions are built anew in a fresh graph, where nothing older is,
+meanwhile still stands, though it cancels. Such functions are built again in a fresh graph, where nothing older is,
 with the symbol put at zero. That it cancels is looked at, with another number in its place: a symbol that matters was
 forgotten, and must never count as zero.
 """
@@ -23,7 +23,7 @@ from ...mechanics.meaning.questions import PREFIX
 from ..model import Equations, Function
 
 ELSEWHERE = Fraction(1_299_709, 1_299_721)
-"""Put in the place of symbols that should not matter, once: no formula has such a number by itself."""
+"""Put instead of symbols that should not matter, once: no formula has such a number by itself."""
 
 
 DIGITS, SMALL, STATES = 60, Fraction(1, 10**40), 12

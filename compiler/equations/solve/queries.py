@@ -140,7 +140,7 @@ def _friction_power(system: MechanicalSystem, replies: Replies, target: str) -> 
 
 
 def _instead(system: MechanicalSystem, query: Query) -> str:
-    """Say what can be asked in the place of a reaction that is none: the joint of a coordinate, a drive."""
+    """Say what can be asked instead of a reaction that is none: the joint of a coordinate, a drive."""
     if query.function not in ("reaction", "moment"):
         return ""
     joints = {name: joint.name for joint in system.model.joints for name in joint.coordinates}

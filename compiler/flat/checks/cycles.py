@@ -33,7 +33,7 @@ def _cure(chain: list[str], definitions: tuple[Definition, ...]) -> str:
         return ""
     return (
         f"where both hold at once, let an equation determine one of them: 'output {name} ~ 0;' and "
-        f"'equation {name} = ..;' in the place of 'output {name} = ..;'"
+        f"'equation {name} = ..;' instead of 'output {name} = ..;'"
     )
 
 

@@ -129,7 +129,7 @@ def _with_unit(scope: Scope, value: Expression, unit: str, node: ast.Expression)
             f"the unit '{unit}' is applied to {given}",
             node.span,
             caption="inside there must be pure numbers",
-            help="write the unit once, behind or inside",
+            help="write the unit once, after or inside",
         )
     return _multiplied(value, factor)
 

@@ -146,13 +146,13 @@ class FunctionBody:
             caption="not every way through it returns a value" if returns else "",
             help="end it with 'return e;'"
             if not returns
-            else "return a value behind the last 'if' or loop, too",
+            else "return a value after the last 'if' or loop, too",
         )
 
     # ------------------------------------------------------------ steps
 
     def steps(self, body: Sequence[ast.Statement], values: _Values) -> tuple[_Values | None, _Exit]:
-        """Return the values behind some steps, None where all ways have returned, and what was returned."""
+        """Return the values after some steps, None where all ways have returned, and what was returned."""
         found: list[_Exit] = []
         left: _Values | None = values
         for before, statement in zip((None, *body), body, strict=False):
@@ -320,7 +320,7 @@ class FunctionBody:
     # ------------------------------------------------------------ blocks
 
     def inside(self, values: _Values, outer: _Values) -> _Values:
-        """Return the values behind a block: what it declared is gone."""
+        """Return the values after a block: what it declared is gone."""
         return {name: values[name] for name in outer}
 
     def loop(self, statement: ast.For, values: _Values) -> tuple[_Values | None, _Exit]:
@@ -365,7 +365,7 @@ class FunctionBody:
     def merged(
         self, name: str, condition: Expression, then: Expression, otherwise: Expression, statement: ast.If
     ) -> Expression:
-        """Return what a name is worth behind two branches."""
+        """Return what a name is worth after two branches."""
         if then is otherwise:
             return then
         value = choice(
@@ -391,7 +391,7 @@ class FunctionBody:
                 labels=(Label(function.name_span, f"it gives ({names})" if names else "it gives one value"),),
                 help=""
                 if names
-                else "say what they are behind the arguments, as in '-> (Length r, Angle phi)'",
+                else "say what they are after the arguments, as in '-> (Length r, Angle phi)'",
             )
         found = []
         declared = function.results or (

@@ -119,7 +119,7 @@ _INSTEAD = {
     ),
     **dict.fromkeys(("step", "unitstep"), "a step is written 'if time < 1 s then 0 N else 5 N'"),
 }
-"""What to write in the place of functions that there are not."""
+"""What to write instead of functions that there are not."""
 _LARGEST = 20_000
 """Most operations of a call after it is written out."""
 
@@ -191,7 +191,7 @@ def _results(scope: Scope, node: ast.Call, name: str, place: Place | None = None
                 caption=f"it is the size of '{function.arguments[k - 1].name}' already"
                 if size
                 else "again here",
-                help="a size that is an argument stands behind it" if size else "",
+                help="a size that is an argument follows it" if size else "",
             )
         value = _bound(scope, own, formal, given)
         if place is not None and k == 0:

@@ -210,7 +210,7 @@ def _leads(member: VariableMember, node: ast.Expression, seen: frozenset[str]) -
 
 
 def replaced(node: ast.Expression, name: str) -> ast.Expression:
-    """Return a formula with the number 0 in the place of a name."""
+    """Return a formula with the number 0 instead of a name."""
     if isinstance(node, ast.Reference):
         return ast.Number(value=Fraction(0), text="0", span=node.span) if node.name == name else node
 

@@ -116,7 +116,7 @@ class _Checker(Struct):
         return given if most is None else given[:most] if least else []
 
     def arguments(self, shape: ShapeKind, inner: Scope) -> None:
-        """Check the arguments behind the points, by their order and by name."""
+        """Check the arguments after the points, by their order and by name."""
         statement = self.statement
         rest = list(statement.arguments)[len(self.point_nodes(shape)) :]
         if len(rest) > len(shape.arguments):

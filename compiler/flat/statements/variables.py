@@ -23,7 +23,7 @@ from .initial_values import rate_type, stated_starts, winner
 from .record import StatementRecord
 
 _ELSEWHERE = {
-    "start": "the initial value stands behind the name: 'x = 1 m' is known, 'x ~ 1 m' a guess",
+    "start": "the initial value follows the name: 'x = 1 m' is known, 'x ~ 1 m' a guess",
     "fixed": "'x = 1 m' is a known initial value, 'x ~ 1 m' a guess",
     "unit": "a value carries its unit, as in 'x = 1 m', or a type says it: 'Length x'",
     "displayUnit": "write 'display = \"mm\"'",

@@ -223,7 +223,7 @@ class _System:
 
 
 def pivoted(graph: Graph, rows: list[list[Node]]) -> Nodes:
-    """Solve linear equations, the right side behind each row, by elimination with the largest pivots."""
+    """Solve linear equations, the right side after each row, by elimination with the largest pivots."""
     count = len(rows)
     for k in range(count):
         for i in range(k + 1, count):

@@ -22,7 +22,7 @@ def elimination_order(
     heights, reached = _heights(system)
     waiting = dict(after) if after is not None else {}
     for k, found in _absent(system, rows).items():
-        # what waits for k comes behind it
+        # what waits for k comes after it
         waiting.setdefault(k, {i for i in found if k not in waiting.get(i, ())})
     keys = [(heights.get(v, 0), reached.get(v, 0).bit_count(), -i) for i, v in enumerate(system.unknowns)]
     ranked = sorted(range(count), key=keys.__getitem__)

@@ -44,7 +44,7 @@ class IntegralTerm(Struct, frozen=True):
     slope: Callable[[Sequence[Node]], Node]
 
     def where(self, graph: Graph, known: Mapping[Node, Node]) -> IntegralTerm:
-        """Return it with formulas in the place of symbols, as of one in the equations for them; no motion follows its slope."""
+        """Return it with formulas instead of symbols, as of one in the equations for them; no motion follows its slope."""
         inside, error = substitute(graph, (self.inside, self.error), known)
         return IntegralTerm(self.span, inside, error, lambda _: graph.zero)
 

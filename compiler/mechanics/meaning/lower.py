@@ -314,7 +314,7 @@ class Lowering:
 
     @contextmanager
     def trial(self, without: str = "") -> Iterator[None]:
-        """Forget all that is lowered inside; ``without`` lowers the names of this instance anew."""
+        """Forget all that is lowered inside; ``without`` lowers the names of this instance again."""
         saved = dict(self._values)
         if without:
             own = (name for name in self._definitions if name.startswith(f"{without}."))
@@ -325,7 +325,7 @@ class Lowering:
 
     @contextmanager
     def anew(self) -> Iterator[None]:
-        """Lower all definitions anew inside, and forget them."""
+        """Lower all definitions again inside, and forget them."""
         with self.aside():
             for name in self._definitions:
                 self._values.pop(name, None)
@@ -355,7 +355,7 @@ class Lowering:
         return value
 
     def _renamed(self, name: str) -> str:
-        """Return the variable behind a name, through definitions that only give it another one."""
+        """Return the variable after a name, through definitions that only give it another one."""
         while name in self._definitions and isinstance(other := self._definitions[name].value, Name):
             name = other.name
         return name

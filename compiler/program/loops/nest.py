@@ -86,7 +86,7 @@ class Nests:
         self, bodies: Sequence[Sequence[Entry]], chain: tuple[Nest, ...]
     ) -> list[StatementSite | Nest]:
         found: list[StatementSite | Nest] = []
-        plain = not any(type(entry) is IterationRun for entry in bodies[0])  # statements one behind the other
+        plain = not any(type(entry) is IterationRun for entry in bodies[0])  # statements one after the other
         begins = np.array([body[0] for body in bodies]) if plain else None
         for q, first in enumerate(bodies[0]):
             if type(first) is IterationRun:

@@ -17,7 +17,7 @@ from .nest import Nest, Nests, StatementSite
 from .stream import Numbers
 
 PAD = 2
-"""Free places before and behind each block, for what loops read from before their beginning."""
+"""Free places before and after each block, for what loops read from before their beginning."""
 
 
 class Places:

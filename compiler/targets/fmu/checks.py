@@ -123,7 +123,7 @@ def _of_finer_runs(
 
 
 def _end(start: Start, method: str) -> float:
-    """Return the end of the points of a comparison: the stop, or half a step behind where the model ends its run."""
+    """Return the end of the points of a comparison: the stop, or half a step after where the model ends its run."""
     case = start.case
     reached = float(native_motion(start, method, POINTS).times[-1]) - case.begin
     if reached > (case.stop - case.begin) * (1 - 1 / POINTS):

@@ -141,7 +141,7 @@ def _zig_version() -> str:
 def without_time(library: bytes) -> bytes:
     """Clear the time of the build in a library of Windows, so that the same sources give the same bytes.
 
-    The header of COFF begins behind the four bytes "PE"; the time stands after machine and number of sections.
+    The header of COFF begins after the four bytes "PE"; the time stands after machine and number of sections.
     """
     (header,) = struct.unpack_from("<I", library, 0x3C)
     if library[header : header + 4] != b"PE\0\0":

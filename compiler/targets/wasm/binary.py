@@ -71,7 +71,7 @@ def signed(n: int) -> bytes:
     return bytes(out)
 
 
-# ---- instructions with something behind them
+# ---- instructions with something after them
 
 
 def i32(n: int) -> bytes:
@@ -147,7 +147,7 @@ def function_type(parameters: Iterable[int]) -> bytes:
 
 
 def function_body(kinds: Sequence[int], code: bytes) -> bytes:
-    """Return a body with locals of these types behind its parameters; neighbours of one type share an entry."""
+    """Return a body with locals of these types after its parameters; neighbours of one type share an entry."""
     groups: list[list[int]] = []
     for kind in kinds:
         if groups and groups[-1][1] == kind:

@@ -1,4 +1,4 @@
-"""The functions of a program, placed behind a kernel."""
+"""The functions of a program, placed after a kernel."""
 
 from __future__ import annotations
 

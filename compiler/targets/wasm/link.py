@@ -38,7 +38,7 @@ class Kernel:
 
     @cached_property
     def pages(self) -> int:
-        """Pages of memory to begin with: what lies behind them is the model's, and behind that what the kernel asks for."""
+        """Pages of memory to begin with: what lies after them is the model's, and after that what the kernel asks for."""
         reader = b.BinaryReader(self.parts[b.MEMORY])
         reader.take(2)  # one memory, whether it has an upper limit
         return reader.unsigned()

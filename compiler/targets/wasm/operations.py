@@ -38,7 +38,7 @@ OF_KERNEL: Final = "f_"
 
 
 class WasmRow(Struct, frozen=True):
-    """How an operation leaves its value on the stack, behind its operands: an instruction, or a function of the kernel."""
+    """How an operation leaves its value on the stack, after its operands: an instruction, or a function of the kernel."""
 
     code: bytes
     called: str

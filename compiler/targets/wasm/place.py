@@ -1,4 +1,4 @@
-"""Where the data and functions of a model lie behind those of a kernel: all addresses are numbers known here."""
+"""Where the data and functions of a model lie after those of a kernel: all addresses are numbers known here."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class MemoryPlace:
         self.by_name: dict[str, int] = {}
         """The functions of the model, by their index in the module."""
         self.listed: dict[int, int] = {}
-        """Entries of the table behind its own, by the index of the function."""
+        """Entries of the table after its own, by the index of the function."""
 
     def put(self, data: bytes, align: int = 8) -> int:
         """Add data and return their address."""

@@ -1,6 +1,6 @@
 """Straight-line bodies as code of a stack machine.
 
-A value that is used once stays a fragment of code until it is used; any other goes to a local, and locals are used again behind
+A value that is used once stays a fragment of code until it is used; any other goes to a local, and locals are used again after
 their last reader.
 """
 
@@ -36,7 +36,7 @@ def number(exact: Fraction) -> float:
 
 class Fragment:
     """Code that leaves one value on the stack: a truth value, or a number. ``reads``: the locals in it that are used again
-    behind their last reader. ``simple``: it is so short that it stands wherever it is read."""
+    after their last reader. ``simple``: it is so short that it stands wherever it is read."""
 
     __slots__ = ("code", "condition", "reads", "simple")
 
@@ -56,7 +56,7 @@ class Fragment:
 
 
 class Arrays:
-    """The arrays that a body reads and writes, by the locals with their addresses; ``inputs``: how many numbers u has, behind
+    """The arrays that a body reads and writes, by the locals with their addresses; ``inputs``: how many numbers u has, after
     which g stands."""
 
     def __init__(self, where: Mapping[str, int], inputs: int) -> None:
@@ -79,7 +79,7 @@ class Arrays:
 
 
 class FunctionWriter:
-    """The code of one function, whose locals begin behind its ``parameters``; ``tables``: address and length."""
+    """The code of one function, whose locals begin after its ``parameters``; ``tables``: address and length."""
 
     def __init__(self, place: MemoryPlace, parameters: int, tables: Mapping[int, tuple[int, int]]) -> None:
         self.place = place

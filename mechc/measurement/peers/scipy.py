@@ -1,7 +1,7 @@
 """Methods of SciPy, on compiled functions with nothing between: one evaluation is one call through ctypes into an array made before.
 
  Constraints are those of the accelerations alone (index 1): scipy has no other form.
-Events are scipy's own: located by its root finder on the dense output, after which the run begins anew.
+Events are scipy's own: located by its root finder on the dense output, after which the run begins again.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ def peer_model(case: Case, nominal: Array) -> tuple[PeerModel, list[Array]]:
 
 
 def times_of(case: Case) -> Array:
-    """Return the times behind the start at which the state is wanted: those of the grid, or the end alone."""
+    """Return the times after the start at which the state is wanted: those of the grid, or the end alone."""
     return case.grid[case.grid > case.begin] if case.grid.size > 1 else np.array([case.stop])
 
 

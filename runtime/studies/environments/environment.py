@@ -61,7 +61,7 @@ class Environment(Environments):
             raise self._ended()
 
     def reset(self, q: Any = None, v: Any = None, x: Any = None, where: Any = None) -> None:
-        """Begin anew at the start, or in the state that is given (see ``Environments``). Raises SimulationError."""
+        """Begin again at the start, or in the state that is given (see ``Environments``). Raises SimulationError."""
         super().reset(q, v, x, where)
         if self._status.item(0) != 1:
             raise self._ended()

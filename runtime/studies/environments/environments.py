@@ -302,7 +302,7 @@ class Environments:
         x: Any = None,
         where: Any = None,
     ) -> None:
-        """Begin anew at the start: all, or those of a mask [n] or of indices.
+        """Begin again at the start: all, or those of a mask [n] or of indices.
 
         ``q``, ``v``, ``x``: other coordinates, velocities and states, a row for each of those or one for all; on the constraints,
         or close by: then the nearest state that fulfils them is taken, and ``status`` tells where there is none.

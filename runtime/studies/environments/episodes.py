@@ -43,7 +43,7 @@ def place_of(problem: Problem, name: str) -> int:
 
 
 class Episodes:
-    """``begin`` anew where an episode is wanted, act through ``env.u``, ``step``. Use as a context."""
+    """``begin`` again where an episode is wanted, act through ``env.u``, ``step``. Use as a context."""
 
     def __init__(self, problem: Problem, env: Environments, rules: Rules) -> None:
         self.problem, self.env, self.rules = problem, env, rules

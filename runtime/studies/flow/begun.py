@@ -1,4 +1,4 @@
-"""A motion behind what happens once at its start (``initial()``): a period that comes later does not begin with it."""
+"""A motion after what happens once at its start (``initial()``): a period that comes later does not begin with it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LATER = 1e6
 
 
 def begun(plan: Plan) -> Plan:
-    """Give a plan whose motion begins behind what ``initial()`` makes act, and in which that acts no more; the same plan where
+    """Give a plan whose motion begins after what ``initial()`` makes act, and in which that acts no more; the same plan where
     nothing asks for it. Raises SimulationError where the start fails."""
     case, model = plan.case, plan.case.functions.struct
     if not model.hybrid:

@@ -253,7 +253,7 @@ class Follower:
     def _across(
         self, before: FollowedPlace | None, last: FollowedPlace, here: FollowedPlace
     ) -> list[FollowedPlace] | None:
-        """Cross a value at which events join or leave the orbit: give the orbits from the last one to the one behind it."""
+        """Cross a value at which events join or leave the orbit: give the orbits from the last one to the one after it."""
         # the orbit of fewer events is smooth up to its end
         forwards = len(last.happened) <= len(here.happened)
         simple, other = (last, here) if forwards else (here, last)

@@ -1,7 +1,7 @@
 """The linear map of a motion over a time: how small changes of its start arrive, in the space of velocities.
 
 Where real discrete variables carry memory from one time to the next, changes of these belong to it: a start is the state with
-the discrete variables of the model behind it. It begins before what happens at its time, and ends before what clocks do then.
+the discrete variables of the model after it. It begins before what happens at its time, and ends before what clocks do then.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def remembered(*maps: tuple[Array, Array, Array]) -> list[int]:
     """Give the discrete variables that maps change and that what moves reads, at once or later.
 
     Each map tells how what moves changes with z [n][z], and z with what moves [z][m] and with z [z][z]. The others are
-    constant, are set anew before they are read, or are read by nothing.
+    constant, are set again before they are read, or are read by nothing.
     """
     count = len(maps[0][2])
     same = set(range(count)).intersection(*(unchanged(by_others, own) for _, by_others, own in maps))

@@ -162,7 +162,7 @@ def periodic(case: Case, index: int, period: float = 2 * math.pi) -> bool:
 
 
 def _of_events(case: Case, y: Array, u: Array, index: int = 0, further: float = 0.0) -> list[Array]:
-    """Give the indicators of events at a state, then the state and the discrete variables behind each branch; the state
+    """Give the indicators of events at a state, then the state and the discrete variables after each branch; the state
     ``index`` of these less what it is ``further``."""
     struct, found = case.functions.struct, list[Array]()
     if not struct.hybrid:

@@ -1,7 +1,7 @@
 """A model that samples (`when sample(T)`) near a state of rest: linear between its samples, and at each of them.
 
 x' = A x + B(s) u + E z between samples, which change real discrete variables: z[k] = Gx x(kT) + Gz z[k-1] + Gu(s) u(kT), all from exact
-derivatives. With u = U exp(i w t) the states at the samples are X exp(i w k T), Z exp(i w k T); outputs are those just behind each sample.
+derivatives. With u = U exp(i w t) the states at the samples are X exp(i w k T), Z exp(i w k T); outputs are those just after each sample.
 K. J. Åström, B. Wittenmark, Computer-Controlled Systems, Prentice Hall 1997.
 """
 
@@ -144,7 +144,7 @@ def sampled_loop(
     assert len(g_u) == 3
     names = tuple(problem.discretes[reals[j]].name for j in kept)
     remarks.append(
-        f"sampled by the model ({samples_itself(problem)}): outputs are those just behind each sample; inputs act in between as they are"
+        f"sampled by the model ({samples_itself(problem)}): outputs are those just after each sample; inputs act in between as they are"
     )
     return SampledLoop(
         system,
@@ -226,7 +226,7 @@ class _Sampling:
         return z
 
     def act(self, branches: list[int], w: Array, dz: Array) -> tuple[Array, Array]:
-        """Let branches act on a change of the state and one of the discrete variables; return the changes of these behind it
+        """Let branches act on a change of the state and one of the discrete variables; return the changes of these after it
         [reals][1 + inputs], and the discrete variables."""
         here = self._instant(self._ticking(), w, dz)
         before = here.w.copy()

@@ -37,7 +37,7 @@ DIFFERENCE = 1e-3
 class ShootingOrbit(Struct, frozen=True, eq=False):
     """A periodic motion: its ``start`` [ny] and ``period``, its linear map, how far it is from closing (in nominal
     sizes), the last correction of the period, and Newton's ``iterations``. ``whole``: the start with the discrete variables of
-    the model behind it."""
+    the model after it."""
 
     whole: Array
     start: Array

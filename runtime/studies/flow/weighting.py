@@ -52,7 +52,7 @@ class Weighting(Struct, frozen=True):
         return np.asarray(np.abs(np.polyval(above, s) / np.polyval(below, s)))
 
     def weighted(self, x: Array, step: float) -> Array:
-        """Return a signal [n], ``step`` seconds apart, behind the filter, which is at rest before; a cubic spline goes through the samples, and
+        """Return a signal [n], ``step`` seconds apart, after the filter, which is at rest before; a cubic spline goes through the samples, and
         the filter answers that exactly."""
         from scipy.interpolate import CubicSpline
         from scipy.signal import lfilter

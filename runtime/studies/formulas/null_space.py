@@ -128,7 +128,7 @@ class Refining:
         self.check, self.sizes = check, sizes
 
     def refined(self, scaled: Array) -> Array:
-        """Return a combination, in sizes of its terms, solved for anew with its larger terms alone, if these vanish as well."""
+        """Return a combination, in sizes of its terms, solved for again with its larger terms alone, if these vanish as well."""
         shares = np.abs(scaled) / np.abs(scaled).max(initial=0.0)
         tried = np.count_nonzero(scaled)
         for share in THIN:

@@ -32,7 +32,7 @@ WORST = 1e6
 class Along(Findings, frozen=True, eq=False, kw_only=True):
     """``A`` [t][n][n], ``B`` [t][n][m], ``C`` [t][k][n], ``D`` [t][k][m] in SI at the times ``time``, of displacements of the
     ``states`` from the motion ``at`` [t][ny] and of the inputs from theirs; rates and accelerations of inputs that drive
-    coordinates are inputs of their own, behind the others."""
+    coordinates are inputs of their own, after the others."""
 
     time: Array
     at: Array

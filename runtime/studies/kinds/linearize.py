@@ -3,7 +3,7 @@
 x' = A x + B u, y = C x + D u for small displacements x of independent coordinates, their velocities and states; from the
 exact derivatives of the equations. Coordinates that constraints tie to these are eliminated by the derivative of the
 constraints. An input that drives a coordinate is one column all the same: see ``local/linear_system.py``. Delays are Padé
-approximations, see ``local/looking_back.py``.
+approximations, see ``local/linear_delays.py``.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from ...local.chart import chart_of
 from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
 from ...local.frequency_response import Continuous, Sampled, Transfer, held
+from ...local.linear_delays import HIGHEST, LinearDelays, bound, right_up_to
 from ...local.linear_system import LinearSystem, OutputForm, linear_system, proper_form
-from ...local.looking_back import HIGHEST, LookingBack, bound, right_up_to
 from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
@@ -138,7 +138,7 @@ class OperatingLinearization(Struct, frozen=True, eq=False):
     inputs: list[int]
     outputs: list[tuple[Quantity, tuple[str, int]]]
     remarks: tuple[str, ...]
-    past: LookingBack | None = None
+    past: LinearDelays | None = None
 
 
 def point_of(
@@ -174,7 +174,7 @@ def point_of(
     remarks += [left] if (left := left_out(problem, following)) else []
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
-    looking = None if sources is None else LookingBack(system, sources[1], sources[0])
+    looking = None if sources is None else LinearDelays(system, sources[1], sources[0])
     return OperatingLinearization(site, y, system, inputs, outputs, tuple(remarks), looking)
 
 
@@ -261,7 +261,7 @@ def _linearized(study: Linearize, point: OperatingLinearization) -> Linearizatio
     )
 
 
-def _approximated(past: LookingBack, order: int, time: str) -> str:
+def _approximated(past: LinearDelays, order: int, time: str) -> str:
     """Say what the states of delays are, and up to which frequency they are right."""
     if not 1 <= order <= HIGHEST:
         raise SimulationError(f"the order of a Padé approximation is 1 to {HIGHEST}, it is {order}")

@@ -42,7 +42,7 @@ DIGITS_SPENT = 0.5
 """Share of the digits of the tolerance by which the largest and the smallest growth may differ from one such time to the
 next: so many the smallest one loses."""
 WATCHED = 64
-"""Intervals after which their length is set anew, from the largest growth among them."""
+"""Intervals after which their length is set again, from the largest growth among them."""
 LONGEST = 32.0
 """Times the first interval, at most."""
 BATCHES, LONG_BATCHES = 32, 8
@@ -77,7 +77,7 @@ PIECES = 16
 SHORTER = 32.0
 """Times the first interval is longer than the shortest one, where discrete variables forget within a few samples."""
 LOST = 1e-14
-"""Share of the largest growth below which a change is rounding: a sample has set anew what it was a change of."""
+"""Share of the largest growth below which a change is rounding: a sample has set again what it was a change of."""
 
 KEPT = 1e-6
 """Of the largest exponent, below which a sum of exponents is rounding: volumes are kept."""
@@ -269,7 +269,7 @@ class _Carrier:
             raise _Ended(f"changes of the motion are no numbers at {time_text(problem, until)}")
         if (sizes == 0).any():
             left = int((sizes > 0).sum())
-            where = " or a sample sets a variable anew" if linear.memory else ""
+            where = " or a sample sets a variable again" if linear.memory else ""
             raise _Ended(
                 f"before {time_text(problem, until)} neighbouring motions become one, as where friction sticks{where}: of "
                 f"{len(sizes)} exponents {len(sizes) - left} are minus infinity"

@@ -107,7 +107,7 @@ def turning_points(x: Array) -> list[int]:
         return []
     signs = np.sign(np.diff(x)[moves])
     turns = moves[1:][signs[1:] != signs[:-1]]
-    # where it rests on a level before it turns, that begins behind the move before
+    # where it rests on a level before it turns, that begins after the move before
     before = moves[:-1][signs[1:] != signs[:-1]] + 1
     inner = np.minimum(turns, before)
     return [0, *inner.tolist(), int(moves[-1]) + 1]

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ...interface import Quantity
 from ...local.frequency_response import NEAR, Answers, Continuous, Sampled, Transfer, answers, phases
+from ...local.linear_delays import HIGHEST, LinearDelays
 from ...local.linear_system import proper_form
-from ...local.looking_back import HIGHEST, LookingBack
 from ...local.operating_point import PART
 from ...local.zeros import EPSILON, Complex, poles
 from ...numerics.roots import minimum
@@ -213,7 +213,7 @@ def _of(
     return System(point, transfer, values, undamped, stable, value, (*point.remarks, *more))
 
 
-def _of_past(point: OperatingLinearization, past: LookingBack, value: float | None) -> System:
+def _of_past(point: OperatingLinearization, past: LinearDelays, value: float | None) -> System:
     """Return the system with delays: of its poles, which are infinitely many, those that an approximation has that is right up to the
     fastest pole that may be unstable."""
     order = past.order()

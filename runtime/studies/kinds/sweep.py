@@ -59,7 +59,7 @@ class Sweep(Run, frozen=True, kw_only=True):
         if self.follower is not None and axes:
             raise SimulationError(
                 f"the experiment sweeps {', '.join(axes)}: it is {count} runs, and a file that grows with a run holds one",
-                help="give each one value, or write the files behind the runs, without --streamed",
+                help="give each one value, or write the files after the runs, without --streamed",
             )
         for k, row in enumerate(itertools.product(*axes.values())):
             point = dict(zip(axes, row, strict=True))

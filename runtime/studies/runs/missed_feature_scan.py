@@ -27,7 +27,7 @@ TOLERANCES = 100.0
 OF_ITS_LENGTH = 4
 """Steps in the shortest thing that was seen."""
 ROUNDS = 3
-"""How often a run is repeated: behind what it has passed over it goes elsewhere."""
+"""How often a run is repeated: after what it has passed over it goes elsewhere."""
 COSTLY, MOST_STEPS = 200_000, 1e-5
 """Steps of a repeated run at most: the first one stands if that takes more, and says so. No step is made shorter than the second
 share of the run."""

@@ -95,7 +95,7 @@ def row(equations: Equations, **changes: Any) -> Equations:
 
 BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
     "kind": (lambda e: at(e, "states", 0, kind="output"), r"y\[0\]: a output has no place in y"),
-    "order": (lambda e: at(e, "states", 0, kind="state"), "stands behind a state"),
+    "order": (lambda e: at(e, "states", 0, kind="state"), "follows a state"),
     "name twice": (lambda e: at(e, "states", 0, name="w"), "another entry has this name"),
     "sizes": (lambda e: replace(e, nx=e.nx + 1), "the states say"),
     "known": (lambda e: replace(e, known=e.known[1:]), "known has"),
@@ -107,7 +107,7 @@ BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
         lambda e: replace(e, layout={**e.layout, e.functions[0].outputs[2]: Slot("u", 0)}),
         "which is no symbol",
     ),
-    "results": (lambda e: function(e, "rhs", lambda n: n[1:]), "function rhs: has 6 results in the place of 7"),
+    "results": (lambda e: function(e, "rhs", lambda n: n[1:]), "function rhs: has 6 results instead of 7"),
     "function lost": (lambda e: without(e, "assembly"), "lack assembly"),
     "function of no use": (
         lambda e: replace(e, functions=(*e.functions, Function("rhs2", "", ()))),

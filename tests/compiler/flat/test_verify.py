@@ -176,7 +176,7 @@ BREAKS: dict[str, tuple[Callable[[FlatModel], FlatModel], str]] = {
     ),
     "start of a parameter": (
         lambda m: variable(m, "m", start=next(v.start for v in m.variables if v.start)),
-        "'start' in the place of 'value'",
+        "'start' instead of 'value'",
     ),
     "elements of a start": (
         lambda m: variable(m, "s", starts={(3,): next(v.start for v in m.variables if v.start)}),

@@ -61,22 +61,22 @@ WRONG = {
     ),
     "no return on one way": (steps("if a > 1 then return a; end if;"), "E0221", "last 'if'"),
     "no return": (steps("let b = a;"), "E0221", "return e"),
-    "behind an if that always returns": (
+    "after an if that always returns": (
         steps("if a > 1 then return a; else return 2; end if;", "let b = 2;"),
         "E0221",
         "condition",
     ),
-    "behind a return": (steps("return a;", "let b = 2;"), "E0221", "condition"),
+    "after a return": (steps("return a;", "let b = 2;"), "E0221", "condition"),
     "a new value of a let": (steps("let s = 0;", "s := 2;", "return s;"), "E0220", "var s"),
     "a new value of an argument": (steps("a := 2;", "return a;"), "E0220", "var a_ = a"),
     "a new value of a counter": (steps("for i in 1:2 loop i := 2; end for;", "return a;"), "E0220", ""),
     "a new value of nothing": (steps("s := 2;", "return a;"), "E0201", "var s"),
-    "a new value behind its block": (
+    "a new value after its block": (
         steps("if a > 2 then var s = 3; end if;", "s := 2;", "return a;"),
         "E0201",
         "var s",
     ),
-    "a name behind its block": (
+    "a name after its block": (
         steps("if a > 2 then let s = 3; end if;", "return s;"),
         "E0201",
         "same block",
@@ -85,7 +85,7 @@ WRONG = {
     "a size and an argument": (
         steps("return c[n];", head="f(Real c[n], Integer n) -> Real", call="output y = f({1, 2}, 2);"),
         "E0204",
-        "behind it",
+        "after it",
     ),
     "two arguments of one name": (
         "function f(Real a, Real a) = a;\noutput y = f(1, 2);\n" + BODY,

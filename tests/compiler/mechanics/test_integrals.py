@@ -251,7 +251,7 @@ def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> N
     slope = inside.derivative()(1.2)
 
     def curve(u: float) -> float:
-        """Goes straight on behind its last point."""
+        """Goes straight on after its last point."""
         return float(inside(min(u, 1.2)) + slope * max(u - 1.2, 0.0))
 
     for x in (0.7, -1.4, 2.9):

@@ -89,7 +89,7 @@ def tree(system: MechanicalSystem, **changes: Any) -> MechanicalSystem:
 
 
 BREAKS: dict[str, tuple[Callable[[MechanicalSystem], MechanicalSystem], str]] = {
-    "q and a": (lambda s: replace(s, a=s.a[:-1]), "system, a: has 3 numbers in the place of 4"),
+    "q and a": (lambda s: replace(s, a=s.a[:-1]), "system, a: has 3 numbers instead of 4"),
     "qdot": (lambda s: replace(s, qdot=(*s.qdot, s.qdot[0])), "qdot: has 5"),
     "starts": (lambda s: replace(s, start_v=()), "start_v: has 0"),
     "states": (lambda s: replace(s, xdot={}), "xdot: has 0"),

@@ -54,7 +54,7 @@ def four_bars_and_edge() -> Judge:
 
 
 def rocket_car() -> Judge:
-    """A car with two axles, the front one steered, four rolling wheels, and a rocket of changing mass behind."""
+    """A car with two axles, the front one steered, four rolling wheels, and a rocket of changing mass after."""
     q, u = dynamicsymbols("q1:9"), dynamicsymbols("u1:9")
     L, l, a, b, r1, r2, M1, M2, I1, I2, J1, J2, m, flow, C = symbols(
         "L l a b r1 r2 M1 M2 I1 I2 J1 J2 m flow C"

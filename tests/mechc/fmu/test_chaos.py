@@ -31,7 +31,7 @@ def test_runs_that_part_are_chaos_only_where_errors_grow(
     kept = driver.by_cvode
 
     def parting(path: Path, times: Array, tolerance: float, *, may_fail: bool = False, **more: Any) -> Array:
-        """The run, which a looser tolerance takes elsewhere behind the middle."""
+        """The run, which a looser tolerance takes elsewhere after the middle."""
         rows = kept(path, times, tolerance, may_fail=may_fail, **more)
         late = np.asarray(times)[: len(rows)] > times[-1] / 2
         moved: Array = rows + (0.5 if may_fail else 0.4) * late[:, None]

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compi
 
 AT_ZERO = """
 parameter wait = 0 s;
-coordinate x = 0 m "pulled away from its place at rest, by a law that is stronger behind it";
+coordinate x = 0 m "pulled away from its place at rest, by a law that is stronger after it";
 coordinate y = 0 m "moves as it passes";
 initial der(y) = -1 m/s;
 kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);

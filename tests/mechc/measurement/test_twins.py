@@ -520,7 +520,7 @@ ALIKE = {
         "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2*(if time < 1 s then 1 else 2);"
         "experiment(stop = 2 s, every = 0.1 s);",
     ),
-    "what happens right behind the start": (
+    "what happens right after the start": (
         "times as a state",
         "coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2; when time > 0 s then reinit(der(x), 1 m/s); end when;"
         "experiment(stop = 1 s);",

@@ -231,7 +231,7 @@ def test_a_failed_run_leaves_nothing_of_an_earlier_one_in_sight(browser: Any, tm
     opened.ask("page.sliders.find(s => s.name == 'l').set(0.05, false)")  # as typed: the slider ends before
     opened.wait("document.getElementById('failure').textContent != ''")
     assert opened.ask(failure) == "l is 0.05 m, below its minimum 0.1 m"
-    opened.set("l", 0.15)  # the start lies behind the stop
+    opened.set("l", 0.15)  # the start lies after the stop
     told = model.simulate(set={"e": 0.25, "l": 0.15}).failure
     assert told is not None and opened.ask(failure) == told.message
 

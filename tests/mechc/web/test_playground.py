@@ -249,7 +249,7 @@ class Typed:
         return self.tab.evaluate(expression, argument)
 
     def type(self, text: str, at: str = "") -> None:
-        """Type a text behind another one; without that in the place of all."""
+        """Type a text after another one; without that instead of all."""
         self.ask(
             "at => { const e = document.getElementById('text'), k = e.value.indexOf(at) + at.length;"
             " e.focus(); e.setSelectionRange(at ? k : 0, at ? k : e.value.length); }",

@@ -111,7 +111,7 @@ def at(e: E, place: E) -> E:
 
 
 def walk(e: E) -> list[E]:
-    """Return the formula and all its parts, also what is behind names."""
+    """Return the formula and all its parts, also what is after names."""
     return [e, *(part for a in e.args for part in walk(a))]
 
 

@@ -51,7 +51,7 @@ class Rub(Struct, frozen=True):
         return mode.kinetic, mode.backward if mode.backward is not None else mode.kinetic
 
 
-class Rubbing(Struct):
+class MasslessFriction(Struct):
     """What is known of frictions on coordinates without mass: their modes, and what is added to the system."""
 
     modes: dict[str, Mode]
@@ -118,7 +118,7 @@ def damped(
     system: MechanicalSystem,
     rubs: Sequence[Rub],
     drives: Sequence[DriveRow],
-    known: Rubbing,
+    known: MasslessFriction,
     reporter: Reporter,
 ) -> list[DriveRow]:
     """Return the drives of coordinates, which hold forces of frictions, with formulas of these."""
@@ -166,7 +166,7 @@ def sprung(
     place: int,
     row: Node,
     state_rates: Mapping[Node, Node],
-    known: Rubbing,
+    known: MasslessFriction,
     reporter: Reporter,
 ) -> None:
     """Add the drive of a single coordinate that no damping resists, with the events between sticking and sliding."""
@@ -246,7 +246,7 @@ def _relation(system: MechanicalSystem, relation: Node) -> Node:
     return relation
 
 
-def with_rubbing(system: MechanicalSystem, known: Rubbing) -> MechanicalSystem:
+def with_massless_friction(system: MechanicalSystem, known: MasslessFriction) -> MechanicalSystem:
     """Return the system with what is known of frictions on coordinates without mass."""
     if not known.modes:
         return system

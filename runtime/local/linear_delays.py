@@ -32,7 +32,7 @@ LOWEST, HIGHEST = 16, 150
 """Orders of an approximation in which poles are looked for."""
 
 
-class LookingBack(Struct, frozen=True, eq=False):
+class LinearDelays(Struct, frozen=True, eq=False):
     """``whole``: the system from inputs and delayed numbers to outputs and what is delayed; ``times`` [m] of the delays; ``delayed``: what
     w_j are called, with their units."""
 
