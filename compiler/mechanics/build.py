@@ -29,6 +29,7 @@ from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
+from .input_ranges import ranges
 from .instants import check_instants, check_past
 from .kinematics.frames import Frame, displaced, pose_between
 from .kinematics.planar import Planar
@@ -44,7 +45,6 @@ from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
-from .input_ranges import ranges
 from .sliding import warn_of_sliding
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import exudyn as exu
+import exudyn
 import exudyn.itemInterface as exu_items
 import numpy as np
 from exudyn.utilities import (
@@ -23,6 +23,8 @@ from exudyn.utilities import (
     RotationMatrixZ,
 )
 
+exu: Any = exudyn
+"""Any: this folder has the name of the library, which type checkers find first."""
 POSITION = exu.OutputVariableType.Position
 VELOCITY = exu.OutputVariableType.Velocity
 SPIN = exu.OutputVariableType.AngularVelocityLocal
