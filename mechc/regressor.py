@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from .functions import Frame
+
+class FrameOfBody(Protocol):
+    """What is read of the frame of a body: functions of y, in the axes of the world (``Functions.frame``)."""
+
+    @property
+    def rotation(self) -> Callable[..., Any] | None: ...
+    @property
+    def jacobian(self) -> Callable[..., Any]: ...
+    @property
+    def drift(self) -> Callable[..., Any]: ...
+    @property
+    def angular_velocity(self) -> Callable[..., Any] | None: ...
 
 
 def _skew(a: Any) -> Any:
@@ -21,10 +31,10 @@ def _moment(a: Any) -> Any:
     return np.array([[x, 0, 0, y, z, 0], [0, y, 0, x, 0, z], [0, 0, z, 0, x, y]])
 
 
-def regressor_of(bodies: Sequence[Frame], gravity: Callable[..., Any]) -> Callable[[Any, Any], Any]:
+def regressor_of(bodies: Sequence[FrameOfBody], gravity: Callable[..., Any]) -> Callable[[Any, Any], Any]:
     """Return (y, a) -> Y [nv, 10 bodies]; see ``Functions.regressor``."""
 
-    def of_body(body: Frame, y: Any, a: Any, g: Any) -> Any:
+    def of_body(body: FrameOfBody, y: Any, a: Any, g: Any) -> Any:
         """Force and moment about the origin of the frame [6, 10], in its axes, then by the velocities of the model."""
         assert body.rotation is not None and body.angular_velocity is not None
         to_world, by_velocities = body.rotation(y), body.jacobian(y)

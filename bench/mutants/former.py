@@ -96,8 +96,8 @@ FAULTS = (
     Fault(
         "a rough contact with two solutions takes one of them",
         edit(f"{EVENTS}/contact_modes.c",
-             "    if (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) return",
-             "    if (0 && (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact))) return"),
+             "    if (shared ? 0 : are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) {",
+             "    if (!shared && 0 && (are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact))) {"),
         models.ROD,
         point="5",
     ),

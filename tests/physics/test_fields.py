@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from gallery import load
 
-import mechc
-
-KINK = mechc.load(Path(__file__).resolve().parents[2] / "examples" / "kink.mech")
+KINK = load("kink")
 V = 0.3
 GAMMA = 1 / math.sqrt(1 - V**2)
 

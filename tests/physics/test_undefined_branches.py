@@ -60,7 +60,7 @@ def test_an_energy_that_is_undefined_behind_a_surface_ends_the_run() -> None:
     undefined = mechc.loads(text.replace("BEHIND", "1 J*sqrt(-x/(1 m))")).simulate()
     assert undefined.outcome.value == "failed"
     assert undefined.time[-1] == pytest.approx(1, rel=1e-12)
-    assert "a potential energy is not a number behind the surface" in undefined.message
+    assert "a potential energy is not a number beyond the surface" in undefined.message
     wall = mechc.loads(text.replace("BEHIND", "1 J*(x/(1 m) + 1e200)^2")).simulate()
     assert [e.kind for e in wall.events] == ["reflection"]
     assert wall["x"][-1] == pytest.approx(-1, abs=1e-6)

@@ -200,7 +200,7 @@ WRONG = {
         "E1007",
         "which nothing determines",
     ),
-    "order": ("draw sphere(radius = 1 m, 2 m) at {x, 0};", "E0110", "after a named one"),
+    "order": ("draw sphere(radius = 1 m, 2 m) at {x, 0};", "E0110", "follows a named one"),
 }
 
 

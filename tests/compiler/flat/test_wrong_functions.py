@@ -85,7 +85,7 @@ WRONG = {
     "a size and an argument": (
         steps("return c[n];", head="f(Real c[n], Integer n) -> Real", call="output y = f({1, 2}, 2);"),
         "E0204",
-        "after it",
+        "follows it",
     ),
     "two arguments of one name": (
         "function f(Real a, Real a) = a;\noutput y = f(1, 2);\n" + BODY,
