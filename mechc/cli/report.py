@@ -47,7 +47,7 @@ def command(
 
     \b
     mechc report loader.mech -o loader.pdf
-    mechc report car.mech modes equilibria --set speed="120 km/h"
+    mechc report pendulum.mech modes equilibria --set l="80 cm"
     """
     from ..api import load
     from ..document.contents import contents

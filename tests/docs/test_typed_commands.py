@@ -31,6 +31,9 @@ NOT_TYPED = {
     "mechc fmu run cart.fmu --input push=push.csv --every 0.001": (
         "needs an FMU with an input, which no command of the page writes; tests/mechc/fmu run such"
     ),
+    "mechc view cart.mech --input push=measured.csv": (
+        "needs a model and a table of the reader's own; tests/mechc/web/test_tables_on_pages.py gives pages such"
+    ),
 }
 """Lines that cannot be typed here, with the reason: they install, wait for editors, or need other machines."""
 
