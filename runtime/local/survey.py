@@ -307,12 +307,14 @@ def _beside(
 
 def _known(search: Search, singular: list[tuple[Array, int]], centre: Array, width: Array) -> bool:
     """Whether an equilibrium or a singular point is known in a cell, or just beside it."""
-    places = [search.values(one.y) for one in search.found] + [place for place, _ in singular]
+    moved = search.box.moved  # a flat one is known less well than the finest cells are wide
+    places = [(search.values(one.y), np.maximum(width, 10 * one.errors[moved])) for one in search.found]
+    places += [(place, width) for place, _ in singular]
     turn = np.where(search.box.periodic, 2 * np.pi, np.inf)
-    for place in places:
+    for place, near in places:
         d = place - centre
         d = np.where(np.isfinite(turn), _wrapped(d), d)
-        if (np.abs(d) <= width).all():
+        if (np.abs(d) <= near).all():
             return True
     return False
 
