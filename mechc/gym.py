@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -31,7 +31,7 @@ def _acted(episodes: Episodes, actions: Any) -> None:
 class OneEnv(gymnasium.Env[Any, Any]):
     """A task of a model. Observations are numbers; actions are inputs in SI, held for a control step."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(self, episodes: Episodes) -> None:
         self.episodes = episodes
@@ -58,7 +58,7 @@ class ManyEnvs(VectorEnv[Any, Any, Any]):
     """The same, ``num_envs`` of them. An episode that ends begins again in the same step: its last observation is
     ``info["final_obs"]``, and what is returned is the first one of the next."""
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012
 
     def __init__(self, episodes: Episodes) -> None:
         self.episodes = episodes

@@ -90,6 +90,8 @@ def test_inputs_that_the_model_moves_go_on_moving() -> None:
     assert found.details["actions"] == []
 
 
+@pytest.mark.filterwarnings("ignore:.*we recommend using a symmetric and normalized space")  # ours is in SI
+@pytest.mark.filterwarnings("ignore:.*A Box observation space m")  # what is observed has no bounds
 def test_the_checker_of_gymnasium_passes(model: mechc.Model) -> None:
     pytest.importorskip("gymnasium")
     from gymnasium.utils.env_checker import check_env

@@ -76,7 +76,7 @@ def test_branches_of_equilibria() -> None:
     special, table = found.tables
     assert [row[0] for row in special.rows] == ["fork"]
     assert [name for name, _ in table.head] == ["branch", "w", "th", ""]
-    rows = sorted((w, th, word) for _, w, th, word in rows_of(found))
+    rows = sorted((w, th, word) for _, w, th, word in rows_of(found, 1))
     wanted: list[tuple[float, float, str]] = []
     for w in (0.2, 0.7, 1, 1.2, 1.7, 2.2):
         if w == 1:
