@@ -213,13 +213,15 @@ def _module(model: CompiledModel, target: str) -> str:
 def refuse_driving_inputs(model: CompiledModel, target: str, given: Collection[str] = ()) -> None:
     """Refuse a target whose inputs are set one by one, where a derivative of one is needed too, except those that are ``given`` as
     tables. Raises UsageMistake."""
+    from .runtime.driving_inputs import derived_among
+
     inputs = [entry.name for entry in model.inputs]
-    for name in inputs:
-        if name not in given and f"der(der({name}))" in inputs:
+    for k in derived_among(inputs):
+        if (name := inputs[k]) not in given:
             raise UsageMistake(
                 f"the input '{name}' drives a coordinate, which needs its derivatives too, and {target} is told none",
                 f"drive by what a filter of two states makes of it: input {name}(filter = 1 ms); "
-                "mechc run takes derivatives from a table, and casadi and jax have them as inputs of their own",
+                "mechc run takes derivatives from a table; FMUs, casadi and jax have them as inputs of their own",
             )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from .inputs import Signal, Table, derivatives
 from .memo import once
@@ -16,7 +16,12 @@ SLACK = 1e-12
 @once
 def derived(problem: Problem) -> dict[int, tuple[int, int]]:
     """Return the indices of the derivatives of each input that drives, by its own."""
-    index = {q.name: k for k, q in enumerate(problem.inputs)}
+    return derived_among([q.name for q in problem.inputs])
+
+
+def derived_among(inputs: Sequence[str]) -> dict[int, tuple[int, int]]:
+    """Return the same among the names of inputs."""
+    index = {name: k for k, name in enumerate(inputs)}
     return {
         k: (index[f"der({name})"], index[f"der(der({name}))"])
         for name, k in index.items()

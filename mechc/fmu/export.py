@@ -50,9 +50,8 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
         raise UsageMistake(
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
-    from ..exporting import refuse_driving_inputs, with_weights
+    from ..exporting import with_weights
 
-    refuse_driving_inputs(model, "an FMU")
     if "delays" in model.compilation.equations.needs and options.kind != "cs":
         raise UsageMistake(
             f"'{model.name}' has delays, which look back at the motion, and in Model Exchange the importer keeps it",

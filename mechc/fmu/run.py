@@ -19,7 +19,7 @@ from ..lang.units import UnitError, parse_unit
 from ..requests.input_tables import factor_of
 from ..requests.parse_values import UsageMistake, read_value_of, unknown_name
 from ..requests.tables import TableFile, absolute, sheet_of_file
-from ..runtime.inputs import Table, read_tables
+from ..runtime.inputs import Table, derivatives, read_tables
 from ..runtime.integrate.trajectory import Statistics
 from ..runtime.interface import Quantity
 from ..runtime.outcome import Outcome, SimulationError
@@ -138,6 +138,10 @@ def simulated(order: Order) -> Simulated:
     return Simulated(problem, result, chosen, time.perf_counter() - begun, stop)
 
 
+WITHIN_A_ROW = 16
+"""Places of a spline that fmpy is given for each of its rows."""
+
+
 def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any:
     """Return the tables of inputs as fmpy takes them, in the units of the file; None without any. Raises UsageMistake, SimulationError."""
     if not files:
@@ -161,7 +165,12 @@ def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any
             except UsageMistake as mistake:
                 raise SimulationError(mistake.message, help=mistake.help) from None
 
-        tables |= read_tables(sheet_of_file(file).without_repeats(), {name: "linear"}, convert, column=name)
+        rates = [f"der({name})", f"der({name},2)"]
+        drives = known.keys() >= set(rates) and not files.keys() & set(rates)
+        kind = "spline" if drives else "linear"
+        tables |= read_tables(sheet_of_file(file).without_repeats(), {name: kind}, convert, column=name)
+        if drives:  # as 'mechc run' has them
+            tables |= zip(rates, derivatives(tables[name]), strict=True)
     times = next(iter(tables.values())).times
     if any(not np.array_equal(table.times, times) for table in tables.values()):
         times = np.unique(np.concatenate([table.times for table in tables.values()]))
@@ -170,6 +179,11 @@ def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any
                 f"the table of '{jumping[0]}' has jumps, and others have other times",
                 "give all the same times",
             )
+    if any(
+        table.interpolation == "spline" for table in tables.values()
+    ):  # fmpy draws straight lines between rows
+        between = np.linspace(0, 1, WITHIN_A_ROW, endpoint=False)
+        times = np.append((times[:-1, None] + np.diff(times)[:, None] * between).ravel(), times[-1])
     rows = np.zeros(times.size, dtype=[("time", np.float64), *((name, np.float64) for name in tables)])
     rows["time"] = times
     for name, table in tables.items():

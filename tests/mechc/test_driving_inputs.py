@@ -133,11 +133,11 @@ def test_motions_with_jumps_are_refused(
         arm.simulate(**options)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("target", ["python", "c", "fmu", "web"])
+@pytest.mark.parametrize("target", ["python", "c", "web"])
 def test_targets_that_are_told_no_derivative_refuse(target: str, tmp_path: Path) -> None:
     path = tmp_path / "arm.mech"
     path.write_text(ARM)
-    endings = {"python": ".py", "fmu": ".fmu", "web": ".html", "c": ""}
+    endings = {"python": ".py", "web": ".html", "c": ""}
     output = str(tmp_path / f"out{endings[target]}")
     done = CliRunner().invoke(program, ["compile", str(path), "--target", target, "-o", output])
     assert isinstance(done.exception, UsageMistake) or done.exit_code == 2

@@ -29,7 +29,7 @@ from . import arrays, model_description2, model_description3, terminals
 from .identity import Identity, checked_identifier
 from .licences import header_folder, licences
 from .platforms import HOST, binaries
-from .sources import sources, with_token
+from .sources import driving, sources, with_token
 from .table import settable_parameters, variable_table
 from .variables import Start, VariableTable
 
@@ -140,7 +140,11 @@ def make_package(
         step=(case.stop - case.begin) / 500,
         sources=tuple(name for name in plain if name.endswith(".c")),
         needs_completed_step=bool(
-            program.constraints or program.rotations or program.assertions or program.switching
+            program.constraints
+            or program.rotations
+            or program.assertions
+            or program.switching
+            or driving(program)
         ),
     )
 

@@ -113,6 +113,7 @@ def _description(
         ),
         _numbers("int", "indicators", table.zero_crossings),
         *([_numbers("int", "sizes", sizes)] if sizes else []),
+        *_drives(program),
         "static const char *const assertions[] = {",
         *(f"    {_string(a.message)}," for a in program.assertions),
         "    NULL};",
@@ -138,6 +139,11 @@ def _description(
         f"    .others = {'initial_of_others' if program.dependent else 'NULL'},",
         f"    .assemble = {'fmu_assemble' if program.assembly or program.found else 'NULL'},",
         f"    .inputs_move = {int(table.inputs_move)},",
+        *(
+            [f"    .n_drives = {n}, .drives = drives, .drive_names = drive_names,"]
+            if (n := len(driving(program)))
+            else []
+        ),
         f"    .n_sizes = {len(sizes)}, .sizes = {'sizes' if sizes else 'NULL'},",
         "    .assertions = assertions,",
         *([f"    .n_ranges = {n}, .ranges = ranges,"] if (n := len(_bounded(program))) else []),
@@ -172,6 +178,21 @@ def _ranges(program: Program) -> Iterator[str]:
         unit = f" {q.unit}" if q.unit else ""
         yield f"    {{{k}, {low}, {high}, {_string(q.name)}, {_string(unit)}}},"
     yield "};"
+
+
+def driving(program: Program) -> dict[int, tuple[int, int]]:
+    """Return the inputs that drive, and their derivatives."""
+    from mechc.runtime.driving_inputs import derived_among
+
+    return derived_among([e.name for e in program.arrays["u"]])
+
+
+def _drives(program: Program) -> Iterator[str]:
+    """Yield the inputs that drive with their derivatives, where there are any."""
+    if found := driving(program):
+        rows = ", ".join(f"{{{k}, {first}, {second}}}" for k, (first, second) in found.items())
+        yield f"static const int drives[][3] = {{{rows}}};"
+        yield _texts("drive_names", [program.arrays["u"][k].name for k in found])
 
 
 def _events(program: Program) -> Iterator[str]:

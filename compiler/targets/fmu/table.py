@@ -8,6 +8,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
+from mechc.runtime.driving_inputs import derived_among
 from mechc.runtime.interface import Quantity
 
 from ...equations.model import Equations, Slot
@@ -177,14 +178,24 @@ def _list_rates(listing: Listing) -> tuple[int, ...]:
 
 
 def _list_inputs(listing: Listing) -> None:
-    for i, entry in enumerate(listing.equations.inputs):
+    """List the inputs, and those that drive together with their derivatives."""
+    inputs = listing.equations.inputs
+    driving = derived_among([e.name for e in inputs])
+    orders = {k: (i, order) for i, both in driving.items() for order, k in enumerate(both, 1)}
+    for i, entry in enumerate(inputs):
         value = float(listing.start.inputs[i])
         if i in listing.equations.held_inputs:  # its rate is taken to be zero
             listing.add(
                 Slot("u", i), entry, causality="parameter", variability="fixed", initial="exact", start=value
             )
             continue
-        listing.add(Slot("u", i), entry, causality="input", initial="", start=value)
+        name = ""
+        if i in orders:
+            of, order = orders[i]
+            name = listing.names.new(f"der({inputs[of].name})" if order == 1 else f"der({inputs[of].name},2)")
+            words = f"derivative {order} of the input '{inputs[of].name}', which drives a coordinate: set all three"
+            entry = replace(entry, doc=words)
+        listing.add(Slot("u", i), entry, name=name, causality="input", initial="", start=value)
 
 
 def _list_parameters(listing: Listing, settable: Sequence[int]) -> None:

@@ -169,7 +169,8 @@ void fmu_reset(fmu *f)
 static size_t numbers(const fmu *f)
 {
     const mech_model *m = f->m;
-    return (size_t)(3 * f->ny + m->nu + m->np + m->nh + m->nz + m->n_outputs + f->n_w);
+    const size_t drives = (size_t)f->d->n_drives * (sizeof(fmu_drive) / sizeof(mech_real));
+    return drives + (size_t)(3 * f->ny + m->nu + m->np + m->nh + m->nz + m->n_outputs + f->n_w);
 }
 
 fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_logger *log, void *environment,
@@ -219,7 +220,8 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     f->z = f->p + m->np + m->nh;
     f->out = f->z + m->nz;
     f->noise = f->out + m->n_outputs;
-    f->p_set = (unsigned char *)(f->noise + f->n_w);
+    f->drives = (fmu_drive *)(f->noise + f->n_w);
+    f->p_set = (unsigned char *)(f->drives + d->n_drives);
     f->y_set = f->p_set + m->np;
     f->u_set = f->y_set + ny;
     fmu_reset(f);

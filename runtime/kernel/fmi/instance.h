@@ -86,6 +86,9 @@ typedef struct fmu_description {
     int (*assemble)(struct fmu *f);     /* fmu_assemble; NULL: the initial state is as it is stated */
     int initial_is_free;                /* no initial value depends on other quantities          */
     int inputs_move;                    /* an input that nobody sets depends on time             */
+    int n_drives;
+    const int (*drives)[3];             /* [n_drives] in u: an input that drives, its derivatives */
+    const char *const *drive_names;     /* [n_drives]                                            */
     int n_sizes;
     const int *sizes;                   /* [n_sizes] elements by reference, 0: none; NULL: scalars */
     const char *const *assertions;      /* [n_assertions]                                        */
@@ -97,6 +100,12 @@ typedef struct fmu_description {
     mech_function *tangent, *adjoint;   /* J seed: out[ny + n_outputs]; J^T seed: out[ny + nu + 1 + np] */
     mech_function *start_tangent, *start_adjoint; /* of the initial state by u, t, p; NULL: not by formulas */
 } fmu_description;
+
+/* What an input that drives was told last, and how it moves on during a step of Co-Simulation. */
+typedef struct fmu_drive {
+    mech_real told[3];                       /* value, first and second derivative */
+    mech_real t[2], value[2], first[2], second; /* at both ends of the step        */
+} fmu_drive;
 
 enum fmu_place { FMU_TIME, FMU_Y, FMU_DY, FMU_U, FMU_P, FMU_OUT, FMU_Z, FMU_W, FMU_NOTHING };
 
@@ -133,6 +142,7 @@ struct fmu {
     mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
     unsigned char *known; /* [ny] of fmi_start.c                                                 */
     int n_w;          /* event indicators of the kernel                                          */
+    fmu_drive *drives; /* [n_drives]                                                            */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
     uint32_t *elements; /* references of the elements of arrays, for derivatives                   */
@@ -199,6 +209,16 @@ int fmu_copy_state(fmu *f, const void *bytes, size_t size, void **state);
 /* Tolerance and times of the experiment, and the inputs, as the solver wants them. */
 void fmu_set_experiment(fmu *f);
 void fmu_list_tables(fmu *f);
+/* Inputs that drive move on from their values and derivatives until `end`. */
+void fmu_plan_drives(fmu *f, mech_real end);
+/* They stand where these have led them at the present time. */
+void fmu_follow_drives(fmu *f);
+/* What they are told now is what they were told last. */
+void fmu_begin_drives(fmu *f);
+/* An importer that moves one without telling its derivatives is an error. */
+int fmu_check_drives(fmu *f);
+/* An importer that sets one of the three sets all of them. */
+void fmu_claim_drive(fmu *f, int input);
 /* The largest distance of a unit quaternion from length one. */
 mech_real fmu_off_unit(const fmu *f);
 /* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */

@@ -64,6 +64,7 @@ int fmu_exit_initialisation(fmu *f)
     if (!status) status = check_assertions(f);
     if (status) return status;
     st->off = 0;
+    fmu_begin_drives(f);
     fmu_list_tables(f);
     st->solver_stale = 1;
     if (f->d->events && f->is_co_simulation && !f->event_mode) {
@@ -80,6 +81,7 @@ int fmu_completed_step(fmu *f, int *event)
     const mech_model *m = f->m;
     *event = 0;
     int status = fmu_refresh_initial(f);
+    if (!status) status = fmu_check_drives(f);
     if (!status) status = check_assertions(f);
     if (status) return status;
     if (fmu_off_unit(f) > f->st->tolerance) *event = 1;
@@ -154,6 +156,7 @@ static void read_solver(fmu *f)
 {
     memcpy(f->y, f->s->y, (size_t)f->ny * sizeof(mech_real));
     f->st->t = f->s->run->report.t;
+    fmu_follow_drives(f);
     f->st->stale_inputs = 1;
     fmu_touch(f);
 }
@@ -191,8 +194,10 @@ int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_re
     if (st->ended) return FMU_OK;
     fmu_save(f, &f->saved);
     int status = fmu_refresh_parameters(f), outcome = MECH_RUNNING;
+    if (!status) status = fmu_check_drives(f);
     if (!status && st->solver_stale) status = take_over(f);
     if (!status) {
+        fmu_plan_drives(f, end);
         f->s->waits = f->event_mode && f->early_return;
         outcome = advance(f, end, stop_asked);
         if (outcome < 0) status = fmu_failed(f, outcome);

@@ -172,6 +172,7 @@ int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech
             f->u[i] = value[k];
             if (!f->u_set[i]) {
                 f->u_set[i] = 1;
+                fmu_claim_drive(f, i);
                 fmu_list_tables(f);
             }
             st->stale_initial = st->solver_stale = 1;
