@@ -18,6 +18,7 @@ from . import model, types
 from .checks.cycles import check_cycles
 from .checks.inside import inside_of
 from .checks.oversights import lint
+from .checks.signal_loops import solve_linear_loops
 from .checks.unknowns import check_unknowns
 from .checks.unused import warn_of_unused
 from .expressions.elaborate import elaborate
@@ -37,7 +38,7 @@ from .statements.energies import note_fields
 from .statements.experiments import experiments
 from .statements.initial_values import all_stationary
 from .statements.record import StatementRecord
-from .statements.relations import hold_released_drives
+from .statements.relations import hold_released_drives, keep_by_unknowns
 from .statements.servo import check_impacts, find_inputs
 from .statements.studies import studies
 from .statements.variables import variable
@@ -152,6 +153,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     hold_released_drives(record)
     note_fields(record, flattening.reporter)
     all_stationary(record)
+    keep_by_unknowns(record)
     find_inputs(record)
     declared = _variables(record)
     curve = variation(instance, record)
@@ -165,9 +167,9 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     if not reporter.has_errors:
         _check_gravity(instance, record)
         lint(instance, inside)
-    definitions = tuple(record.definitions)
     if not reporter.has_errors:
-        check_cycles(variables, definitions, reporter)
+        solve_linear_loops(record)
+        check_cycles(variables, tuple(record.definitions), reporter)
     reporter.stop_on_errors()
     warn_of_unused(instance, inside)
     flat = FlatModel(
@@ -179,7 +181,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         structural=_structural(flattening),
         data=flattening.data,
         variables=variables,
-        definitions=definitions,
+        definitions=tuple(record.definitions),
         energies=tuple(record.energies),
         masses=tuple(record.masses),
         inertias=tuple(record.inertias),

@@ -73,7 +73,7 @@ WRONG = {
         "",
     ),
     "circle of signals": (
-        "model G input Real u; output Real y = 2*u; end G;\nmodel L\n  G a(u = b.y); G b(u = a.y);\n  state Real s = 0; equation der(s) = a.y/1 s;\nend L;",
+        "model G input Real u; output Real y = 2*u^2; end G;\nmodel L\n  G a(u = b.y); G b(u = a.y);\n  state Real s = 0; equation der(s) = a.y/1 s;\nend L;",
         "E0207",
         "'a.u' is defined by itself",
         "where both hold at once, let an equation determine one of them: 'output y ~ 0;' and 'equation y = ..;' instead of 'output y = ..;'",

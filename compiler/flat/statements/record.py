@@ -55,6 +55,8 @@ class StatementRecord(Struct):
     servos: dict[str, Span] = field(default_factory=dict)
     """Where it is said what keeps a constraint by something else than its own force, by the name of the constraint."""
     servo_inputs: list[tuple[VariableMember, model.Expression]] = field(default_factory=list)
+    held: list[tuple[Scope, ast.Equation]] = field(default_factory=list)
+    """Equations between coordinates, beside outputs that equations determine."""
     stationary: list[tuple[Scope, ast.StationaryStart]] = field(default_factory=list)
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)

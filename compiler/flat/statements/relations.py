@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
@@ -14,9 +16,10 @@ from ..model import Derivative, Expression, Kind, Role, Type
 from ..names.instance import PlaceMember
 from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
+from ..unknowns import unknowns_in
 from .loads import label_name
 from .record import JointParts, StatementRecord
-from .servo import keep
+from .servo import find_force, keep
 
 
 def sides(
@@ -194,6 +197,11 @@ def equation(scope: Scope, statement: ast.Equation, record: StatementRecord) -> 
         or target.role is not Role.STATE
         or target.rate != 1
     ):
+        if not isinstance(left, Derivative) and any(
+            _is_unknown(m) for m in scope.flattening.definitions.values()
+        ):
+            record.held.append((scope, statement))
+            return
         raise _no_state(scope, statement, target)
     value = scope.elaborate(statement.right)
     value = fit(
@@ -207,6 +215,30 @@ def equation(scope: Scope, statement: ast.Equation, record: StatementRecord) -> 
     record.equations.append(
         model.StateEquation(target.name, target.indices, value, scope.origin(statement.span))
     )
+
+
+def _is_unknown(member: object) -> bool:
+    declaration = getattr(member, "declaration", None)
+    return isinstance(declaration, ast.Output) and declaration.guess is not None
+
+
+def keep_by_unknowns(record: StatementRecord) -> None:
+    """Let outputs of no equation of their own keep the equations between coordinates, as forces that servo constraints find."""
+    values = {d.name: d.value for d in record.definitions}
+    entering = {n for e in record.implicit for side in (e.left, e.right) for n in unknowns_in(side, values)}
+    free = [u for u in record.unknowns if u.name not in entering]
+    shapes = {d.name: d.type.shape for d in record.definitions}
+    paired = len(free) == len(record.held) and not any(shapes[u.name] for u in free)
+    for k, (scope, statement) in enumerate(record.held):
+        with suppress(Poisoned):
+            left, right = sides(scope, statement, "the equation")
+            if not paired or left.type.shape:
+                raise _no_state(scope, statement, target_of(scope, left))
+            unknown = free[k]
+            name = label_name(scope, None, "constraint", record)
+            origin = scope.origin(statement.span)
+            record.constraints.append(model.Constraint(name, "", left, right, origin))
+            find_force(scope, (name, left, right), unknown.name, unknown.origin.span, record)
 
 
 def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> Poisoned:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from msgspec.structs import replace
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.source import Span
@@ -42,21 +44,44 @@ def keep(
         _check_target(scope, by, on, shape)
         force = Query(type=effort_type(scope, by, shape), span=by.span, function="multiplier", target=name)
         record.loads.append(model.Load(by.kind, f"{name}.by", force, on, None, None, None, origin))
+    _take_back(scope, stated, by.span, record)
+
+
+def find_force(
+    scope: Scope, stated: tuple[str, Expression, Expression], output: str, span: Span, record: StatementRecord
+) -> None:
+    """Make an output the multiplier of a constraint of this name and these sides, which acts where the output does."""
+    name = stated[0]
+    record.servos[name] = span
+    for k, definition in enumerate(record.definitions):
+        if definition.name == output:
+            value = Query(type=definition.type, span=span, function="multiplier", target=name)
+            record.definitions[k] = replace(definition, value=value)
+    record.unknowns = [u for u in record.unknowns if u.name != output]
+    _take_back(scope, stated, span, record)
+
+
+def _take_back(
+    scope: Scope, stated: tuple[str, Expression, Expression], span: Span, record: StatementRecord
+) -> None:
+    """Take back what the multiplier of a constraint does along it."""
+    name, left, right = stated
+    shape = left.type.shape or right.type.shape
     difference = Apply(
         type=types.with_shape(
             types.numeric(left.type if left.type.shape or not right.type.shape else right.type), shape
         ),
-        span=statement.span,
+        span=span,
         function="subtract",
         arguments=(left, right),
     )
     along_type = _own_type(scope, left, right, shape)
-    whole = Query(type=along_type, span=by.span, function="multiplier", target=name)
+    whole = Query(type=along_type, span=span, function="multiplier", target=name)
     for index in subscripts(shape):
-        along, value = (_element(e, index, by.span) for e in (difference, whole))
-        back = Apply(type=value.type, span=by.span, function="negate", arguments=(value,))
+        along, value = (_element(e, index, span) for e in (difference, whole))
+        back = Apply(type=value.type, span=span, function="negate", arguments=(value,))
         own = element_name(f"{name}.own", index)
-        record.loads.append(model.Load("force", own, back, along, None, None, None, origin))
+        record.loads.append(model.Load("force", own, back, along, None, None, None, scope.origin(span)))
 
 
 def _own_type(scope: Scope, left: Expression, right: Expression, shape: tuple[int, ...]) -> Type:

@@ -307,10 +307,11 @@ class Lowering:
     @contextmanager
     def aside(self) -> Iterator[None]:
         """Forget all that is lowered inside, and what it compares and integrates."""
-        relations, errors = dict(self.relations), dict(self.integrals.errors)
+        relations, errors, opened = dict(self.relations), dict(self.integrals.errors), self._open
+        self._open = {}  # an unknown may be asked for by what its own equations contain
         with self.trial():
             yield
-        self.relations, self.integrals.errors = relations, errors
+        self.relations, self.integrals.errors, self._open = relations, errors, opened
 
     @contextmanager
     def trial(self, without: str = "") -> Iterator[None]:

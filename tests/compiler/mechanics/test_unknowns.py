@@ -341,11 +341,11 @@ def test_the_motion_may_depend_on_what_equations_determine(case: str) -> None:
 
 
 def test_a_circle_of_signals_is_solved_by_an_unknown() -> None:
-    """a.y = 0.5 (1 - a.y), so a.y = 1/3; as formulas it is refused, and the message names the cure."""
+    """a.y = 0.5 (1 - a.y), so a.y = 1/3; where it is not linear it is refused as formulas, and the message names the cure."""
     gain = "model Gain input Real u; parameter Real k = 1; {} end Gain; model M Gain a(u = 1 - b.y, k = 0.5); Gain b(u = a.y);"
     loop = gain + " state Real x = 0; equation der(x) = a.y/1 s; experiment(stop = 1 s); end M;"
     with pytest.raises(mechc.CompileError) as refused:
-        mechc.loads(loop.format("output Real y = k*u;"))
+        mechc.loads(loop.format("output Real y = k*sin(u);"))
     assert "E0207" in str(refused.value) and "'output y ~ 0;' and 'equation y = ..;'" in str(refused.value)
     solution = mechc.loads(loop.format("output Real y ~ 0; equation y = k*u;")).simulate(estimate_error=False)
     assert isinstance(solution, mechc.Solution)
