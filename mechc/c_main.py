@@ -128,8 +128,11 @@ int main(int argc, char **argv)
 """
 
 
-EVEN_SPACING = """\
-enum { ROWS = 501 };
+ROWS = 501
+"""Rows of a motion whose output has no stated spacing."""
+
+EVEN_SPACING = f"""\
+enum {{ ROWS = {ROWS} }};
 """
 EVEN_COUNT = """\
     const size_t n_rows = stop > start ? ROWS : 1;

@@ -20,6 +20,7 @@ from .c_main import (
     FOUND_PARAMETERS,
     MAIN,
     PLAIN_START,
+    ROWS,
     STATED_COUNT,
     STATED_GRID,
     STATED_SPACING,
@@ -77,7 +78,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
 
             check_stands_alone(model.compilation.program.switching)
             defaults = defaults_of(ready_code(model), model.settings)
-            model, run = default_run(model) or (model, None)
+            model, run = default_run(model, **as_printed(defaults)) or (model, None)
             if run is not None:
                 defaults = replace(defaults, method=method_of(model, run))
             parts = model.compilation.parts
@@ -150,6 +151,14 @@ def default_run(model: CompiledModel, **options: Any) -> tuple[CompiledModel, So
         return exported_run(model, None, None if said else Defaults().stop, **options)
     except SimulationError:
         return None
+
+
+def as_printed(defaults: Defaults) -> dict[str, float]:
+    """Return the option by which a run has the rows of a C program: how far states get, and so the sizes that their errors are
+    measured against, is read off rows."""
+    if defaults.every is not None or not defaults.stop > defaults.start:
+        return {}
+    return {"every": (defaults.stop - defaults.start) / (ROWS - 1)}
 
 
 def method_of(model: CompiledModel, run: Solution) -> str:
@@ -328,7 +337,7 @@ def _main(name: str, program: Program, defaults: Defaults) -> str:
     every = defaults.every
     return MAIN.format(
         name=name,
-        told="501 rows"
+        told=f"{ROWS} rows"
         if every is None
         else f"a row every {every:g}{f' {unit}' if (unit := program.arrays['t'][0].unit) else ''}",
         spacing=EVEN_SPACING if every is None else STATED_SPACING.format(every=every, most=MOST_BYTES / 8),

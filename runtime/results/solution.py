@@ -55,8 +55,8 @@ class Motion(Struct, frozen=True, eq=False):
     times. ``as_stated``: the default experiment, with no value and no input changed. ``pictured``: the numbers of
     ``problem.scene`` at times, where somebody asked for a picture; ``states_at``: states and discrete variables at times,
     those among them that tell what touches and sticks. ``stopped``: why the run ended
-    before its end, if it did, and its companion. ``own_sizes``: nominal values of states that stay far below those of others, by
-    which the run was repeated.
+    before its end, if it did, and its companion. ``own_sizes``: nominal values whose declaration makes the
+    rules give those by which the run was repeated, as states stay far below others.
     """
 
     problem: Problem

@@ -10,10 +10,11 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...case import Case, Progress
+from ...integrate.nominal_run import nominal_of
 from ...integrate.trajectory import Trajectory
 from ...interface import PURE, Quantity
 from ...memo import once
-from ...nominal import NOISE
+from ...nominal import NOISE, with_nominal
 from ...problem import Array, Problem
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
@@ -85,9 +86,18 @@ def by_own_size(
 
 
 def own_sizes(before: Plan, after: Plan) -> dict[str, float]:
-    """Give the nominal values, by name, that ``by_own_size`` has changed."""
-    changed = np.flatnonzero(before.nominal != after.nominal).tolist()
-    return {before.case.problem.states[i].name: float(after.nominal[i]) for i in changed}
+    """Give the nominal values, by name, whose declaration makes the rules give those that ``by_own_size`` has left: the ones that
+    it changed, and others to which the rules would lend these."""
+    case, declared = before.case, np.flatnonzero(before.nominal != after.nominal)
+    while True:
+        sizes = {case.problem.states[i].name: float(after.nominal[i]) for i in declared.tolist()}
+        if not sizes:
+            return sizes
+        ruled = nominal_of(replace(case, problem=with_nominal(case.problem, sizes)))
+        lent = np.setdiff1d(np.flatnonzero(ruled != after.nominal), declared)
+        if not lent.size:
+            return sizes
+        declared = np.union1d(declared, lent)
 
 
 def sizes_in_run(plan: Plan) -> dict[str, float]:
