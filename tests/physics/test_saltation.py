@@ -238,21 +238,22 @@ def test_a_ball_that_slips_in_two_directions_rolls_with_its_closed_derivatives()
         assert np.abs(found - expected).max() < bound * 23, (tolerance, found)
 
 
-@pytest.mark.slow
-def test_what_comes_to_rest_while_another_hits_loses_what_is_left_of_its_rate() -> None:
-    """A box that rattles down: 99 events, in the last of which one corner comes to rest as another hits. Differences of runs at
-    1e-13 agree with each other to 1e-6."""
+@pytest.mark.parametrize(("stop", "events", "bound"), [(0.65, 30, 3e-7), (0.761901, 99, 5e-6)])
+def test_a_box_that_rattles_down(stop: float, events: int, bound: float) -> None:
+    """Corners come to rest, twice until 0.65 s, and in the last event one as another hits. What rested had been taken to rebound:
+    2e-6 off after the first, 1e-5 at the end. The differences are good to 1.3e-7 by their step and to 1e-6 by
+    rounding, which soft impacts enlarge; shorter steps leave more, 3e-5 with 2e-7."""
     model = mechc.load(EXAMPLES / "falling_box.mech")
-    problem, stop, step = model.problem(), 0.761901, 1e-7
+    problem, step = model.problem(), 1e-5
     plan = plan_run(problem, SimulationOptions(tolerance=1e-12, points=2, stop=stop))
     flow = tangent_flow(plan.case, plan.method, plan.nominal, ["e"], estimate_error=False)
     sides = [
         model.simulate(stop=stop, tolerance=1e-13, set={"e": 0.3 + s}, estimate_error=False)
         for s in (step, -step)
     ]
-    assert len(sides[0].events) == len(sides[1].events) > 90
+    assert [len(side.events) for side in sides] == [events, events]
     expected = np.array([(sides[0][q.name][-1] - sides[1][q.name][-1]) / (2 * step) for q in problem.states])
-    np.testing.assert_allclose(flow.tangents[-1][:, 0], expected, atol=2e-5)
+    np.testing.assert_allclose(flow.tangents[-1][:, 0], expected, rtol=0, atol=bound)
 
 
 @pytest.mark.slow
