@@ -136,6 +136,9 @@ class Both:
         behind = len(self.program.arrays.get("g", ()))  # numbers that are given after the inputs
         self.u = np.full(self.program.size("u") + behind, 0.3)
         self.z = np.full(self.program.size("z"), 1.0)
+        switching = self.program.switching
+        for share in switching.shares if switching is not None else ():  # C finds these, Python is told them
+            self.z[[k for k in (share.rests, share.beside) if k >= 0]] = 0.0
 
     def compare(self, name: str, state: list[float], t: float = 0.7) -> None:
         y = np.array(state)
