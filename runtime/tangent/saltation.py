@@ -32,6 +32,9 @@ REPLAYED = 1e-6
 ROUNDED = 1e-13
 """Of the size of a state: what differs by rounding alone. Whether a contact rebounds or rests makes more, however softly it hits."""
 
+AGREE = 1e-12
+"""Relative difference of rates by laws that agree."""
+
 ONE_SIDED = 1e-9
 """Relative change of what is zero at the start from which on a direction leaves it."""
 
@@ -151,6 +154,8 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
     if not found:
         if here.t <= case.begin:
             return np.zeros(here.augmented.count)
+        if not notes and _goes_on(here, z_after):
+            return np.zeros(here.augmented.count)
         at = f"at {time_text(case.problem, here.t)} ({what})"
         if grazes:
             raise SimulationError(f"{at} the motion grazes: it has no derivative there")
@@ -170,6 +175,15 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
                 "first changes with what the motion is differentiated in: it has no derivative there"
             )
     return first
+
+
+def _goes_on(here: Instant, z_after: Array) -> bool:
+    """Whether laws change where they agree, as where a force begins: when they do makes no difference."""
+    other = Instant(here.augmented, here.t, here.y, here.w, here.z, here.dz, here.dt)
+    switches = here.hybrid.switches[: here.hybrid.n_switches]
+    other.z[switches] = z_after[switches]
+    before, after = here.rates(), other.rates()
+    return bool((np.abs(after - before) <= AGREE * np.abs(before)).all())
 
 
 def _indicator_rates(here: Instant, count: int, probe: int) -> Array:

@@ -42,8 +42,8 @@ SPECIAL = {
     "touching_balls": Special("a restitution above 1 does not run", stop=1.9, values={"e": 0.9}),
     "falling_box": Special("rattles later: impacts whose order changes are refused", stop=0.76),
     "lorentz_inferred": Special("begins at the limit of its parameter", values={"side": 0.5}),
-    "cart_servo": Special("counts of its encoder that differ between neighbours jump later", stop=0.05),
-    "geared_servo": Special("a law that only touches its edge is refused later", stop=2e-3),
+    "cart_servo": Special("differences step over lines of its encoder", values={"encoder.resolution": 10.0}),
+    "geared_servo": Special("rests later, where rounding decides when teeth slip", stop=1.5),
     "beam": Special("81 states, whose differences take long", stop=0.3),
 }
 
