@@ -116,8 +116,8 @@ def motion(model: Model, share: float = 1.0, beside: Motion | None = None) -> Mo
     stop = case.begin + share * (case.stop - case.begin)
     case = replace(case, stop=stop, grid=np.linspace(case.begin, stop, 21))
     if beside is not None:
-        sizes = np.array([beside.sizes[q.name] for q in problem.states])
-        case = replace(case, y0=case.y0 + EPSILON * np.where(case.y0 == 0, sizes, case.y0))
+        there = np.array([beside.sizes[q.name] for q in problem.states])
+        case = replace(case, y0=case.y0 + EPSILON * np.where(case.y0 == 0, there, case.y0))
     done = run(case)
     if done.failure is not None or not np.isfinite(done.y).all():
         return None
