@@ -23,7 +23,7 @@ def check(seed: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 14, 24, 33, 35, 51])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 9, 14, 24, 27, 33, 35, 40, 51])
 def test_it_comes_to_rest(seed: int) -> None:
     assert check(seed)
 
@@ -31,10 +31,10 @@ def test_it_comes_to_rest(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(60, 180, 30))
 def test_many_come_to_rest(first: int) -> None:
-    """But for one in twenty, tall quadrupeds and solid boxes, which meet slips that no force and no impact ends (6 of these 120)."""
+    """But for one in forty, tall quadrupeds and solid boxes, which meet slips that no force and no impact ends (3 of these 120)."""
     ended = [seed for seed in range(first, first + 30) if not check(seed)]
     assert all(seed % 6 in (3, 4) for seed in ended), ended
-    assert len(ended) <= 3, ended
+    assert len(ended) <= 2, ended
 
 
 @pytest.mark.parametrize("angles", [(-7.602, 12.741), (5.0, 3.0)])

@@ -134,7 +134,11 @@ static int begin_problem(mech_solver *s, problem *p, aside *a)
                 if (slide[row][k] != 0) w[(size_t)i * n + j] += slide[row][k] * mech_row_response(s, p->row[i], f + k);
         }
     }
-    for (int k = 0; k < p->c.n_cones; k++) p->cones[k].slack = LEFT * p->scale;
+    for (int k = 0; k < p->c.n_cones; k++) {
+        p->cones[k].slack = LEFT * p->scale;
+        for (int i = 0; !a && i < p->cones[k].slips + 1; i++) /* rates are known to rounding of the fastest so far */
+            p->cones[k].slack = mech_max(p->cones[k].slack, MECH_EPSILON * e->speed[p->row[p->cones[k].at + i]]);
+    }
     return 1;
 }
 
@@ -244,7 +248,7 @@ int mech_contact_cones_shock(mech_solver *s)
         }
         mech_real change = 0; /* what goes away with the approach is no impact */
         for (int i = 0; i < p.c.n; i++) change = mech_max(change, mech_abs(p.c.w[(size_t)i * (p.c.n + 1)] * p.c.r[i]));
-        struck = struck && change > MECH_C(1e-4) * p.scale;
+        struck = struck && change > mech_min(100 * approach, MECH_C(1e-4) * p.scale);
         if (struck) {
             take_impulses(s, &p, NULL, 0);
             struck = mech_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;

@@ -480,6 +480,23 @@ static int search(mech_solver *s, int ends)
     return found;
 }
 
+/* An impact without an approach, where there is one. */
+static int shock(mech_solver *s)
+{
+    if (!mech_contact_cones_shock(s)) return 0;
+    mech_rows_apply_impulses(s);
+    s->events->counters[MECH_CROWD] = s->events->counters[MECH_STANDING] = s->events->counters[MECH_RATTLES] = 0;
+    return 1;
+}
+
+int mech_contact_modes_end_rattle(mech_solver *s)
+{
+    if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
+    mech_rows_read(s);
+    mech_rows_find_response(s);
+    return shock(s);
+}
+
 int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
 {
     int any = 0, friction = 0;
@@ -503,12 +520,8 @@ int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
             s->events->counters[MECH_CARRIED] = mech_contact_cones_hold(s);
         return take_choice(s, ends);
     }
-    if (friction && mech_contact_cones_shock(s)) {
-        mech_rows_apply_impulses(s);
-        *struck = 1;
-        return MECH_RUNNING;
-    }
-    return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
+    *struck = friction && shock(s);
+    return *struck ? MECH_RUNNING : mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
 }
 
 /* Whether the impulses of friction i lie within its cone, and it has no slip beyond rounding of the problem. */

@@ -8,6 +8,9 @@
  * an impact has ended a slip instead: then they are to be chosen again. */
 int mech_contact_modes_choose(mech_solver *s, int hit, int *struck);
 
+/* Ends what rattles without progress, as where forces of contacts are about to be unbounded, by an impact: 1 where there is one. */
+int mech_contact_modes_end_rattle(mech_solver *s);
+
 /* Sets the modes by the impulses of a step that has solved for contacts, and the rates that it left: what functions are told. */
 void mech_contact_modes_tell(mech_solver *s, const mech_real *impulse, const mech_real *rate);
 

@@ -77,6 +77,7 @@ static int settle(mech_solver *s, int hit, int *changed)
 {
     int count = 0, status;
     if (!s->events->n_rows || s->method->impulses) return MECH_RUNNING;
+    if (mech_contact_modes_end_rattle(s)) *changed = 1;
     status = mech_impacts_resolve(s, &count);
     int struck = 0;
     if (!status) status = mech_contact_modes_choose(s, hit, &struck);
@@ -121,9 +122,9 @@ static int rounds(mech_solver *s, int hit, int ticks)
 /* Names what goes on happening for less than a moment: a row, a branch that fires, or a switch. */
 static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
 {
-    const mech_real *counters = s->events->counters;
+    mech_real *counters = s->events->counters;
     const int row = hit - s->model->hybrid->n_switches;
-    if (row >= 0) return mech_fail(s, MECH_NO_MODE, row);
+    if (row >= 0) return (counters[MECH_RATTLES] += 1) > MOST_ROUNDS ? mech_fail(s, MECH_NO_MODE, row) : MECH_RUNNING;
     if (counters[MECH_BRANCH] > 0 && s->run->report.t - counters[MECH_BRANCH_TIME] <= moment)
         return mech_fail(s, MECH_ZENO, (int)counters[MECH_BRANCH] - 1);
     if (counters[MECH_JOLTS] > MOST_ROUNDS / 2) s->run->report.failed_part = s->events->n_rows ? 1 : 3;
@@ -141,7 +142,7 @@ static int check_progress(mech_solver *s, int hit)
     if ((counters[MECH_CROWD] += 1) >= CROWD) {
         const mech_real most = mech_max(moment, MECH_C(1e-12) * s->o.dt_max); /* near t = 0, too, the end must come */
         if (t - counters[MECH_CROWD_TIME] < most) return fail_to_progress(s, hit, most);
-        counters[MECH_CROWD] = 0;
+        counters[MECH_CROWD] = counters[MECH_RATTLES] = 0;
         counters[MECH_CROWD_TIME] = t;
     }
     if (t - counters[MECH_LAST_TIME] > 1000 * MECH_EPSILON * mech_abs(t)) {
