@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
+from mechc.runtime.driving_inputs import derived_among
+
 from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity
 from .variables import FmuVariable, VariableTable
@@ -20,7 +22,8 @@ def write(identity: Identity, table: VariableTable) -> str:
     }
     # the inverse of the attribute of FMI 3
     exchange = {"completedIntegratorStepNotNeeded": truth(not identity.needs_completed_step)}
-    for element in interfaces(root, identity, table, both=both, exchange=exchange, simulation={}):
+    simulation = {"canInterpolateInputs": "true"} if _all_drive(table) else {}
+    for element in interfaces(root, identity, table, both=both, exchange=exchange, simulation=simulation):
         _sources(element, identity)
     definitions(root, identity, table)
     variables = SubElement(root, "ModelVariables")
@@ -30,6 +33,12 @@ def write(identity: Identity, table: VariableTable) -> str:
             _variable(variables, variable, "me" in identity.kinds)
     _structure(root, table)
     return text_of(root)
+
+
+def _all_drive(table: VariableTable) -> bool:
+    """Tell whether all inputs drive coordinates, or are derivatives of such: these go on during a step."""
+    inputs = [v.entry.name for v in table.variables if v.causality == "input"]
+    return bool(inputs) and 3 * len(derived_among(inputs)) == len(inputs)
 
 
 def _sources(element: Element, identity: Identity) -> None:

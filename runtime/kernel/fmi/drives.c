@@ -15,6 +15,20 @@ void fmu_claim_drive(fmu *f, int input)
     }
 }
 
+int fmu_set_input_derivative(fmu *f, uint32_t vr, int order, mech_real value)
+{
+    int input;
+    if (fmu_find(f, vr, &input) != FMU_U)
+        return fmu_fail(f, FMU_ERROR, "the variable #%lu# is no input", (unsigned long)vr);
+    for (int k = 0; k < f->d->n_drives; k++)
+        if (f->d->drives[k][0] == input && (order == 1 || order == 2)) {
+            const uint32_t derivative = vr + (uint32_t)(f->d->drives[k][order] - input);
+            return fmu_set(f, FMU_REAL, &derivative, 1, &value);
+        }
+    return fmu_fail(f, FMU_ERROR, "the input #%lu# is constant during a step: its derivative of order %d is not taken",
+                    (unsigned long)vr, order);
+}
+
 static void plan(mech_table *table, const fmu_drive *at, int interpolation, const mech_real *value, const mech_real *slope)
 {
     table->interpolation = interpolation;

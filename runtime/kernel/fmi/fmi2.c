@@ -272,11 +272,10 @@ fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominal[]
 fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                        const fmi2Integer order[], const fmi2Real value[])
 {
-    (void)vr;
-    (void)order;
-    (void)value;
     CHECK(ANY, "fmi2SetRealInputDerivatives");
-    return n ? (fmi2Status)fmu_fail(c, FMU_ERROR, "inputs are constant during a step") : fmi2OK;
+    int status = FMU_OK;
+    for (size_t k = 0; k < n && !status; k++) status = fmu_set_input_derivative(c, vr[k], order[k], value[k]);
+    return (fmi2Status)status;
 }
 
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,

@@ -175,6 +175,8 @@ int fmu_exit_initialisation(fmu *f);
 enum fmu_place fmu_find(const fmu *f, uint32_t vr, int *index);
 int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real *value);
 int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech_real *value);
+/* The derivative of an input that drives, of order 1 or 2: the same as to set the input that holds it. */
+int fmu_set_input_derivative(fmu *f, uint32_t vr, int order, mech_real value);
 int fmu_set_time(fmu *f, mech_real t);
 int fmu_set_states(fmu *f, const mech_real *y, size_t n);
 int fmu_get_states(fmu *f, mech_real *y, size_t n);

@@ -151,6 +151,33 @@ def test_a_saved_state_holds_what_the_fmu_was_told(files: dict[int, Path]) -> No
     slave.freeInstance()
 
 
+def test_derivatives_of_inputs_by_their_function(files: dict[int, Path]) -> None:
+    """fmi2SetRealInputDerivatives does the same as to set the inputs that hold them; of other variables it is refused."""
+    description: Any = fmpy.read_model_description(str(files[2]))
+    assert description.coSimulation.canInterpolateInputs
+    known = {v.name: v.valueReference for v in description.modelVariables}
+    ends = []
+    for by_function in (True, False):
+        slave: Any = fmpy.instantiate_fmu(fmpy.extract(str(files[2])), description, "CoSimulation")
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        slave.exitInitializationMode()
+        for k in range(20):
+            s, v, a = (float(x) for x in told(k / 100))
+            slave.setReal([known["road"]], [s])
+            if by_function:
+                slave.setRealInputDerivatives([known["road"]] * 2, [1, 2], [v, a])
+            else:
+                slave.setReal([known["der(road)"], known["der(road,2)"]], [v, a])
+            slave.doStep(k / 100, 0.01)
+        ends.append(slave.getReal([known[n] for n in ("x", "s", "push")]))
+        if by_function:
+            with pytest.raises(Exception, match="failed with status 3"):
+                slave.setRealInputDerivatives([known["road"]], [3], [0.0])
+        slave.freeInstance()
+    assert ends[0] == ends[1]
+
+
 @pytest.mark.parametrize("arrays", [False, True])
 def test_elements_of_an_array_drive(arrays: bool, tmp_path: Path) -> None:
     text = ROAD.replace(
