@@ -64,9 +64,8 @@ class Graph(Arithmetic):
             else:
                 n = self._new(code, a, b, 0)
             self._cache[key] = n
-            if (
-                c >= 0
-            ):  # a choice that was there keeps its own last argument: this one may be newer than the choice
+            if c >= 0:
+                # a choice that was there keeps its own last argument: this one may be newer than the choice
                 self._traits[n] |= self._traits[self._third.setdefault(n, c)]
         return n
 
