@@ -65,8 +65,8 @@ class Graph(Arithmetic):
                 n = self._new(code, a, b, 0)
             self._cache[key] = n
             if c >= 0:
-                self._third[n] = c
-                self._traits[n] |= self._traits[c]
+                # a choice that was there keeps its own last argument: this one may be newer than the choice
+                self._traits[n] |= self._traits[self._third.setdefault(n, c)]
         return n
 
     def _function(self, code: int, a: Node) -> Node:

@@ -119,6 +119,14 @@ def test_forces_undefined_at_the_start_of_a_mechanism() -> None:
     assert check(text.replace("m/s^2", "m/time^2"))
 
 
+@pytest.mark.slow
+def test_a_field_without_inertia() -> None:
+    """80 coordinates in a ring once took 20 s: each of their formulas was searched for all symbols that it reads."""
+    text = (ROOT / "examples" / "kink.mech").read_text(encoding="utf-8")
+    kinetic = next(line for line in text.splitlines() if line.startswith("  kinetic "))
+    assert not check(text.replace(kinetic, ""))
+
+
 def test_some_edits() -> None:
     accepted, refused = run(range(60))
     assert accepted > 3 and refused > 10

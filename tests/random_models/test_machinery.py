@@ -77,6 +77,18 @@ def test_methods_with_steps_of_one_size_are_run() -> None:
     assert not loose(first, rough, "rattle") and not loose(first, first, "lobatto6")
 
 
+def test_steps_that_solve_for_contacts_have_no_events_of_them() -> None:
+    """A block is pushed, slides and sticks again; its clock ticks in both."""
+    block = (
+        "coordinate Length x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; friction f: 4 N on x; "
+        "discrete Integer ticks = 0; when {} then ticks := ticks + 1; end when; experiment(stop = 1 s);"
+    )
+    first, other = (run(block.format("sample(0.3 s, 0.15 s)"), method) for method in ("dop853", "moreau"))
+    assert {"stick", "when"} <= {e.kind for e in first.events} and {e.kind for e in other.events} == {"when"}
+    assert difference(first, other) == ""
+    assert "events" in difference(first, run(block.format("sample(0.5 s, 0.25 s)"), "moreau"))
+
+
 def test_the_order_of_methods_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
     """An error that half the step does not make four times as small, as one of an account, is no error of second order."""
     text = (

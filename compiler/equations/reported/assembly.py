@@ -66,14 +66,14 @@ def assembly(
     }
 
     def stage(condition: StartCondition) -> int:
-        support = set(system.graph.support(condition.residual))
-        if not support.intersection(velocities):
-            if not support.intersection(coordinates):
+        depend, residual = system.graph.depend, [condition.residual]
+        if not depend(residual, velocities):
+            if not depend(residual, coordinates):
                 _no_coordinate(system, condition, reporter)
             return 1
-        if not condition.late or not support.intersection(free):
+        if not condition.late or not depend(residual, free):
             return 2
-        if loose := [n for n in guessed if n in support]:
+        if loose := [n for n in guessed if depend(residual, [n])]:
             _rate_is_open(system, condition.row, loose[0], reporter)
         return 1
 

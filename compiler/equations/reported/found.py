@@ -57,7 +57,7 @@ def found_at_start(
     forces = {n for n, q in system.queries.items() if system.lowering.questions.is_force(q)}
     conditions = []
     for row in system.initials:
-        late = bool((highest | forces).intersection(graph.support(row.residual)))
+        late = graph.depend([row.residual], highest | forces)
         (residual,) = substitute(graph, solved.resolve([row.residual]), rules)
         if late and graph.is_constant(residual):
             if not graph.is_zero(residual):
@@ -170,6 +170,8 @@ def _claimed(
     Parameters come first, then each state by its own rate, then coordinates and velocities, then states by what is left: a
     matching of conditions, in which what has one keeps one (H. W. Kuhn 1955).
     """
+    if not (guessed or states):
+        return {}
     graph = system.graph
     supports = [set(graph.support(c.residual)) if c.row.known else set() for c in conditions]
     owner: dict[int, Node] = {}

@@ -226,7 +226,7 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
     for _ in range(
         3 * len(system.drives)
     ):  # drives may be given by others, rates and accelerations by places and rates
-        if not any(set(graph.support(n)) & replace.keys() for n in replace.values()):
+        if not graph.depend(replace.values(), replace.keys()):
             break
         replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
     return replace, frozenset(i for row in system.drives for i in row.v)

@@ -128,8 +128,8 @@ class _System:
             size = graph.zero
             for term in substitute(graph, terms, places):
                 size = graph.add(size, graph.abs(term))
-            for slope, x in zip(line, largest, strict=True):
-                size = graph.add(size, graph.mul(graph.abs(slope), x))
+            for j, slope in sorted(slopes.items()):
+                size = graph.add(size, graph.mul(graph.abs(slope), largest[j]))
             matrix.append(line)
             sizes.append(size)
         return _Point(values, tuple(residual), tuple(matrix), tuple(sizes), largest)

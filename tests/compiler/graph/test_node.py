@@ -9,6 +9,7 @@ import pytest
 
 from mechc.compiler.graph import DivisionByZero, Graph, Node
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.graph.verify import verify
 
 
 @pytest.fixture
@@ -186,6 +187,17 @@ def test_a_singular_form_does_not_represent_a_regular_one(g: Graph) -> None:
     y = g.symbol("y")
     quotient = g.div(y, x)
     assert g.mul(y, g.div(g.one, x)) == quotient  # both divide by x
+
+
+def test_a_choice_keeps_its_last_argument(g: Graph) -> None:
+    """An equal choice that is asked for later, of a newer form, is the older node; this must not read what comes after it."""
+    a, b = g.symbol("a"), g.symbol("b")
+    chosen = g.select(g.less(a, b), b, difference := g.sub(g.one, g.cos(g.mul(g.two, a))))
+    product = g.mul(g.two, g.mul(g.sin(a), g.sin(a)))
+    assert product > chosen
+    assert g.select(g.less(a, b), b, product) == chosen
+    assert g.args(chosen)[2] == difference
+    verify(g)
 
 
 def test_identities_cancel_divisions(g: Graph) -> None:

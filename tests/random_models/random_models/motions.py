@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import mechc
-from mechc.runtime.methods import KERNEL_METHODS
+from mechc.runtime.methods import KERNEL_METHODS, SOLVING_CONTACTS
 from random_models.accounts import misbooked_at_events
 from random_models.compiled import Refused, Values
 from random_models.twins import Twin, renamed_name
@@ -80,6 +80,10 @@ PILED = 1e-4
 """Seconds before a rest whose bounces are not counted: where they pile up, rounding decides for the last of them."""
 
 
+OF_CONTACTS = frozenset({"impact", "rest", "lift-off", "slip", "stick"})
+"""Kinds of events that methods without events of contacts do not have (docs/events.md)."""
+
+
 def _kinds(solution: Any) -> list[str]:
     """List the kinds of the events of a motion."""
     rests = [(e.name, float(e.time)) for e in solution.events if e.kind == "rest"]
@@ -102,6 +106,9 @@ def difference(
     if str(a.outcome) == "Outcome.FAILED":
         return ""
     kinds_a, kinds_b = _kinds(a), _kinds(b)
+    stepped = not SOLVING_CONTACTS.isdisjoint({a.statistics.method, b.statistics.method})
+    if stepped:
+        kinds_a, kinds_b = ([k for k in kinds if k not in OF_CONTACTS] for kinds in (kinds_a, kinds_b))
     ca, cb = columns(a), columns(b)
     estimate = [v for v in (*errors(a).values(), *errors(b).values()) if np.isfinite(v)]
     allowed = FACTOR * max(estimate, default=0.0) + FLOOR
@@ -113,7 +120,8 @@ def difference(
     common = [(ours[t], theirs[t]) for t in ours if t in theirs]
     near_jump = [float(e.time) for e in a.events]
     near_jump += [float(t) for s in (a, b) for t, u in zip(s.time[1:], s.time[:-1], strict=True) if t == u]
-    common = [(k, n) for k, n in common if all(abs(a.time[k] - j) > 1e-4 for j in near_jump)]
+    near = STEP if stepped else 1e-4
+    common = [(k, n) for k, n in common if all(abs(a.time[k] - j) > near for j in near_jump)]
     mine, there = [k for k, _ in common], [n for _, n in common]
     ignored = twin.ignored if twin is not None else ()
     for name, x in ca.items():
