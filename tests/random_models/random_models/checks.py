@@ -259,6 +259,7 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             state, there = base.settle(state), other.settle(there)
         except NoMotion:
             continue
+        there = _paired_integrals(base, state, other, there)
         mine = {renamed_name(twin, n): v for n, v in base.everything(state).items()}
         near = [
             {renamed_name(twin, n): v for n, v in base.everything(shaken(state, rng)).items()}
@@ -276,6 +277,20 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
         if wrong:
             return [Disagreement(twin.name, _kind(base, wrong[0][0]), _lines(wrong) + twin.model.text())]
     return []
+
+
+def _paired_integrals(base: Compiled, state: Values, other: Compiled, there: Values) -> Values:
+    """Give each integral over time of a twin the value of that which adds up the same, as their numbers are those of the text."""
+
+    def by_rate(of: Compiled, at: Values) -> list[str]:
+        rates = {n: v for n, v in of.everything(at).items() if n.startswith("d integral[")}
+        return [n[2:] for n in sorted(rates, key=rates.__getitem__)]
+
+    if not any(n.startswith("integral[") for n in there):
+        return there
+    return there | {
+        n: state[m] for m, n in zip(by_rate(base, state), by_rate(other, there), strict=False) if m in state
+    }
 
 
 def _numbered(values: Values) -> Values:
