@@ -18,6 +18,7 @@ PAGES = (
     "tangents",
     "functions",
     "tables",
+    "massless",
     "gradient",
     "kernel",
     "stiff",
