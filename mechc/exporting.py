@@ -222,7 +222,7 @@ def _module(model: CompiledModel, target: str) -> str:
 def refuse_driving_inputs(model: CompiledModel, target: str, given: Collection[str] = ()) -> None:
     """Refuse a target whose inputs are set one by one, where a derivative of one is needed too, except those that are ``given`` as
     tables. Raises UsageMistake."""
-    from .runtime.driving_inputs import derived_among
+    from .runtime.interface import derived_among
 
     inputs = [entry.name for entry in model.inputs]
     for k in derived_among(inputs):

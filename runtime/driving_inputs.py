@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from .inputs import Signal, Table, derivatives
+from .interface import derived_among
 from .memo import once
 from .outcome import SimulationError
 from .problem import Array, Problem
@@ -17,16 +18,6 @@ SLACK = 1e-12
 def derived(problem: Problem) -> dict[int, tuple[int, int]]:
     """Return the indices of the derivatives of each input that drives, by its own."""
     return derived_among([q.name for q in problem.inputs])
-
-
-def derived_among(inputs: Sequence[str]) -> dict[int, tuple[int, int]]:
-    """Return the same among the names of inputs."""
-    index = {name: k for k, name in enumerate(inputs)}
-    return {
-        k: (index[f"der({name})"], index[f"der(der({name}))"])
-        for name, k in index.items()
-        if f"der(der({name}))" in index
-    }
 
 
 def check_set(problem: Problem, index: int) -> None:

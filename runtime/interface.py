@@ -6,7 +6,7 @@ places in the text are ``Origin``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from msgspec import Struct, field
@@ -356,3 +356,13 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
 def interface_of(value: ModelInterface, kind: type[ModelInterface] = ModelInterface) -> dict[str, Any]:
     """Return the fields of an interface by name, for the next stage."""
     return {name: getattr(value, name) for name in kind.__struct_fields__}
+
+
+def derived_among(inputs: Sequence[str]) -> dict[int, tuple[int, int]]:
+    """Return the indices of the first and second derivative of each input that drives, by its own, among the names of inputs."""
+    index = {name: k for k, name in enumerate(inputs)}
+    return {
+        k: (index[f"der({name})"], index[f"der(der({name}))"])
+        for name, k in index.items()
+        if f"der(der({name}))" in index
+    }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from mechc.runtime.driving_inputs import derived_among
+from mechc.runtime.interface import derived_among
 
 from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth, value_text
 from .identity import Identity

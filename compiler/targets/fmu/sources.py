@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from mechc.runtime.interface import Quantity
+from mechc.runtime.interface import Quantity, derived_among
 
 from ...program.model import Program
 from ..kernel_files import needed_kernel
@@ -182,8 +182,6 @@ def _ranges(program: Program) -> Iterator[str]:
 
 def driving(program: Program) -> dict[int, tuple[int, int]]:
     """Return the inputs that drive, and their derivatives."""
-    from mechc.runtime.driving_inputs import derived_among
-
     return derived_among([e.name for e in program.arrays["u"]])
 
 

@@ -8,8 +8,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
-from mechc.runtime.driving_inputs import derived_among
-from mechc.runtime.interface import Quantity
+from mechc.runtime.interface import Quantity, derived_among
 
 from ...equations.model import Equations, Slot
 from ...equations.sensitivities import SEED, dependencies

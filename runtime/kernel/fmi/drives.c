@@ -6,15 +6,6 @@
 
 #include "inputs.h"
 
-void fmu_claim_drive(fmu *f, int input)
-{
-    for (int k = 0; k < f->d->n_drives; k++) {
-        const int *drive = f->d->drives[k];
-        if (input == drive[0] || input == drive[1] || input == drive[2])
-            f->u_set[drive[0]] = f->u_set[drive[1]] = f->u_set[drive[2]] = 1;
-    }
-}
-
 int fmu_set_input_derivative(fmu *f, uint32_t vr, int order, mech_real value)
 {
     int input;

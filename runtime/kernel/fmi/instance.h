@@ -219,8 +219,6 @@ void fmu_follow_drives(fmu *f);
 void fmu_begin_drives(fmu *f);
 /* An importer that moves one without telling its derivatives is an error. */
 int fmu_check_drives(fmu *f);
-/* An importer that sets one of the three sets all of them. */
-void fmu_claim_drive(fmu *f, int input);
 /* The largest distance of a unit quaternion from length one. */
 mech_real fmu_off_unit(const fmu *f);
 /* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */

@@ -150,6 +150,16 @@ int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real 
     return status;
 }
 
+/* An importer that sets one of the three sets all of them. */
+static void claim_drive(fmu *f, int input)
+{
+    for (int k = 0; k < f->d->n_drives; k++) {
+        const int *drive = f->d->drives[k];
+        if (input == drive[0] || input == drive[1] || input == drive[2])
+            f->u_set[drive[0]] = f->u_set[drive[1]] = f->u_set[drive[2]] = 1;
+    }
+}
+
 int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech_real *value)
 {
     fmu_state *st = f->st;
@@ -172,7 +182,7 @@ int fmu_set(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, const mech
             f->u[i] = value[k];
             if (!f->u_set[i]) {
                 f->u_set[i] = 1;
-                fmu_claim_drive(f, i);
+                claim_drive(f, i);
                 fmu_list_tables(f);
             }
             st->stale_initial = st->solver_stale = 1;
