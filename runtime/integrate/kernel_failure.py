@@ -240,6 +240,12 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
                     "acceleration keeps all gaps, or change their modes again and again without getting on; a 'rest' ends bounces"
                 )
                 return _Told("modes", message, name, origin)
+            if report.failed_part == 1:
+                message = (
+                    f"at {at} contacts and frictions change their modes again and again without getting on, {which} among them; "
+                    "steps of 'method = \"moreau\"' go on where events do not"
+                )
+                return _Told("modes", message, name, origin)
             message = (
                 f"no combination of touching, sticking and sliding fits for {which} at {at}: "
                 "Coulomb's law has no solution, or more than one"

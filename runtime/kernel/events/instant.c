@@ -124,7 +124,11 @@ static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
 {
     mech_real *counters = s->events->counters;
     const int row = hit - s->model->hybrid->n_switches;
-    if (row >= 0) return (counters[MECH_RATTLES] += 1) > MOST_ROUNDS ? mech_fail(s, MECH_NO_MODE, row) : MECH_RUNNING;
+    if (row >= 0) {
+        if ((counters[MECH_RATTLES] += 1) <= MOST_ROUNDS) return MECH_RUNNING;
+        s->run->report.failed_part = 1;
+        return mech_fail(s, MECH_NO_MODE, row);
+    }
     if (counters[MECH_BRANCH] > 0 && s->run->report.t - counters[MECH_BRANCH_TIME] <= moment)
         return mech_fail(s, MECH_ZENO, (int)counters[MECH_BRANCH] - 1);
     if (counters[MECH_JOLTS] > MOST_ROUNDS / 2) s->run->report.failed_part = s->events->n_rows ? 1 : 3;
