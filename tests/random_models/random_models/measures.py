@@ -37,6 +37,7 @@ SHOP: dict[str, tuple[Fraction, Dim, str]] = {
     "gal": (F("0.003785411784"), dim(0, 3), ""), "lb": (_POUND, dim(1), ""),
     "lbf": (F("4.4482216152605"), dim(1, 1, -2), "k"), "psi": (F("4.4482216152605") / _INCH**2, dim(1, -1, -2), ""),
     "hp": (550 * F("0.3048") * F("4.4482216152605"), dim(1, 2, -3), ""),
+    "P": (F(1, 10), dim(1, -1, -1), "cm"), "St": (F(1, 10000), dim(0, 2, -1), "cm"),
 }  # fmt: skip
 """Of workshops; sources: the agreement on yard and pound of 1959, NIST SP 811. Random models do without, so that they stay the same."""
 CANCELLING: dict[str, str] = {"K": "numkM", "mol": "numk", "cd": "mk"}
