@@ -104,11 +104,10 @@ end Cubic;""",
   experiment(stop = 1);
 end Cubic;""",
 )
-CRANK = (
-    """import mech.planar.*;
+_CRANK = """import mech.planar.*;
 model Crank
   gravity {{0, -9.81}} m/s^2;
-  Bar rod(m = 0 kg, l = 0.3 m);
+  Bar rod(m = MASS, l = 0.3 m);
   Body crank(m = 0 kg, J = 0.02 kg.m^2);
   Particle slider(m = 2 kg);
   Revolute main(world -> crank.a, angle = 0.3 rad, der(angle) = 9 rad/s);
@@ -116,46 +115,21 @@ model Crank
   Prismatic guide(world -> slider.a, position ~ 0.39 m);
   Revolute wrist(rod.b -> slider.a);
   experiment(stop = 1 s);
-end Crank;""",
-    """import mech.planar.*;
-model Crank
-  gravity {{0, -9.81}} m/s^2;
-  Bar rod(m = 1e-9 kg, l = 0.3 m);
-  Body crank(m = 0 kg, J = 0.02 kg.m^2);
-  Particle slider(m = 2 kg);
-  Revolute main(world -> crank.a, angle = 0.3 rad, der(angle) = 9 rad/s);
-  Revolute pin(crank.a * trans({{0.1 m, 0 m}}) -> rod.a, angle ~ -0.4 rad);
-  Prismatic guide(world -> slider.a, position ~ 0.39 m);
-  Revolute wrist(rod.b -> slider.a);
-  experiment(stop = 1 s);
-end Crank;""",
-)
-FOUR_BAR = (
-    """import mech.planar.*;
+end Crank;"""
+CRANK = tuple(_CRANK.replace("MASS", mass) for mass in ("0 kg", "1e-9 kg"))
+_FOUR_BAR = """import mech.planar.*;
 model FourBar
   Bar crank(m = 1 kg, l = 0.2 m);
-  Bar coupler(m = 0 kg, l = 0.5 m);
-  Bar rocker(m = 0 kg, l = 0.4 m);
+  Bar coupler(m = MASS, l = 0.5 m);
+  Bar rocker(m = MASS, l = 0.4 m);
   Revolute a(world -> crank.a, angle = 60 deg, der(angle) = 3 rad/s);
   Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
   Revolute c(world * trans({{0.5 m, 0 m}}) -> rocker.a, angle ~ 100 deg);
   Revolute d(coupler.b -> rocker.b);
   potential 1/2*(5 N.m/rad)*c.angle^2;
   experiment(stop = 1 s);
-end FourBar;""",
-    """import mech.planar.*;
-model FourBar
-  Bar crank(m = 1 kg, l = 0.2 m);
-  Bar coupler(m = 1e-9 kg, l = 0.5 m);
-  Bar rocker(m = 1e-9 kg, l = 0.4 m);
-  Revolute a(world -> crank.a, angle = 60 deg, der(angle) = 3 rad/s);
-  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
-  Revolute c(world * trans({{0.5 m, 0 m}}) -> rocker.a, angle ~ 100 deg);
-  Revolute d(coupler.b -> rocker.b);
-  potential 1/2*(5 N.m/rad)*c.angle^2;
-  experiment(stop = 1 s);
-end FourBar;""",
-)
+end FourBar;"""
+FOUR_BAR = tuple(_FOUR_BAR.replace("MASS", mass) for mass in ("0 kg", "1e-9 kg"))
 CASES = {
     "2 springs in series": (SERIES, 2, "one spring"),
     "20 springs in series": (SERIES, 20, "one spring"),
