@@ -31,7 +31,7 @@ from ...flat.model import Literal
 from ...graph import DivisionByZero, Node
 from ...graph.differentiate import gradient, jacobian
 from ...graph.elimination.eliminate import ZeroPivot, solve
-from ...graph.elimination.linear import NotAffine
+from ...graph.elimination.linear import NotAffine, linear_system
 from ...graph.elimination.newton import newton, terms_of
 from ...graph.evaluate import Tape, evaluate
 from ...graph.rewrite import substitute
@@ -77,6 +77,9 @@ FEW = 4
 """Unknowns up to which steps are solved with pivots chosen at each step."""
 
 LARGEST = 1e300
+
+_Solved = tuple[tuple[Node, ...], tuple[Node, ...]]
+"""Solutions and pivots."""
 
 _RESISTED = (
     "'{}' has no mass, and the values of this run let its balance of forces contain a rate that it does not contain with "
@@ -602,18 +605,51 @@ class _Work:
         block: Sequence[Massless],
     ) -> tuple[Node, ...]:
         """Return formulas of the unknowns that make the rows vanish."""
-        graph = self.graph
         if not rows:
             return ()
         try:
             order = self._matched(rows, unknowns)
-            found = solve(graph, [rows[i] for i in order], unknowns)
+            ordered = [rows[i] for i in order]
+            solutions, pivots = self._by_shares(ordered, unknowns) or self._eliminated(ordered, unknowns)
         except NotAffine:
             return self._by_steps(rows, unknowns, guesses, block)
         except ZeroPivot:
             raise self._undecided(block) from None
-        self._assert_decided(found.pivots, block)
-        return found.solutions
+        self._assert_decided(pivots, block)
+        return solutions
+
+    def _eliminated(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> _Solved:
+        found = solve(self.graph, rows, unknowns)
+        return found.solutions, found.pivots
+
+    def _by_shares(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> _Solved | None:
+        """Return the solution of linear rows as shares of the few forces that change, such as that at the end of a chain of springs.
+
+        The shares depend on parameters alone, so that a run finds them once. None where elimination has fewer products.
+        """
+        graph = self.graph
+        fixed = {s.node for s in self.system.symbols.parameters}
+        entries = jacobian(graph, rows, unknowns)
+        if not fixed.issuperset(graph.support(*(n for row in entries for n in row.values()))):
+            return None
+        offsets = substitute(graph, rows, dict.fromkeys(unknowns, graph.zero))
+        moving = [i for i, n in enumerate(offsets) if not fixed.issuperset(graph.support(n))]
+        if len(rows) < 2 or len(moving) * len(rows) > sum(map(len, entries)):
+            return None
+        linear_system(graph.trial(), rows, unknowns)
+        linear = [graph.sum(graph.mul(n, unknowns[j]) for j, n in row.items()) for row in entries]
+        still = [graph.zero if i in moving else n for i, n in enumerate(offsets)]
+        total, pivots = self._eliminated(
+            [graph.add(a, b) for a, b in zip(linear, still, strict=True)], unknowns
+        )
+        solutions = list(total)
+        for i in moving:
+            forced = [graph.add(n, graph.one) if k == i else n for k, n in enumerate(linear)]
+            shares, _ = self._eliminated(forced, unknowns)
+            solutions = [
+                graph.add(n, graph.mul(share, offsets[i])) for n, share in zip(solutions, shares, strict=True)
+            ]
+        return tuple(solutions), pivots
 
     def _matched(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> Sequence[int]:
         """Return the rows in an order in which each holds the unknown of its place, as balances do of their own coordinates."""

@@ -16,9 +16,9 @@ from mechc.compiler.program.hoist import hoistable
 MODELS = Path(__file__).parents[2] / "models" / "loops"
 
 
-def operations(file: str, n: int) -> int:
+def operations(text: str, n: int) -> int:
     """Of one evaluation of all accelerations; those on parameters alone are not counted."""
-    equations = compiled((MODELS / file).read_text(), structural={"n": Fraction(n)}).equations
+    equations = compiled(text, structural={"n": Fraction(n)}).equations
     rhs = next(f for f in equations.functions if f.name == "rhs")
     once = hoistable(equations.graph, equations.layout, rhs.outputs)
     return equations.graph.count_operations(rhs.outputs) - equations.graph.count_operations(once)
@@ -36,9 +36,27 @@ def operations(file: str, n: int) -> int:
 )
 def test_cost_of_loops_is_linear(file: str, sizes: tuple[int, int, int], bound: float) -> None:
     """Each further part costs the same, within a tenth."""
-    counts = [operations(file, n) for n in sizes]
+    counts = [operations((MODELS / file).read_text(), n) for n in sizes]
     assert counts[2] <= bound * sizes[2]
     assert counts[2] - counts[1] <= 1.1 * (counts[1] - counts[0])
+
+
+SPRINGS = """
+model Series
+  dimensionless;
+  structural parameter Integer n = 2;
+  parameter k = 3; parameter rest = 1; parameter m = 2;
+  coordinate x = 1; coordinate node[n - 1] ~ 0; coordinate y = 2;
+  kinetic m/2*der(x)^2 + m*der(y)^2;
+  potential k/2*(node[1] - y)^2 + sum(k*(1 + i/n)/2*(node[i] - node[i - 1] - rest)^2 for i in 2:n - 1) + k*(x - node[n - 1])^2;
+  experiment(stop = 1);
+end Series;
+"""
+
+
+def test_springs_in_series_cost_as_much_as_one() -> None:
+    """Nodes without mass between two masses are constant shares of their distance."""
+    assert operations(SPRINGS, 5) == operations(SPRINGS, 40) <= 16
 
 
 MOVING = """
