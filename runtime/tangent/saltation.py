@@ -16,7 +16,7 @@ from ..integrate.events import EventRecord, Note
 from ..outcome import SimulationError, time_text
 from ..problem import Array
 from .augmented import Augmented
-from .impacts import engage, hit, hit_together, settle
+from .impacts import engage, hit, hit_together, hit_with_friction, settle
 from .instant import BILATERAL, COEFFICIENT, CONTACT, EXTRA, FRICTION, GAP, RATE, Instant
 from .sizes import own_sizes
 
@@ -280,7 +280,9 @@ def _happen(here: Instant, notes: Sequence[Note], z_after: Array, by_threshold: 
                 else last[n.index] < k and bool(z_after[here.rows[n.index].flag] > 0.5)
                 for n in group
             }
-            if h.simultaneous:
+            if h.simultaneous and any(row.kind == FRICTION for row in here.rows):
+                hit_with_friction(here, rests)
+            elif h.simultaneous:
                 hit_together(here, rests)
             else:
                 hit(here, list(rests), list(rests.values()))

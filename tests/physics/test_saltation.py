@@ -159,10 +159,43 @@ def test_a_block_begins_to_slide_when_the_pull_exceeds_friction() -> None:
     np.testing.assert_allclose(flow.tangents[-1, 0], [by_mu, by_m], atol=1e-8)
 
 
+CORNER = """
+model Corner "a box in space hits the floor with one corner, whose slip the impact turns, then with the same again"
+  parameter mu = 0.25; parameter e = 0.4; parameter h = 0.6 m;
+  gravity {0, 0, -9.81} m/s^2;
+  coordinate Length x = 0 m; coordinate Length y = 0 m; coordinate Length z = h;
+  coordinate Rotation R = rotx(23 deg)*roty(31 deg);
+  initial der(R) = {0.7, -0.4, 1.3} rad/s; initial der(x) = 1.2 m/s; initial der(y) = -0.5 m/s;
+  frame box = world * trans({x, y, z}) * R;
+  mass 2 kg at box; inertia diag({0.0362, 0.0544, 0.0725} kg.m^2) on box;
+  let corner = {0.17, 0.22, -0.10} m;
+  contact hit: pos(box * corner)[3] restitution e friction mu along {vel(box * corner)[1], vel(box * corner)[2]}OPTIONS;
+  experiment(stop = 0.4 s);
+end Corner;
+"""
+TIPS = """
+model Tips "a bar falls on one end, slides, and then on the other: one after the other, or together"
+  parameter mu = 0.2; parameter e = 0.3; parameter a0 = -0.25 rad;
+  gravity {0, -9.81} m/s^2;
+  coordinate Length x = 0 m; coordinate Length y = 0.2 m; coordinate Angle a = a0;
+  initial der(x) = 1.5 m/s; initial der(a) = 1 rad/s;
+  frame bar = world * trans({x, y}) * rot(a);
+  mass 1 kg at bar; inertia 0.02 kg.m^2 on bar;
+  point left = bar * {-0.3, -0.05} m; point right = bar * {0.3, -0.05} m;
+  contact l: left[2] restitution e friction mu along vel(left)[1]OPTIONS;
+  contact r: right[2] restitution e friction mu along vel(right)[1]OPTIONS;
+  experiment(stop = STOP);
+end Tips;
+"""
+TOGETHER = ', impacts = "simultaneous"'
+
 AGAINST_DIFFERENCES = [
     (SPIN, ("mu", "e", "R", "der(phi)", "z"), {}),
     (SAMPLED, ("k", "Ts", "x", "der(x)"), {}),
     (THROWN_BACK, ("wall", "lift", "x", "der(x)"), {}),
+    (CORNER.replace("OPTIONS", ""), ("mu", "e", "h", "der(x)"), {}),
+    (TIPS.replace("OPTIONS", "").replace("STOP", "0.185 s"), ("mu", "e", "a0", "der(x)"), {}),
+    (TIPS.replace("OPTIONS", TOGETHER).replace("STOP", "0.185 s"), ("mu", "e", "a0", "der(x)"), {}),
     ("potential_step", ("U2", "x", "m"), {"stop": 3.0}),
     ("coulomb_pendulum", ("l", "theta"), {"stop": 3.0}),
     ("double_pendulum_stops", None, {"stop": 2.0}),
@@ -175,7 +208,10 @@ AGAINST_DIFFERENCES = [
 @pytest.mark.parametrize(
     ("text", "names", "options"),
     AGAINST_DIFFERENCES,
-    ids=["spin", "sampled", "thrown back", *(row[0] for row in AGAINST_DIFFERENCES[3:])],
+    ids=[
+        *("spin", "sampled", "thrown back", "corner", "tips", "tips together"),
+        *(row[0] for row in AGAINST_DIFFERENCES[6:]),
+    ],
 )
 def test_derivatives_agree_with_differences(
     text: str, names: tuple[str, ...] | None, options: dict[str, float]

@@ -111,14 +111,6 @@ def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bo
                 contact.origin.span,
             )
         laws.add(str(law))
-    if "simultaneous" in laws and any(c.friction is not None for c in system.model.contacts):
-        reporter.error(
-            "E0718",
-            "simultaneous impacts with friction are not supported",
-            next(c.origin.span for c in system.model.contacts if c.friction is not None),
-            caption="this contact has friction",
-            help='write impacts = "sequential"',
-        )
     return "simultaneous" in laws
 
 

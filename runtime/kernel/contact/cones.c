@@ -326,7 +326,7 @@ int mech_cones_refine(mech_cones *c, mech_real *room)
             memcpy(c->r, r0, (size_t)n * sizeof(mech_real));
             break;
         }
-        if (after <= MECH_C(1e-30) * scale * scale) break;
+        if (after <= 16 * MECH_EPSILON * MECH_EPSILON * scale * scale) break;
         if (after > before / 4 && mech_cones_check(c)) return 1; /* rounding */
     }
     return mech_cones_check(c);

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "cones.h"
-#include "impulses.h"
 #include "surface_friction.h"
 
 /* Shares of the largest acceleration without forces: what is left of a solution, and what counts as none of it. */
@@ -71,9 +70,16 @@ static void add(problem *p, int kind, int contact, int slips, mech_real coeffici
     p->contact[p->c.n_cones++] = contact;
 }
 
-/* The problem of accelerations of what touches and rests, or, without `a`, of rates of what touches; 0 where memory is lacking.
- * `a`: modes, which are set aside. */
-static int begin_problem(mech_solver *s, problem *p, aside *a)
+static int is_among(int i, int n, const int *among)
+{
+    int found = !among;
+    for (int k = 0; k < n; k++) found |= among[k] == i;
+    return found;
+}
+
+/* The problem of accelerations of what touches and rests, or, without `a`, of rates of what touches, of the n contacts `among` that
+ * where not NULL; 0 where memory is lacking. `a`: modes, which are set aside. */
+static int begin_problem(mech_solver *s, problem *p, aside *a, int n_among, const int *among)
 {
     mech_event_state *e = s->events;
     const int most = e->n_rows;
@@ -99,7 +105,8 @@ static int begin_problem(mech_solver *s, problem *p, aside *a)
         if (row->kind == MECH_BILATERAL && (a ? a->flag[i] > MECH_C(0.5) : mech_row_holds(s, i)) && mech_row_moves_itself(s, i)) {
             add(p, MECH_CONE_HELD, -1, 0, 0);
             p->row[p->c.n++] = i;
-        } else if (row->kind == MECH_CONTACT && (a ? mech_row_may_rest(s, i) : mech_row_touches(s, i)) && mech_row_moves_itself(s, i)) {
+        } else if (row->kind == MECH_CONTACT && (a ? mech_row_may_rest(s, i) : mech_row_touches(s, i)) && mech_row_moves_itself(s, i) &&
+                   is_among(i, n_among, among)) {
             const int f = friction_of(s, i);
             int slips = 0;
             mech_real coefficient = 0;
@@ -170,7 +177,7 @@ int mech_contact_cones_choose(mech_solver *s, int ends)
     mech_event_state *e = s->events;
     problem p;
     aside a;
-    if (!begin_problem(s, &p, &a)) return 0;
+    if (!begin_problem(s, &p, &a, 0, NULL)) return 0;
     const int solved = mech_cones_solve(&p.c, p.room);
     for (int i = 0; solved && i < e->n_rows; i++) {
         if (e->open[i] > 0) e->open[i] = 0;
@@ -186,7 +193,7 @@ int mech_contact_cones_hold(mech_solver *s)
 {
     problem p;
     aside a;
-    if (!begin_problem(s, &p, &a)) return 0;
+    if (!begin_problem(s, &p, &a, 0, NULL)) return 0;
     int holds = mech_cones_solve(&p.c, p.room);
     for (int k = 0; holds && k < p.c.n; k++)
         if (a.flag[p.row[k]] > MECH_C(0.5)) holds = mech_abs(p.c.u[k]) <= NONE * p.scale;
@@ -206,10 +213,10 @@ static void take_impulses(mech_solver *s, const problem *p, const mech_real *res
     }
 }
 
-int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution)
+int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution, int n, const int *among)
 {
     problem p;
-    if (!begin_problem(s, &p, NULL)) return 0;
+    if (!begin_problem(s, &p, NULL, n, among)) return 0;
     mech_real *q = (mech_real *)p.c.q, size, least = 1;
     for (int k = 0; k < p.c.n_cones; k++) {
         const int i = p.contact[k] < 0 ? -1 : p.cones[k].at;
@@ -217,13 +224,13 @@ int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution)
     }
     int solved = mech_cones_solve(&p.c, p.room);
     if (solved) take_impulses(s, &p, NULL, 0);
-    if (!solved || mech_impulse_loss(s, &size) < -MECH_C(1e-9) * size) {
+    if (!solved || mech_rows_impulse_loss(s, &size) < -MECH_C(1e-9) * size) {
         for (int i = 0; i < p.c.n; i++) q[i] = mech_row_value(s, p.row[i], MECH_RATE);
         solved = mech_cones_solve(&p.c, p.room);
         for (int k = 0; k < p.c.n_cones; k++)
             if (p.contact[k] >= 0 && p.c.r[p.cones[k].at] > 0) least = mech_min(least, restitution[p.contact[k]]);
         take_impulses(s, &p, restitution, 1);
-        if (mech_impulse_loss(s, &size) < -MECH_C(1e-9) * size) take_impulses(s, &p, restitution, least);
+        if (mech_rows_impulse_loss(s, &size) < -MECH_C(1e-9) * size) take_impulses(s, &p, restitution, least);
         s->run->report.poisson += solved;
     }
     end_problem(&p);
@@ -235,7 +242,7 @@ int mech_contact_cones_shock(mech_solver *s)
     static const mech_real approaches[] = {MECH_C(1e-8), MECH_C(1e-5), MECH_C(1e-2)}; /* in the largest speed */
     problem p;
     int struck = 0;
-    if (!begin_problem(s, &p, NULL)) return 0;
+    if (!begin_problem(s, &p, NULL, 0, NULL)) return 0;
     mech_real *q = (mech_real *)p.c.q, size;
     for (int k = 0; k < p.c.n_cones; k++) /* what is laid down neither rises nor falls */
         if (p.contact[k] >= 0 && mech_row_may_rest(s, p.contact[k])) q[p.cones[k].at] = 0;
@@ -251,7 +258,7 @@ int mech_contact_cones_shock(mech_solver *s)
         struck = struck && change > mech_min(100 * approach, MECH_C(1e-4) * p.scale);
         if (struck) {
             take_impulses(s, &p, NULL, 0);
-            struck = mech_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;
+            struck = mech_rows_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;
         }
     }
     if (!struck) memset(s->events->impulse, 0, (size_t)s->events->n_rows * sizeof(mech_real));

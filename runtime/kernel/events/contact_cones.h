@@ -13,11 +13,11 @@ int mech_contact_cones_choose(mech_solver *s, int ends);
  * depend on, lie in their cones, whatever single ones of them would have to carry. */
 int mech_contact_cones_hold(mech_solver *s);
 
-/* One blow of all that touches: its impulses in events->impulse, of contacts that approach with these restitutions, by row. Friction
- * acts against the slip that is left. Where Newton's restitution would raise the energy, Poisson's: each impulse is that of
- * the plastic impact, times one more than the restitution; with one restitution this takes out energy as long as friction does.
- * Gives 0 where the problem is not solved. */
-int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution);
+/* One blow of all that touches, or of the n contacts `among` that, where not NULL: its impulses in events->impulse, of contacts that
+ * approach with these restitutions, by row. Friction acts against the slip that is left. Where Newton's restitution would raise the
+ * energy, Poisson's: each impulse is that of the plastic impact, times one more than the restitution; with one restitution this
+ * takes out energy as long as friction does. Gives 0 where the problem is not solved. */
+int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution, int n, const int *among);
 
 /* An impact without an approach, of contacts that slide and that no force can hold (P. Painleve 1895, F. Genot and B. Brogliato 1999):
  * impulses that are left of those of an ever slower approach, in events->impulse. Gives 0 where there are none. */

@@ -381,8 +381,8 @@ static int take_choice(mech_solver *s, int ends)
         if (!(s->run->report.t > s->o.t0) && !s->run->report.steps) return mech_fail(s, MECH_NO_MODE, contact);
         s->run->report.several++;
     }
-    /* Thousands of gaps that are closed by what counts as touching lower a heap. */
-    const int booked = s->model->hybrid->crowd && mech_energy_booked(s);
+    /* Gaps that are closed by what counts as touching lower what lies on them. */
+    const int booked = mech_energy_booked(s);
     const mech_real before = booked ? mech_energy_total(s) : 0;
     mech_contact_projection_state(s);
     if (booked) mech_energy_book_beyond_rounding(s, before);

@@ -44,7 +44,7 @@ static int dies_out(const mech_solver *s, int round, int friction)
 static int apply_checked(mech_solver *s, int contact)
 {
     mech_real size;
-    const mech_real lost = mech_impulse_loss(s, &size);
+    const mech_real lost = mech_rows_impulse_loss(s, &size);
     if (!mech_finite(lost)) return mech_fail(s, MECH_NO_IMPACT, contact);
     if (lost < -MECH_C(1e-9) * size) return mech_fail(s, MECH_ENERGY_RAISED, contact);
     mech_rows_apply_impulses(s);
@@ -65,16 +65,22 @@ static int fastest_approach(const mech_solver *s)
     return found;
 }
 
-/* Where blows one after the other have no solution, or would raise the energy: all at once, friction against what is left of the slips. */
+/* All that touches at once. */
 static int strike(mech_solver *s, int contact)
 {
     mech_event_state *e = s->events;
     mech_real restitution[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++) restitution[i] = approaches(s, i) ? mech_impulse_restitution(s, i) : 0;
-    if (!mech_contact_cones_strike(s, restitution)) return mech_fail(s, MECH_NO_IMPACT, contact);
+    return mech_contact_cones_strike(s, restitution, 0, NULL) ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, contact);
+}
+
+/* The same where blows one after the other have no solution, or would raise the energy. */
+static int strike_after_all(mech_solver *s, int contact)
+{
     s->run->report.status = MECH_RUNNING;
     s->run->report.failed_index = -1;
-    return apply_checked(s, contact);
+    const int status = strike(s, contact);
+    return status ? status : apply_checked(s, contact);
 }
 
 /* Constraints that were engaged take their rates away at once. */
@@ -138,9 +144,9 @@ int mech_impacts_resolve(mech_solver *s, int *count)
         status = !together           ? mech_impulse_fastest(s, contact)
                  : crowd && !friction ? mech_impulse_of_crowd(s)
                  : fades              ? mech_impulse_with_friction(s, contact)
-                                      : mech_impulse_together(s);
+                                      : strike(s, contact);
         if (!status) status = apply_checked(s, contact);
-        if (friction && (status == MECH_NO_IMPACT || status == MECH_ENERGY_RAISED)) status = strike(s, contact);
+        if (friction && (status == MECH_NO_IMPACT || status == MECH_ENERGY_RAISED)) status = strike_after_all(s, contact);
         (*count)++;
     }
     return status;

@@ -1,37 +1,22 @@
 /* One blow: impulses along the rows that keep all constraints, by the response of the velocities to unit impulses.
  *
- * Newton's restitution, Coulomb's cone for the impulses; one contact, or several as a linear complementarity problem
- * (solved by principal pivoting, K. G. Murty 1974).
+ * Newton's restitution, Coulomb's cone for the impulses, friction against the slip that is left. Sticking and sliding on are tried
+ * first; where friction turns the slip, it is a problem of cones (contact_cones.h).
  */
 #include "impulses.h"
 
 #include <string.h>
 
+#include "contact_cones.h"
 #include "journal.h"
 #include "near_rows.h"
 #include "rows.h"
 
-enum { ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000, STATES = 3, MOST_COMBINED = 5 };
+enum { ROUNDS_PER_HIT = 8, STATES = 3, MOST_COMBINED = 5 };
 
 int mech_impulse_holds(const mech_solver *s, int i)
 {
     return mech_row_of(s, i)->kind == MECH_BILATERAL && s->events->z[mech_row_of(s, i)->flag] > MECH_C(0.5);
-}
-
-/* What the present impulses take out of the energy. */
-mech_real mech_impulse_loss(const mech_solver *s, mech_real *size)
-{
-    const mech_event_state *e = s->events;
-    mech_real lost = 0;
-    *size = 0;
-    for (int i = 0; i < e->n_rows; i++) {
-        mech_real change = 0;
-        if (e->impulse[i] == 0) continue;
-        for (int j = 0; j < e->n_rows; j++) change += mech_row_response(s, i, j) * e->impulse[j];
-        lost -= e->impulse[i] * (*mech_row_rate(s, i) + change / 2);
-        *size += mech_abs(e->impulse[i]) * (mech_abs(*mech_row_rate(s, i)) + mech_abs(change));
-    }
-    return lost;
 }
 
 mech_real mech_impulse_restitution(mech_solver *s, int i)
@@ -197,17 +182,27 @@ static int count_in(int combination, int n, int state)
     return found;
 }
 
-/* Whether what slides in an impact goes on as it did, and is not thrown back by its friction. */
-static int slides_on(mech_solver *s, const hit *h)
+/* Whether the impulses of what slides are against the slip that is left. */
+static int opposes_slip(mech_solver *s, int n, const hit *hits)
 {
-    mech_real along = 0, size = 0;
-    for (int c = 0; c < h->count; c++) {
-        mech_real rate = *mech_row_rate(s, h->slips + c);
-        for (int j = 0; j < s->events->n_rows; j++) rate += mech_row_response(s, h->slips + c, j) * s->events->impulse[j];
-        along -= h->push[c] * rate;
-        size += mech_abs(*mech_row_rate(s, h->slips + c));
+    for (int k = 0; k < n; k++) {
+        const hit *h = &hits[k];
+        if (h->state != HIT_SLIDES) continue;
+        mech_real rate[2] = {0, 0}, along = 0, across = 0, size = 0;
+        for (int c = 0; c < h->count; c++) {
+            rate[c] = *mech_row_rate(s, h->slips + c);
+            size += mech_abs(rate[c]);
+            for (int j = 0; j < s->events->n_rows; j++) {
+                const mech_real part = mech_row_response(s, h->slips + c, j) * s->events->impulse[j];
+                rate[c] += part;
+                size += mech_abs(part);
+            }
+            along -= h->push[c] * rate[c];
+        }
+        for (int c = 0; c < h->count; c++) across = mech_max(across, mech_abs(rate[c] + along * h->push[c]));
+        if (along < -MECH_C(1e-12) * size || across > MECH_C(1e-12) * size) return 0;
     }
-    return along >= -MECH_C(1e-12) * size;
+    return 1;
 }
 
 static int fits(mech_solver *s, int n, const hit *hits)
@@ -217,9 +212,8 @@ static int fits(mech_solver *s, int n, const hit *hits)
     for (int k = 0; k < n; k++) {
         for (int way = 0; way < MISFITS; way++)
             if (misfit(s, &hits[k], way) > (way == COMES_BACK ? 0 : MECH_C(1e-12) * size)) return 0;
-        if (hits[k].state == HIT_SLIDES && !slides_on(s, &hits[k])) return 0;
     }
-    return 1;
+    return opposes_slip(s, n, hits);
 }
 
 /* Gives hits the states of a combination; 0 where these cannot have them. */
@@ -262,6 +256,18 @@ static int fit_hits(mech_solver *s, int n, hit *hits)
     return n > 1 && n <= MOST_COMBINED && try_all(s, n, hits);
 }
 
+/* The impulses of hits whose friction would turn the slip: against the slip that is left. */
+static int strike_hits(mech_solver *s, int n, const hit *hits)
+{
+    int among[MECH_MOST_ROWS];
+    mech_real restitution[MECH_MOST_ROWS];
+    for (int k = 0; k < n; k++) {
+        among[k] = hits[k].contact;
+        restitution[among[k]] = hits[k].aim / -*mech_row_rate(s, among[k]) - 1;
+    }
+    return mech_contact_cones_strike(s, restitution, n, among);
+}
+
 /* The contact that approaches fastest hits, together with all that approach as fast: which of them stands first in the
  * text says nothing. Where these have no common solution, it hits alone. */
 int mech_impulse_fastest(mech_solver *s, int contact)
@@ -278,7 +284,8 @@ int mech_impulse_fastest(mech_solver *s, int contact)
         delay_before[n] = e->delay[i];
         hits[n++] = begin_hit(s, i);
     }
-    if (n > 1 && fit_hits(s, n, hits) && mech_impulse_loss(s, &size) >= -MECH_C(1e-9) * size) {
+    if (n > 1 && ((fit_hits(s, n, hits) && opposes_slip(s, n, hits)) || strike_hits(s, n, hits)) &&
+        mech_rows_impulse_loss(s, &size) >= -MECH_C(1e-9) * size) {
         for (int k = 1; k < n; k++)
             mech_journal_note(s, MECH_IMPACT, hits[k].contact, -*mech_row_rate(s, hits[k].contact));
         return MECH_RUNNING;
@@ -288,48 +295,11 @@ int mech_impulse_fastest(mech_solver *s, int contact)
         e->delay[hits[k].contact] = delay_before[k];
     }
     hits[0].state = HIT_STICKS;
-    return fit_hits(s, 1, hits) ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, contact);
+    const int found = (fit_hits(s, 1, hits) && opposes_slip(s, 1, hits)) || strike_hits(s, 1, hits);
+    return found ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, contact);
 }
 
-/* All hits at once: 0 <= p, r+ + e r- >= 0, one of them zero in each touching row; r+ = 0 where engaged. */
-int mech_impulse_together(mech_solver *s)
-{
-    mech_event_state *e = s->events;
-    int row[MECH_MOST_ROWS], in[MECH_MOST_ROWS], set[MECH_MOST_ROWS], m = 0;
-    mech_real aim[MECH_MOST_ROWS], target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
-    for (int i = 0; i < e->n_rows; i++)
-        if (mech_impulse_holds(s, i) || mech_row_touches(s, i)) {
-            row[m] = i;
-            in[m] = mech_impulse_holds(s, i);
-            const mech_real r = *mech_row_rate(s, i);
-            aim[m++] = mech_impulse_holds(s, i) || r >= 0 ? -r : -(1 + mech_impulse_restitution(s, i)) * r;
-        }
-    for (int pivots = 0; pivots < MOST_PIVOTS; pivots++) {
-        int n = 0, wrong = -1;
-        for (int k = 0; k < m; k++)
-            if (in[k]) {
-                set[n] = row[k];
-                target[n++] = aim[k];
-            }
-        mech_rows_solve(s, n, set, target, x);
-        mech_impulse_set(s, n, set, x);
-        for (int k = 0; k < m && wrong < 0; k++) {
-            if (mech_impulse_holds(s, row[k])) continue;
-            mech_real change = 0, size = mech_abs(aim[k]);
-            for (int j = 0; j < n; j++) {
-                const mech_real part = mech_row_response(s, row[k], set[j]) * x[j];
-                change += part;
-                size += mech_abs(part);
-            }
-            if (in[k] ? e->impulse[row[k]] < 0 : change - aim[k] < -MECH_C(1e-12) * size) wrong = k;
-        }
-        if (wrong < 0) return MECH_RUNNING;
-        in[wrong] = !in[wrong];
-    }
-    return mech_fail(s, MECH_NO_IMPACT, m ? row[0] : 0);
-}
-
-/* The same for a crowd whose contacts have no friction at hand. */
+/* All that touch at once: 0 <= p, r+ + e r- >= 0, one of them zero in each row. */
 int mech_impulse_of_crowd(mech_solver *s)
 {
     mech_near_rows_problem p;

@@ -6,9 +6,8 @@
 
 /* The contact that approaches fastest, with all that approach as fast. */
 int mech_impulse_fastest(mech_solver *s, int contact);
-/* All that touch, as one problem of complementarity; `of_crowd`: of contacts without friction at hand; `with_friction`: where some
-   have it, in a crowd; there `contact` hits alone where the others have no common solution. */
-int mech_impulse_together(mech_solver *s);
+/* All that touch in a crowd: `of_crowd`: of contacts without friction at hand; `with_friction`: where some have it; there `contact`
+   hits alone where the others have no common solution. */
 int mech_impulse_of_crowd(mech_solver *s);
 int mech_impulse_with_friction(mech_solver *s, int contact);
 /* Whether row i is a constraint that is engaged. */
@@ -17,7 +16,5 @@ int mech_impulse_holds(const mech_solver *s, int i);
  * it would not rise above what rounding leaves of the gap. */
 mech_real mech_impulse_restitution(mech_solver *s, int i);
 void mech_impulse_set(mech_solver *s, int n, const int *set, const mech_real *x);
-/* What the impulses take out of the energy, and the size of its terms. */
-mech_real mech_impulse_loss(const mech_solver *s, mech_real *size);
 
 #endif

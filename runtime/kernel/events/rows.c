@@ -242,6 +242,22 @@ int mech_rows_share(mech_solver *s, int n, const int *set, const mech_real *targ
     return solve(s, n, set, target, 1, x);
 }
 
+/* What the present impulses take out of the energy. */
+mech_real mech_rows_impulse_loss(const mech_solver *s, mech_real *size)
+{
+    const mech_event_state *e = s->events;
+    mech_real lost = 0;
+    *size = 0;
+    for (int i = 0; i < e->n_rows; i++) {
+        mech_real change = 0;
+        if (e->impulse[i] == 0) continue;
+        for (int j = 0; j < e->n_rows; j++) change += mech_row_response(s, i, j) * e->impulse[j];
+        lost -= e->impulse[i] * (*mech_row_rate(s, i) + change / 2);
+        *size += mech_abs(e->impulse[i]) * (mech_abs(*mech_row_rate(s, i)) + mech_abs(change));
+    }
+    return lost;
+}
+
 void mech_rows_apply_impulses(mech_solver *s)
 {
     const mech_model *m = s->model;

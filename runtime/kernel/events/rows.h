@@ -66,6 +66,8 @@ int mech_rows_share(mech_solver *s, int n, const int *set, const mech_real *targ
  * one, as along a wall, takes the share in which it needs least beyond its limit, and no contact pulls. Leaves all as it is where
  * contacts pull in every share. */
 void mech_row_share_across(mech_solver *s, int i);
+/* What the impulses take out of the energy, and the size of its terms. */
+mech_real mech_rows_impulse_loss(const mech_solver *s, mech_real *size);
 /* Adds the effect of the impulses to velocities, row rates and energy accounts. */
 void mech_rows_apply_impulses(mech_solver *s);
 

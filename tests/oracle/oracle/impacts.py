@@ -198,18 +198,17 @@ def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
             k += count
         if turn is not None:
             slips = point.slip(c)
-            before = turn @ np.array([real(s) for s in slips])
-            end = before + turn @ np.array([gradient(point, s, "rate") @ dv for s in slips])
-            still = 1e-9 * (abs(before) + np.abs(dv).max())
-            if end < -still:
+            end = np.array([real(s) + gradient(point, s, "rate") @ dv for s in slips])
+            still = 1e-9 * (np.abs([real(s) for s in slips]).max() + np.abs(dv).max())
+            if turn @ end < -still:
                 return None
-            turned = turned or before < -still
+            turned = turned or np.abs(end - (turn @ end) * turn).max() > still
         k += 1
     for c, _, change in opened:
         if gradient(point, point.at(c.gap), "position") @ dv < change - 1e-9 * np.abs(dv).max(initial=0):
             return None
     if turned:
-        raise NotCovered("an impact in which sliding turns round: the page has no law of friction for it")
+        raise NotCovered("an impact in which sliding in two directions turns")
     return dv
 
 
