@@ -29,12 +29,12 @@ def check_around(given: Mapping[str, Any]) -> None:
     for name, what in (inputs or {}).items():
         if isinstance(what, (int, float)):
             raise UsageMistake(
-                f"the input '{name}' comes from a table or a function of the time, not from {what!r}",
-                f"a value that stays is set, as in set={{'{name}': {what!r}}}",
+                f"the input '{name}' comes from a table or a function of the time, not from {shown(what)}",
+                f"a value that stays is set, as in set={{'{name}': {shown(what)}}}",
             )
     progress = given.get("progress")
     if progress is not None and not callable(progress):
-        raise UsageMistake(f"'progress' is called with the fraction done; {progress!r} cannot be called")
+        raise UsageMistake(f"'progress' is called with the fraction done; {shown(progress)} cannot be called")
     if not isinstance(given.get("experiment") or "", str):
         raise UsageMistake(f"'experiment' is a name, not {given['experiment']!r}")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.problem import Problem
 from ..runtime.settings import QuestionSetting
 from .formulas import apart, output_of, settable_units
-from .parse_values import UsageMistake, read_value_of
+from .parse_values import UsageMistake, read_value_of, shown
 
 if TYPE_CHECKING:
     from ..runtime.ensembles.kept import Kept
@@ -26,7 +26,7 @@ def _varying(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Va
 def _kept(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Kept, ...]:
     if not isinstance(given, str):
         raise UsageMistake(
-            f"'{setting.name}' is a text, not {given!r}", f'as in {setting.name} = "max(theta)"'
+            f"'{setting.name}' is a text, not {shown(given)}", f'as in {setting.name} = "max(theta)"'
         )
     from .kept import kept
 
@@ -42,7 +42,7 @@ def _share(setting: QuestionSetting, given: Any, problem: Problem) -> float:
     except (TypeError, ValueError):
         share = -1.0
     if not 0 <= share <= 1:
-        raise UsageMistake(f"'{setting.name}' is all, none or a share from 0 to 1, not {given!r}")
+        raise UsageMistake(f"'{setting.name}' is all, none or a share from 0 to 1, not {shown(given)}")
     return share
 
 
@@ -56,7 +56,7 @@ def _matrix(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[tup
         rows = tuple(tuple(float(number) for number in row) for row in given)
     if not rows or len({len(row) for row in rows}) != 1:
         raise UsageMistake(
-            f"'{setting.name}' is a matrix of numbers in SI, not {given!r}", "as in {{4, 1}, {1, 9}}"
+            f"'{setting.name}' is a matrix of numbers in SI, not {shown(given)}", "as in {{4, 1}, {1, 9}}"
         )
     return rows
 
@@ -72,7 +72,7 @@ def _seconds(setting: QuestionSetting, given: Any, problem: Problem) -> float:
         seconds = -1.0
     if not 0 < seconds < math.inf:
         raise UsageMistake(
-            f"'{setting.name}' is a positive time, not {given!r}", f'as in {setting.name} = "10 s"'
+            f"'{setting.name}' is a positive time, not {shown(given)}", f'as in {setting.name} = "10 s"'
         )
     return seconds
 

@@ -13,6 +13,7 @@ from .parse_values import (
     elements_of,
     plain,
     read_value_of,
+    shown,
     unknown_name,
 )
 from .rotations import is_rotation, read_rotation
@@ -67,8 +68,8 @@ def _as_value(name: str, what: Scalar | Iterable[float]) -> GivenValue:
         numbers = (float(what),) if isinstance(what, (int, float)) else tuple(float(x) for x in what)
     except (TypeError, ValueError):
         raise UsageMistake(
-            f"'{name}' takes a number, a text such as \"80 cm\" or a list of numbers, not {what!r}"
+            f"'{name}' takes a number, a text such as \"80 cm\" or a list of numbers, not {shown(what)}"
         ) from None
     if not all(math.isfinite(number) for number in numbers):
-        raise UsageMistake(f"'{name}' takes finite numbers, not {what!r}")
+        raise UsageMistake(f"'{name}' takes finite numbers, not {shown(what)}")
     return GivenValue(numbers, None, single)

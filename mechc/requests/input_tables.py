@@ -13,7 +13,7 @@ from ..runtime.inputs import Signal, Table, read_tables
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
 from ..runtime.sheets import units_apart
-from .parse_values import UsageMistake, elements_of, tidy, unknown_name
+from .parse_values import UsageMistake, elements_of, shown, tidy, unknown_name
 from .tables import sheet_of
 
 LARGEST_ANGLE = 2 * math.pi
@@ -76,7 +76,7 @@ def input_tables(
         if sheet is None:
             if not callable(what) or alone is None:
                 raise UsageMistake(
-                    f"the input '{name}' comes from a table or a function of the time, not from {what!r}"
+                    f"the input '{name}' comes from a table or a function of the time, not from {shown(what)}"
                     if alone
                     else f"'{name}' has {len(elements)} elements: give a function for each, as in '{elements[0]}'",
                     f"a value that stays is set, as in set={{'{name}': 3}}",

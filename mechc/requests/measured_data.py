@@ -15,7 +15,7 @@ from ..runtime.problem import Array, Problem
 from ..runtime.sheets import Sheet
 from ..suggest import closest
 from .input_tables import bare_angle, factor_of
-from .parse_values import UsageMistake, unknown_name
+from .parse_values import UsageMistake, shown, unknown_name
 from .tables import sheet_of
 
 Place = Callable[[int], str]
@@ -31,7 +31,7 @@ def measured_motion(what: Any, problem: Problem) -> Measured:
     """
     sheet = sheet_of(what, "data")
     if sheet is None or isinstance(what, (tuple, list, np.ndarray)):
-        raise UsageMistake(f"measured motions are files, frames or columns by their names, not {what!r}")
+        raise UsageMistake(f"measured motions are files, frames or columns by their names, not {shown(what)}")
     return _motion(sheet.without_repeats(), problem)
 
 

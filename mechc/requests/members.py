@@ -14,7 +14,7 @@ from ..runtime.ensembles.members import NUMBERS, Axis, Listed, Spread
 from ..suggest import closest
 from .in_si import settings_in_si
 from .input_tables import bare_angle, factor_of
-from .parse_values import UsageMistake, read_value_of, tidy, unknown_name
+from .parse_values import UsageMistake, read_value_of, shown, tidy, unknown_name
 from .tables import TableFile, sheet_of_file
 
 _SIGN = re.compile(r"[=~]")
@@ -35,7 +35,7 @@ def varying(setting: str, given: Any, units: Mapping[str, str]) -> tuple[Varying
         return tuple(_of_text(setting, name, what, units) for name, what in _items(setting, given))
     if not isinstance(given, Mapping):
         raise UsageMistake(
-            f"'{setting}' is a text, a CSV file, or values by their names, not {given!r}",
+            f"'{setting}' is a text, a CSV file, or values by their names, not {shown(given)}",
             f'{setting} = "l = 0.5 m .. 2 m, 200"',
         )
     found: list[Varying] = []

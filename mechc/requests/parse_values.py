@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable
+from reprlib import Repr
 from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
@@ -13,6 +14,11 @@ from ..lang.units import Unit, UnitError, parse_unit
 from ..suggest import closest
 
 Scalar = float | int | bool | str
+
+_SHORT = Repr()
+_SHORT.maxstring = _SHORT.maxother = 80
+shown = _SHORT.repr
+"""A given value in a message, with its beginning and end where it is long."""
 
 
 @runtime_checkable

@@ -34,6 +34,7 @@ from .parse_values import (
     plain,
     read_point,
     read_value_of,
+    shown,
     tidy,
     unknown_name,
 )
@@ -72,7 +73,7 @@ def _number(setting: QuestionSetting, given: Any, problem: Problem) -> float:
     except (TypeError, ValueError):
         example = "1e-9" if setting.name == "tolerance" else "2.5"
         name = "the tolerance" if setting.name == "tolerance" else f"'{setting.name}'"
-        raise UsageMistake(f"{name} is a number such as {example}, not {given!r}") from None
+        raise UsageMistake(f"{name} is a number such as {example}, not {shown(given)}") from None
 
 
 def _count(setting: QuestionSetting, given: Any, problem: Problem) -> int:
@@ -81,19 +82,19 @@ def _count(setting: QuestionSetting, given: Any, problem: Problem) -> int:
     except (TypeError, ValueError):
         number = -1.0
     if number < 1 or number != int(number):
-        raise UsageMistake(f"'{setting.name}' is a whole number from 1 on, not {given!r}")
+        raise UsageMistake(f"'{setting.name}' is a whole number from 1 on, not {shown(given)}")
     return int(number)
 
 
 def _flag(setting: QuestionSetting, given: object, problem: Problem) -> bool:
     if not isinstance(given, bool):
-        raise UsageMistake(f"'{setting.name}' is True or False, not {given!r}")
+        raise UsageMistake(f"'{setting.name}' is True or False, not {shown(given)}")
     return given
 
 
 def _text(setting: QuestionSetting, given: object, problem: Problem) -> str:
     if not isinstance(given, str):
-        raise UsageMistake(f"'{setting.name}' is a text, not {given!r}")
+        raise UsageMistake(f"'{setting.name}' is a text, not {shown(given)}")
     return given
 
 
@@ -149,7 +150,7 @@ def _place(setting: QuestionSetting, given: Any, problem: Problem) -> Place:
         word = given.strip()
         if word not in (START, EQUILIBRIUM):
             raise UsageMistake(
-                f"'{setting.name}' is {START}, {EQUILIBRIUM}, or values of the state, not {given!r}",
+                f"'{setting.name}' is {START}, {EQUILIBRIUM}, or values of the state, not {shown(given)}",
                 f'values are given as {setting.name} = "theta = 30 deg, der(theta) = 0"',
             )
         return Place(word)

@@ -10,7 +10,7 @@ from msgspec import Struct
 
 from ..runtime.settings import Free, Range
 from .in_si import settings_in_si
-from .parse_values import UsageMistake, elements_of, tidy, unknown_name
+from .parse_values import UsageMistake, elements_of, shown, tidy, unknown_name
 
 _COMMA = re.compile(r",(?![^\[\](){}]*[\])}])")
 """A comma that stands in no brackets."""
@@ -43,7 +43,7 @@ def varied(setting: str, given: str | Mapping[str, Any]) -> list[Varied]:
         else:
             ends = tuple(what)
             if len(ends) not in (2, 3):
-                raise UsageMistake(f"the values of '{name}' are a range (low, high), not {what!r}")
+                raise UsageMistake(f"the values of '{name}' are a range (low, high), not {shown(what)}")
             found.append(Varied(tidy(name), (ends[0], ends[1]), str(ends[2]) if len(ends) == 3 else None))
     return found
 

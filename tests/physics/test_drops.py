@@ -33,10 +33,9 @@ def test_it_comes_to_rest(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(60, 180, 30))
 def test_many_come_to_rest(first: int) -> None:
-    """But for one in forty, tall quadrupeds and solid boxes, which meet slips that no force and no impact ends (3 of these 120)."""
+    """But for one of these 120, a table whose feet change their modes again and again."""
     ended = [seed for seed in range(first, first + 30) if not check(seed)]
-    assert all(seed % 6 in (3, 4) for seed in ended), ended
-    assert len(ended) <= 2, ended
+    assert len(ended) <= 1, ended
 
 
 @pytest.mark.parametrize("angles", [(-7.602, 12.741), (5.0, 3.0)])

@@ -176,6 +176,17 @@ def test_rocking_ends() -> None:
     )
 
 
+def test_balls_on_a_box() -> None:
+    """What is at rest carries the weight, and its moment about the middle of the box; both balls roll in the end."""
+    solution = run("balls_on_a_box")
+    end = {name: solution[name][-1] for name in solution.columns()}
+    assert end["load"] == pytest.approx(4 * g, abs=1e-9)
+    for k in (1, 2):
+        assert end[f"der(flight[{k}].x)"] == pytest.approx(-0.1 * end[f"der(flight[{k}].angle)"], abs=1e-9)
+    turned = (end["under.pressure[3]"] - end["under.pressure[4]"]) * 0.2
+    assert abs(turned) == pytest.approx(g * abs(end["flight[1].x"] - end["free.x"]), abs=1e-8)
+
+
 def test_falling_box() -> None:
     """First the lowest corner hits; in the end four corners hold the weight, which no longer falls."""
     turn = Rotation.from_euler("x", 0.4) * Rotation.from_euler("y", 0.3)
