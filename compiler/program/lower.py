@@ -159,9 +159,9 @@ def _plan(function: Function, constants: Mapping[Node, int]) -> _Plan:
 
 def _parameters(equations: Equations, constants: Mapping[Node, int]) -> _Plan:
     """Plan the function that completes p: defaults and dependent parameters, then hoisted constants."""
+    graph, layout = equations.graph, equations.layout
     rules = {rule.index: rule.value for rule in equations.parameter_rules}
-    # a parameter is stored before others load it
-    order = rule_order(equations.graph, equations.layout, rules)
+    order = rule_order(graph, layout, rules)  # a parameter is stored before others load it
     stores = [("p", index, rules[index], True) for index in order]
     stores += [("p", index, n, False) for n, index in constants.items()]
     doc = "Complete p: dependent parameters that are not set, then constants of the run."
