@@ -89,10 +89,19 @@ class Compilation:
 
     @cached_property
     def flat(self) -> FlatModel:
-        from .flat.model import FlatModel
-        from .stored import read
+        if "flat" in self._stored:
+            from .flat.model import FlatModel
+            from .stored import read
 
-        return read(self._stored["flat"], FlatModel)
+            return read(self._stored["flat"], FlatModel)
+        from mechc.lang.diagnostics import Reporter
+
+        from .gc_pause import uncollected
+        from .pipeline import flattened
+        from .recursion import deep_recursion
+
+        with uncollected(), deep_recursion():
+            return flattened(self.request, Reporter())[1]
 
     @cached_property
     def equations(self) -> Equations:
@@ -127,13 +136,15 @@ class Compilation:
         with uncollected(), deep_recursion():
             return verified(build(self.flat, Reporter()))
 
-    def stages(self) -> dict[str, bytes]:
-        """Return the stages as bytes, of which another process makes the same compilation."""
+    def stages(self, *, alone: bool = False) -> dict[str, bytes]:
+        """Return the stages as bytes, of which another process makes the same compilation. ``alone``: without the files that the text
+        imports, so the flat model is among them; with them, to form it again takes no longer than to read it."""
         from . import outline
         from .stored import write
 
         written = {name: outline.write(getattr(self, name)) for name in ("outline", "summary")}
-        return written | {name: write(getattr(self, name)) for name in ("flat", "equations", "program")}
+        names = ("flat", "equations", "program") if alone else ("equations", "program")
+        return written | {name: write(getattr(self, name)) for name in names}
 
     @cached_property
     def rotations(self) -> frozenset[str]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from msgspec.structs import replace
 
-from mechc.runtime.native.checksum import sha256
+from mechc.runtime.native.checksum import checksum
 
 from .compilation import Compilation, Request
 
@@ -134,7 +134,7 @@ def _checksum(path: Path) -> str:
 
 
 def _digest(content: bytes) -> str:
-    return str(sha256(content).hexdigest()[:32])
+    return checksum(content).hexdigest()[:32]
 
 
 def _compiler_state() -> list[tuple[str, int, int]]:

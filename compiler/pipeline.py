@@ -59,15 +59,7 @@ def form(request: Request, *, by_value: bool = True) -> Compilation:
     reporter = Reporter()
     with uncollected(), deep_recursion():
         try:
-            tree = parse(request.source, reporter)
-            flat = flatten(
-                tree,
-                reporter,
-                model=request.model,
-                structural=dict(request.structural),
-                search=request.search,
-                further=tuple(_output(name, text, reporter) for name, text in request.formulas),
-            )
+            tree, flat = flattened(request, reporter)
             return _formed(request, tree, flat, reporter, by_value=by_value)
         except RecursionError:
             raise reporter.fail(
@@ -76,6 +68,20 @@ def form(request: Request, *, by_value: bool = True) -> Compilation:
                 None,
                 help="leave out steps between them",
             ) from None
+
+
+def flattened(request: Request, reporter: Reporter) -> tuple[ast.File, FlatModel]:
+    """Return the syntax tree and the flat model of what is asked for. Raises CompileError."""
+    tree = parse(request.source, reporter)
+    flat = flatten(
+        tree,
+        reporter,
+        model=request.model,
+        structural=dict(request.structural),
+        search=request.search,
+        further=tuple(_output(name, text, reporter) for name, text in request.formulas),
+    )
+    return tree, flat
 
 
 def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Compilation:

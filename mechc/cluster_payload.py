@@ -52,7 +52,9 @@ class SentQuestion(Struct, frozen=True):
             "cluster": None,
         }
         compilations = dict.fromkeys(one.compilation for one in (model, *builds))
-        stages = {replace(one.request, search=(), remembered=False): one.stages() for one in compilations}
+        stages = {
+            replace(one.request, search=(), remembered=False): one.stages(alone=True) for one in compilations
+        }
         return SentQuestion(stages, model.stated, alone, replace(question, **here), form)
 
     def __call__(self) -> Recipe:

@@ -29,6 +29,8 @@ from .model import (
     Where,
 )
 
+_LEAVES = (Literal, Name)
+
 
 def children(expression: Expression) -> tuple[Expression, ...]:
     """Return the operands of an expression."""
@@ -140,10 +142,10 @@ def written_size(expression: Expression) -> int:
     while pending:
         at = pending[-1]
         inner = children(at)
-        missing = [e for e in inner if id(e) not in sizes]
+        missing = [e for e in inner if e.__class__ not in _LEAVES and id(e) not in sizes]
         if missing:
             pending.extend(missing)
             continue
-        sizes[id(at)] = 1 + sum(sizes[id(e)] for e in inner)
+        sizes[id(at)] = 1 + sum([sizes.get(id(e), 1) for e in inner])
         pending.pop()
     return sizes[id(expression)]

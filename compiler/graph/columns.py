@@ -79,7 +79,7 @@ def graph_of(made: GraphColumns) -> Graph:
     graph._traits, graph._used = _traits(graph), set(codes) | graph._used
     graph._symbols = {name: n for n, name in graph._names.items()}
     graph._negatives = {Node(left[n]): n for n in of[NEG]}
-    graph._cache = {("constant", value): n for n, value in graph._constants.items()}
+    graph._cache = {("constant", c.numerator, c.denominator): n for n, c in graph._constants.items()}
     graph._classes = _classes(graph, of[CONST]) if made.by_value else {}
     graph._cache |= _structures(graph, of[SELECT] if made.by_value else rows)
     return graph

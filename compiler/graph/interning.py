@@ -23,7 +23,6 @@ from typing import Final, Self
 
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
-from .overlay_dict import Above
 from .reached import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .table import Samples, Table
 
@@ -272,28 +271,18 @@ class NodeStore:
 
     def fork(self) -> Self:
         """Return an independent copy, to try something on."""
-        other = self.trial()
-        other._classes = other._classes.copy()  # all of them
-        return other
-
-    def trial(self) -> Self:
-        """Return a copy that is right as long as nothing is added here; it takes less memory than a fork."""
         other = object.__new__(type(self))
         for slot in NodeStore.__slots__:
             held = getattr(self, slot)
-            if slot == "_classes":
-                held = Above(held)
-            elif isinstance(held, (list, dict, set, bytearray, ReachCache)):
+            if isinstance(held, (list, dict, set, bytearray, ReachCache)):
                 held = held.copy()
             setattr(other, slot, held)
         return other
 
     def adopt(self, fork: Self) -> None:
-        """Take over all nodes of a fork or a trial, if nothing was added here since."""
+        """Take over all nodes of a fork, if nothing was added here since."""
         if len(fork) < len(self) or fork._code[: len(self)] != self._code:
             raise ValueError("the graph has changed since it was forked")
-        if isinstance(fork._classes, Above):
-            fork._classes = fork._classes.put_down()
         for slot in NodeStore.__slots__:
             setattr(self, slot, getattr(fork, slot))
 
@@ -369,8 +358,8 @@ class NodeStore:
 
         Raises ValueError or OverflowError for NaN and infinities.
         """
-        exact = Fraction(value)
-        key = ("constant", exact)
+        exact = value if type(value) is Fraction else Fraction(value)
+        key = ("constant", exact.numerator, exact.denominator)  # the hash of a fraction takes an inverse
         n = self._cache.get(key)
         if n is None:
             v = of_fraction(exact)

@@ -63,9 +63,11 @@ def _more(graph: Arguments, wanted: Collection[Node], parts: Sequence[bytearray]
     pending = [n for n in wanted if not marks[n]]
     for n in pending:
         marks[n] = 1
+    left, right, code, third = graph._left, graph._right, graph._code, graph._third
     while pending:
-        for a in graph.args(pending.pop()):
-            if not marks[a]:
+        n = pending.pop()
+        for a in (left[n], right[n], third[n]) if code[n] == SELECT else (left[n], right[n]):
+            if a >= 0 and not marks[a]:
                 marks[a] = 1
                 pending.append(a)
     return marks

@@ -46,7 +46,15 @@ def groups(rhs: ProgramFunction, accounts: Collection[int], ny: int) -> tuple[in
     for body in rhs.bodies:
         found: list[int | None] = []
         for statement in body:
-            found.append(_class_of(statement, found, kept, classes, accounts))
+            if type(statement) is not Operate:
+                found.append(_class_of(statement, found, kept, classes, accounts))
+                continue
+            joined: int | None = None
+            for operand in statement.operands:
+                other = found[operand]
+                if other != joined:  # most are alike
+                    joined = classes.join(joined, other)
+            found.append(joined)
             if classes.count == 1 + len(accounts):
                 return ()
     roots = [classes.of(i) for i in range(ny)]
@@ -62,11 +70,6 @@ def _class_of(
     accounts: Collection[int],
 ) -> int | None:
     match statement:
-        case Operate(operands=operands):  # most are
-            joined: int | None = None
-            for operand in operands:
-                joined = classes.join(joined, found[operand])
-            return joined
         case Load(array="y", index=i):
             return i
         case Load(array="w", index=i):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.runtime.interface import interface_of
@@ -18,7 +19,6 @@ from .model import (
     Body,
     Literal,
     Load,
-    LongBody,
     Lookup,
     Operate,
     Program,
@@ -58,12 +58,8 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
     hoisted = hoistable(graph, layout, repeated) if hoist else []
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
-    parameters, *functions = _with_order(
-        [
-            _parameters(equations, constants),
-            *(_lowered(graph, layout, f, {} if f.name in once else constants) for f in equations.functions),
-        ]
-    )
+    plans = [_plan(f, {} if f.name in once else constants) for f in equations.functions]
+    parameters, *functions = _lowered(graph, layout, [_parameters(equations, constants), *plans])
     return Program(
         **interface_of(equations, CompilerInterface)
         | {
@@ -81,8 +77,9 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
 
 def lower_functions(equations: Equations, program: Program, functions: Sequence[Function]) -> Program:
     """Return a program of other functions of the same arguments alone, which hoist nothing."""
-    made = tuple(_lowered(equations.graph, equations.layout, f, {})[0] for f in functions)
-    return replace(program, tables=tuple(equations.graph.tables), functions=made, switching=None)
+    graph = equations.graph
+    made = _lowered(graph, equations.layout, [_plan(f, {}) for f in functions])
+    return replace(program, tables=tuple(graph.tables), functions=tuple(made), switching=None)
 
 
 def _derived_by(functions: Sequence[ProgramFunction], codes: Set[int]) -> bool:
@@ -140,77 +137,64 @@ def lower_function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
     """Return a function in one body; ``constants``: places in p of nodes that are known."""
-    (lowered,) = _with_order([_lowered(graph, layout, function, constants)])
+    (lowered,) = _lowered(graph, layout, [_plan(function, constants)])
     return lowered
 
 
-Lowered = tuple[ProgramFunction, Sequence[int]]
-"""A function, and the node of each statement of its body; -1 where it has none."""
+class _Plan(Struct, frozen=True):
+    """A function to be lowered: its ``stores`` (array, index, node, guarded), as soon as each is known or ``in_order``."""
+
+    name: str
+    doc: str
+    n_out: int
+    stores: Sequence[tuple[str, int, Node, bool]]
+    constants: Mapping[Node, int]
+    in_order: bool = False
 
 
-def _lowered(
-    graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
-) -> Lowered:
+def _plan(function: Function, constants: Mapping[Node, int]) -> _Plan:
     stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
-    body, nodes = _body(graph, layout, stores, constants, in_order=False)
-    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,)), nodes
+    return _Plan(function.name, function.doc, len(function.outputs), stores, constants)
 
 
-def _parameters(equations: Equations, constants: Mapping[Node, int]) -> Lowered:
-    """Return the function that completes p: defaults and dependent parameters, then hoisted constants."""
+def _parameters(equations: Equations, constants: Mapping[Node, int]) -> _Plan:
+    """Plan the function that completes p: defaults and dependent parameters, then hoisted constants."""
     graph, layout = equations.graph, equations.layout
     rules = {rule.index: rule.value for rule in equations.parameter_rules}
     order = rule_order(graph, layout, rules)  # a parameter is stored before others load it
     stores = [("p", index, rules[index], True) for index in order]
     stores += [("p", index, n, False) for n, index in constants.items()]
-    body, nodes = _body(graph, layout, stores, {}, in_order=True)
     doc = "Complete p: dependent parameters that are not set, then constants of the run."
-    return ProgramFunction("parameters", doc, 0, (body,)), nodes
+    return _Plan("parameters", doc, 0, stores, {}, in_order=True)
 
 
-def _with_order(lowered: Sequence[Lowered]) -> list[ProgramFunction]:
-    """Return functions with the order in which they were made, where one of them is long."""
-    sizes = [len(f.bodies[0]) for f, _ in lowered]
-    if max(sizes) <= LONG:
-        return [f for f, _ in lowered]
-    from .columns import made_order
+def _lowered(graph: Graph, layout: Mapping[Node, Slot], plans: Sequence[_Plan]) -> list[ProgramFunction]:
+    """Return functions of one body each; with the order in which they were made, where one of them is long."""
+    orders = [schedule(graph, [n for _, _, n, _ in plan.stores], plan.constants) for plan in plans]
+    sizes = [len(order) + len(plan.stores) for order, plan in zip(orders, plans, strict=True)]
+    functions = []
+    for plan, order, size in zip(plans, orders, sizes, strict=True):
+        if size > SHORT and max(sizes) > LONG:
+            from .columns import long_body, made_order
 
-    found = []
-    for (f, nodes), size in zip(lowered, sizes, strict=True):
-        if size > SHORT:
-            (body,) = f.bodies
-            body = body if isinstance(body, LongBody) else LongBody.of(body)
-            f = replace(f, bodies=(body,), made=made_order(body, nodes))
-        found.append(f)
-    return found
+            stated = plan.stores, plan.constants, order
+            columns, nodes = long_body(graph, layout, *stated, in_order=plan.in_order)
+            body, made = columns, made_order(columns, nodes)
+        else:
+            body, made = _body(graph, layout, plan, order), ()
+        functions.append(ProgramFunction(plan.name, plan.doc, plan.n_out, (body,), made=made))
+    return functions
 
 
-def _body(
-    graph: Graph,
-    layout: Mapping[Node, Slot],
-    stores: Sequence[tuple[str, int, Node, bool]],
-    constants: Mapping[Node, int],
-    *,
-    in_order: bool,
-) -> tuple[Body, Sequence[int]]:
-    """Return the statements of stores (array, index, node, guarded): as soon as each is known, or in their order; and the
-    node of each of them."""
-    order = schedule(graph, [n for _, _, n, _ in stores], constants)
-    if len(order) + len(stores) > LONG:
-        from .columns import long_body
-
-        return long_body(graph, layout, stores, constants, order, in_order=in_order)
-    statements = _Statements(graph, layout, constants)
+def _body(graph: Graph, layout: Mapping[Node, Slot], plan: _Plan, order: Sequence[Node]) -> Body:
+    """Return the statements that compute the nodes of ``order``, with the stores of a plan."""
+    statements = _Statements(graph, layout, plan.constants)
     position = {n: k for k, n in enumerate(order)}
-    if not in_order:
-        stores = sorted(stores, key=lambda store: position[store[2]])
+    stores = plan.stores if plan.in_order else sorted(plan.stores, key=lambda store: position[store[2]])
     start = 0
     for array, index, n, guarded in stores:
         stop = max(start, position[n] + 1)
         statements.compute(order[start:stop])
         start = stop
         statements.store(array, index, n, guarded)
-    nodes = [-1] * len(statements.body)
-    for n, at in statements.place.items():
-        nodes[at] = n
-    return tuple(statements.body), nodes
+    return tuple(statements.body)

@@ -131,12 +131,12 @@ def applied(code: int, operands: Sequence[Text], literal: bool, dialect: Dialect
     """Return an operation on operands; ``literal``: whether the second one is a constant."""
     form = dialect.forms[code]
     template = form.template
-    parts = []
-    for value, need, condition in zip(operands, form.needs, form.conditions, strict=False):
-        if value.binds >= need and value.condition == condition:
-            parts.append(value.text)
-        else:
-            parts.append(fitting(value, need, condition, dialect))
+    parts = [
+        value.text
+        if value.binds >= need and value.condition is condition
+        else fitting(value, need, condition, dialect)
+        for value, need, condition in zip(operands, form.needs, form.conditions, strict=False)
+    ]
     if code <= SUB and literal and parts[1][0] == "-":
         # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
         template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]

@@ -8,13 +8,13 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from .checksum import sha256
+from .checksum import checksum
 from .compiler import NATIVE, Compiler
 
 
 def cache_key(sources: Mapping[str, str], flags: Sequence[str], key: str, compiler: Compiler) -> str:
     """Return what tells an entry of the cache from all others: sources, flags, compiler, machine, and ``key``."""
-    digest = sha256(b"")
+    digest = checksum()
     parts = [key, *compiler.command, compiler.version, platform.machine(), sys.platform, *flags]
     if NATIVE in flags:
         parts.append(processor())
@@ -23,7 +23,7 @@ def cache_key(sources: Mapping[str, str], flags: Sequence[str], key: str, compil
     for part in parts:
         text = part.encode()
         digest.update(b"%d:" % len(text) + text)
-    return str(digest.hexdigest()[:32])
+    return digest.hexdigest()[:32]
 
 
 @functools.cache

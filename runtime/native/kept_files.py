@@ -10,7 +10,7 @@ from pathlib import Path
 
 from . import tally
 from .cache import BUILD_PREFIX, ENTRY, cache_folder, mark_used, remove_build, remove_entry, shelf_of
-from .checksum import sha256
+from .checksum import checksum
 from .holding import hold, locked
 from .trust import file_doubt
 
@@ -100,7 +100,7 @@ def build_folder(kept_after: type[BaseException] | tuple[()] = ()) -> Iterator[P
         remove_build(folder)
 
 
-def _doubt(file: Path, checksum: str) -> str:
+def _doubt(file: Path, expected: str) -> str:
     try:
         descriptor = os.open(file, _READ)
     except OSError as error:
@@ -109,9 +109,9 @@ def _doubt(file: Path, checksum: str) -> str:
         doubt = file_doubt(os.fstat(descriptor))
         if doubt:
             return doubt
-        whole = _checksum(opened.read()) == checksum
+        whole = _checksum(opened.read()) == expected
     return "" if whole else "was cut off or damaged"
 
 
 def _checksum(content: bytes) -> str:
-    return str(sha256(content).hexdigest()[:16])
+    return checksum(content).hexdigest()[:16]

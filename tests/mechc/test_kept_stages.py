@@ -72,6 +72,17 @@ def test_questions_are_asked_without_the_flat_model(tmp_path: Path, monkeypatch:
     assert kept.simulate(estimate_error=False)["o"][-1] == pytest.approx(2 * np.cos(2.0), abs=1e-6)
 
 
+def test_the_flat_model_goes_where_files_are_not(tmp_path: Path) -> None:
+    """Beside the files it is formed again, of the same text; alone it is among the bytes."""
+    file = write(tmp_path, 4)
+    formed = load(file)[0].compilation
+    kept = load(file)[0].compilation
+    assert "flat" not in kept.stages() and kept.flat == formed.flat
+    stages = kept.stages(alone=True)
+    (tmp_path / "part.mech").unlink()
+    assert Compilation(formed.request, stored=stages).flat == formed.flat
+
+
 def test_what_it_depends_on_is_looked_at(tmp_path: Path) -> None:
     """The text, a file that it imports, one that would come before that, and what was asked for."""
     file = write(tmp_path, 4)

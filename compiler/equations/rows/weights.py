@@ -86,7 +86,7 @@ def _inertias(
     system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], places: Sequence[RankPlace]
 ) -> list[Array]:
     """Return M at the places, as far as the work allows."""
-    fork = system.graph.trial()  # what is formed here must not change the order of nodes
+    fork = system.graph.fork()  # what is formed here must not change the order of nodes
     along = {system.a[i]: fork.symbol(f"#unit {i}") for i in free}
     inertia = jvp(fork, [residual[i] for i in free], along)
     cost = fork.count_operations(inertia) * math.ceil(len(free) / BLOCK)

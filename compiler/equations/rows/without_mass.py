@@ -246,7 +246,7 @@ def _zeros(system: MechanicalSystem) -> set[Node]:
 
 def _without_inertia(system: MechanicalSystem, rates: Sequence[int]) -> set[Node]:
     """Return those of the rates whose inertia in the energies vanishes with the values of the parameters."""
-    graph = system.graph.trial()  # what is formed here must not change the order of nodes
+    graph = system.graph.fork()  # what is formed here must not change the order of nodes
     velocities = [s.node for s in system.v]
     energy = graph.add(system.kinetic, system.lagrangian)
     momenta = gradient(graph, energy, [velocities[i] for i in rates])
@@ -636,7 +636,7 @@ class _Work:
         moving = [i for i, n in enumerate(offsets) if not fixed.issuperset(graph.support(n))]
         if len(rows) < 2 or len(moving) * len(rows) > sum(map(len, entries)):
             return None
-        linear_system(graph.trial(), rows, unknowns)
+        linear_system(graph.fork(), rows, unknowns)
         linear = [graph.sum(graph.mul(n, unknowns[j]) for j, n in row.items()) for row in entries]
         still = [graph.zero if i in moving else n for i, n in enumerate(offsets)]
         total, pivots = self._eliminated(

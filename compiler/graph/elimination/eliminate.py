@@ -11,17 +11,25 @@ from ..node import Graph, Node
 from .dense import eliminate_dense
 from .linear import LinearRows, linear_system
 from .order import elimination_order
-from .path_elimination import Attempt, NextDefinition, PathElimination, TooMuchWork, Variant, ZeroPivot
+from .path_elimination import (
+    NARROW,
+    Attempt,
+    NextDefinition,
+    PathElimination,
+    TooMuchWork,
+    Variant,
+    ZeroPivot,
+)
 
 __all__ = ["VARIANTS", "NextDefinition", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
 
 VARIANTS = (
     Variant(NextDefinition.LEAST_FILL, 6),
-    Variant(NextDefinition.OLDEST, 5),
+    Variant(NextDefinition.OLDEST, NARROW),
     Variant(NextDefinition.FEWEST_USERS, 6),
-    Variant(NextDefinition.LEAST_FILL, 5),
+    Variant(NextDefinition.LEAST_FILL, NARROW),
     Variant(NextDefinition.OLDEST, 6),
-    Variant(NextDefinition.FEWEST_USERS, 5),
+    Variant(NextDefinition.FEWEST_USERS, NARROW),
 )
 """No variant is best everywhere; each of them has linear cost for every tree tried."""
 
@@ -93,7 +101,7 @@ def solve(
         tried += 1
         # what is much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best.work + 1000.0
-        fork = graph if alone else graph.trial()
+        fork = graph if alone else graph.fork()
         try:
             candidate = _try(fork, system, rows, order, variant, count, limit)
         except TooMuchWork:
@@ -159,7 +167,7 @@ def solve_dense(
 
 
 def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
-    """Tell whether a variant repeats one that met rows and columns of these widths: it sweeps the same ones."""
+    """Tell whether a variant repeats one in which sweeps would have changed rows and columns of these widths."""
     low, high = sorted((variant.frontier, done.frontier))
     return variant.choice is done.choice and not any(low < width <= high for width in widths)
 

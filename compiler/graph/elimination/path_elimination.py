@@ -15,9 +15,11 @@ others, placed right after the last unknown on which their constraint depends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from enum import Enum
+from functools import partial
 from heapq import heapify, heappop, heappush
+from typing import Final
 
 from msgspec import Struct
 
@@ -47,6 +49,10 @@ class NextDefinition(Enum):
     OLDEST = "oldest definition first"
     LEAST_FILL = "least fill first"
     FEWEST_USERS = "fewest users first"
+
+
+NARROW: Final = 5
+"""Entries of rows and columns that no usual variant sweeps."""
 
 
 class Variant(Struct, frozen=True):
@@ -104,7 +110,7 @@ class Attempt:
 
     @property
     def widths(self) -> frozenset[int]:
-        """The numbers of entries that rows and columns of pivots had before they were swept."""
+        """The numbers of entries of those rows and columns of pivots that a sweep changes."""
         return frozenset(self._widths)
 
     def advance(self, count: int | None = None, *, limit: float = float("inf")) -> None:
@@ -122,13 +128,22 @@ class Attempt:
             else:
                 i = _exchange(state, row_of, pending, variant.choice)
                 unknown, row = unknowns[i], ~row_of[i]
-            self._widths.add(len(state.rows[row]))
-            state.sweep_row(unknown, row, variant.frontier)
-            self._widths.add(len(state.users[unknown]))
-            state.sweep_column(unknown, row, variant.frontier)
+            self._sweep(state.rows[row], partial(state.row_sweep, unknown, row))
+            self._sweep(state.users[unknown], partial(state.column_sweep, unknown, row))
             self._pivots.append(state.pivot(unknown, row))
             pending.remove(i)
             self._done.append(i)
+
+    def _sweep(self, entries: Collection[Node], sweep: Callable[[], list[Node]]) -> None:
+        """Sweep a row or a column if it is wide; note whether that changes it, also where only others would do it."""
+        width = len(entries)
+        if width > min(self.variant.frontier, NARROW):
+            changed = sweep()
+            if changed:
+                self._widths.add(width)
+            if width > self.variant.frontier:
+                for v in changed:
+                    self._state.remove(v)
 
     def formulas(self) -> list[Node]:
         """Return those of the unknowns that are gone, in terms of what is left, and of the rows that are left."""
@@ -244,12 +259,9 @@ class _State:
         """Return the number of users; the younger of two goes first."""
         return len(self.users[v]), -v
 
-    def sweep_row(self, unknown: Node, row: int, bound: int) -> None:
-        """Replace definitions in the row, youngest first, while that leads to fewer variables."""
-        variables = self.rows[row]
-        if len(variables) <= bound:
-            return
-        frontier = set(variables)
+    def row_sweep(self, unknown: Node, row: int) -> list[Node]:
+        """Return definitions in the row, and in those, that have fewer variables than it; the one to go first stands first."""
+        frontier = set(self.rows[row])
         frontier.discard(unknown)
         heap = [-v for v in frontier if v in self.rows]
         heapify(heap)
@@ -268,15 +280,12 @@ class _State:
                         heappush(heap, -w)
             if len(frontier) < best:
                 best, taken = len(frontier), len(passed)
-        for v in reversed(list(passed)[:taken]):
-            self.remove(v)
+        return list(reversed(list(passed)[:taken]))
 
-    def sweep_column(self, unknown: Node, row: int, bound: int) -> None:
-        """Replace definitions that use the unknown, oldest first, while that leads to fewer users."""
-        if len(self.users[unknown]) <= bound:
-            return
+    def column_sweep(self, unknown: Node, row: int) -> list[Node]:
+        """Return definitions that use the unknown, and those that use them, that have fewer users than it."""
         frontier = set(self.users[unknown])
-        frontier.discard(row)
+        frontier.discard(row)  # type: ignore[arg-type]
         heap = [k for k in frontier if k >= 0]
         heapify(heap)
         best, taken = len(frontier), 0
@@ -294,8 +303,7 @@ class _State:
                         heappush(heap, k)
             if len(frontier) < best:
                 best, taken = len(frontier), len(passed)
-        for v in list(passed)[:taken]:
-            self.remove(v)
+        return list(passed)[:taken]
 
     def remove(self, v: Node) -> None:
         """Put a definition into all its users."""

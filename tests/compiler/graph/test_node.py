@@ -336,11 +336,11 @@ def test_names_of_symbols(g: Graph) -> None:
         g.name(Node(0))
 
 
-def test_a_trial_leaves_the_graph_as_it_was_until_it_is_adopted(g: Graph) -> None:
+def test_a_fork_leaves_the_graph_as_it_was_until_it_is_adopted(g: Graph) -> None:
     x, y = g.symbol("x"), g.symbol("y")
     known = g.mul(x, y)
     count = len(g)
-    one, other = g.trial(), g.trial()
+    one, other = g.fork(), g.fork()
     n = one.sin(one.add(x, one.mul(x, y)))
     assert one.mul(y, x) == known
     assert other.add(x, known) == n - 1
