@@ -135,6 +135,8 @@ ROWS = (
     row("", "lane_change", "../stdlib/test_machines.py", "pose.x", "pose.y"),
     row("", "elbow", "../stdlib/test_machines.py", T, "elbow.angle"),
     row("", "quarter_car", "../stdlib/test_machines.py", T, "body.s wheel.s"),
+    row("", "wishbone_corner", "../stdlib/test_suspensions.py", T, "left.camber left.toe"),
+    row("", "four_wheels", "../stdlib/test_suspensions.py", T, "roll yaw_rate"),
     row("", "rope_hoist", "../stdlib/test_machines.py", T, "rope.tension"),
     row("", "tower_crane", "../stdlib/test_machines.py", T, "load.angle"),
     row("", "valve_train", "../stdlib/test_machines.py", T, "cam.gap"),

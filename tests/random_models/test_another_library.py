@@ -236,6 +236,7 @@ ASKED = {
     "chebyshev": "chebyshev(6, 0.7)",
     "bessel": "bessel(5)",
     "random_road": "{random_road(x, 64, 3) for x in {0, 7, 300} m}",
+    "mirrored": "{mirrored({1, 2, 3} m, s) for s in {-1, 1}}",
     "magic": "{magic(s, 8, 1.4, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "magic_cosine": "{magic_cosine(s, 8, 1.1, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "limit": "{limit(0.1, 1.5, v) for v in {0, 0.3, 2}}",
@@ -293,8 +294,10 @@ def functions(package: str) -> list[str]:
     return [item.name for item in file.items if isinstance(item, ast.Function)]
 
 
-ASSEMBLIES = {("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")}
-"""Small machines: their examples have answers of their own, in tests/stdlib/test_machines.py."""
+ASSEMBLIES = {("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")} | {
+    ("suspension", name) for name in ("Wishbone", "Suspension", "DoubleWishbone", "McPherson")
+}
+"""Small machines: they have answers of their own, in tests/stdlib/test_machines.py and test_suspensions.py."""
 EVERY = [
     (package, name)
     for package in PACKAGES
