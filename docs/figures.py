@@ -136,6 +136,7 @@ ROWS = (
     row("", "elbow", "../stdlib/test_machines.py", T, "elbow.angle"),
     row("", "quarter_car", "../stdlib/test_machines.py", T, "body.s wheel.s"),
     row("", "wishbone_corner", "../stdlib/test_suspensions.py", T, "left.camber left.toe"),
+    row("", "wheelset_hunting", "../stdlib/test_rails.py", T, "y"),
     row("", "four_wheels", "../stdlib/test_suspensions.py", T, "roll yaw_rate"),
     row("", "rope_hoist", "../stdlib/test_machines.py", T, "rope.tension"),
     row("", "tower_crane", "../stdlib/test_machines.py", T, "load.angle"),

@@ -174,6 +174,8 @@ VALUES = {
         "Tyre": f"VERTICAL_STIFFNESS = 3000 N/m, VERTICAL_DAMPING = 50 N.s/m, flattening = 0.01 m, LONGVL = 3 m/s, VXLOW = 0.8 m/s,"
         f" tread = 30 N.s/m, most = 1.2, {OF_A_TYRE}",
         "RailWheelset": "V = 3 m/s, r0 = 0.4 m, b = 0.7 m, conicity = 0.1, f11 = 30 N, f22 = 40 N",
+        "RailWheel": "side = -1, load = 30 N, r0 = 0.4 m, b = 0.7 m, at = {-2, 0, 1.5, 3} m, up = {-0.3, 0, 0.2, 0.9} m, rail = 0.6 m, hollow = -0.1 m^-1,"
+        " E = 3e4 Pa, mu = 0.4, low = 0.3 m/s, cells = 4",
         "Driver": "preview = 3 m, gain = 0.5, T = 0.2 s, most = 20 deg",
     },
     "space": {
@@ -254,6 +256,11 @@ ASKED = {
     "chebyshev": "chebyshev(6, 0.7)",
     "bessel": "bessel(5)",
     "random_road": "{random_road(x, 64, 3) for x in {0, 7, 300} m}",
+    "agm": "let (K1, E1) = agm(0.1); let (K2, E2) = agm(0.95); {K1, E1, K2, E2}",
+    "hertz": "let (h1, h2) = hertz(2, 3); let (h3, h4) = hertz(3, 0.4); {h1, h2, h3, h4}",
+    "kalker": "let (k1, k2, k3) = kalker(0.63); let (k4, k5, k6) = kalker(1.7); {k1, k2, k3, k4, k5, k6}",
+    "fastsim": "let (f1, f2) = fastsim({0.5, 0.4, 0.6}, 0.75, 4); let (f3, f4) = fastsim({-0.1, 0.2, -0.1}, 1.3, 3); {f1, f2, f3, f4}",
+    "tread": "{tread(s, {-2, 0, 1.5, 3} m, {-0.3, 0, 0.2, 0.9} m) for s in {-3, -1, 0.7, 2, 4} m}",
     "mirrored": "{mirrored({1, 2, 3} m, s) for s in {-1, 1}}",
     "magic": "{magic(s, 8, 1.4, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "magic_cosine": "{magic_cosine(s, 8, 1.1, -0.6) for s in {-0.3, 0.02, 0.5}}",
@@ -635,7 +642,8 @@ def test_every_joint_closes_loops_alike(package: str, name: str, k: int) -> None
 def test_every_function_agrees(package: str) -> None:
     """Up to rounding, however small its values are."""
     names = functions(package)
-    outputs = "".join(f"\n  output {name} = {ASKED.get(name, f'{name}()')};" for name in names)
+    asked = {name: ASKED.get(name, f"{name}()").rpartition("; ") for name in names}
+    outputs = "".join(f"\n  {lets}{end}output {name} = {value};" for name, (lets, end, value) in asked.items())
     model = in_a_model(package, "", 3, moving("base", 3, "", 0) + outputs)
     twin = another_library(model, Random(1))
     assert twin is not None
