@@ -24,6 +24,7 @@ PACKAGES = (
     "translational",
     "control",
     "vehicle",
+    "suspension",
     "space",
     "machines",
     "couplings",

@@ -213,3 +213,22 @@ def test_answers_in_files(tmp_path: Path) -> None:
     ] == found.D2.tolist()
     plain = linear(BASE.replace("drive b = y;", "force y*(1 N/m) on b;").replace("reaction(b)", "b"))
     assert set(plain.arrays) == {"A", "B", "C", "D"} and "D1" not in plain.details
+
+
+def test_an_input_that_moves_a_constraint_keeps_its_value() -> None:
+    """It is left out and said so, and refused where it is asked for; both masses swing together."""
+    text = """
+    input Length u = 0.1 m;
+    input Force push = 0 N;
+    coordinate Length x ~ 0 m;
+    coordinate Length y ~ 0 m;
+    kinetic 1/2*(1 kg)*der(x)^2 + 1/2*(3 kg)*der(y)^2;
+    potential 1/2*(100 N/m)*x^2;
+    force push on y;
+    constraint rod: x = y + u;
+    """
+    found = linear(text, outputs="y")
+    assert [q.name for q in found.inputs] == ["push"] and found.poles.imag == pytest.approx([5, -5])
+    assert any("'u' moves a constraint and keeps its value" in remark for remark in found.remarks)
+    with pytest.raises(SimulationError, match="the state jumps with it"):
+        linear(text, inputs="u")

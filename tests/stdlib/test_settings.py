@@ -29,6 +29,16 @@ JOINTS = {
     ("spatial", "Gimbal"): ("angle", 3, TURNING),
     ("spatial", "Translation"): ("position", 3, SLIDING),
 }
+BOTH = {
+    ("planar", "Planar"): 2,
+    ("planar", "Free"): 2,
+    ("planar", "PinSlot"): 1,
+    ("spatial", "Cylindrical"): 1,
+    ("spatial", "Planar"): 2,
+}
+"""Joints that slide along so many axes and turn about one."""
+BALLS = {"Spherical": "", "ConstantVelocity": "", "PointOnLine": "turning_", "Free": "turning_"}
+"""Joints of space that turn about any axis, with what stands before the names of the settings."""
 BODY = {
     "planar": "gravity {2, -9} m/s^2; Body body(m = 2 kg, J = 0.3 kg.m^2, com = {0.4, -0.1} m);",
     "spatial": "gravity {2, -9, 4} m/s^2; Body body(m = 2 kg, J = diag({0.3, 0.4, 0.5} kg.m^2), com = {0.4, -0.1, 0.2} m);",
@@ -42,14 +52,25 @@ def simulate(package: str, text: str) -> mechc.Solution:
     return solution
 
 
-def told(package: str, name: str) -> tuple[str, str]:
+def told(q: str, n: int, values: tuple[str, ...], before: str = "") -> tuple[str, str]:
     """Return the settings of a joint, and statements that say the same."""
-    q, n, (damping, friction, stiffness, rest, armature, limits) = JOINTS[package, name]
+    damping, friction, stiffness, rest, armature, limits = values
     rows = limits
     if n > 1:
         pair, unit = limits.rsplit(" ", 1)
         rows = "{" + ", ".join([pair] * n) + f"}} {unit}"
-    settings = f"damping = {damping}, friction = {friction}, stiffness = {stiffness}, rest = {rest}, armature = {armature}, limits = {rows}, restitution = 0.4"
+    settings = ", ".join(
+        f"{before}{setting}"
+        for setting in (
+            f"damping = {damping}",
+            f"friction = {friction}",
+            f"stiffness = {stiffness}",
+            f"rest = {rest}",
+            f"armature = {armature}",
+            f"limits = {rows}",
+            "restitution = 0.4",
+        )
+    )
     low, high = limits.strip("{} radm").split(", ")
     unit = rest.split()[1]
     statements = ""
@@ -64,8 +85,8 @@ def told(package: str, name: str) -> tuple[str, str]:
 
 @pytest.mark.parametrize(("package", "name"), JOINTS)
 def test_settings_are_what_is_stated_beside_a_joint(package: str, name: str) -> None:
-    settings, statements = told(package, name)
-    q, n, _ = JOINTS[package, name]
+    q, n, values = JOINTS[package, name]
+    settings, statements = told(q, n, values)
     one = simulate(package, f"{name} joint(world -> body.a, {settings});")
     other = simulate(package, f"{name} joint(world -> body.a);\n{statements}")
     names = [f"joint.{q}"] if n == 1 else [f"joint.{q}[{i + 1}]" for i in range(n)]
@@ -84,7 +105,51 @@ def test_every_joint_with_settings_is_tried() -> None:
             bases = [s.base for s in model.body if isinstance(s, ast.Extends)]
             if any(base.endswith("Settings") for base in bases):
                 found.add((package, model.name))
-    assert found == {*JOINTS, ("spatial", "Spherical")}
+    # the planar Free is Planar by another name
+    assert found == {*JOINTS, *BOTH, *(("spatial", name) for name in BALLS)} - {("planar", "Free")}
+
+
+@pytest.mark.parametrize(("package", "name"), BOTH)
+def test_settings_of_joints_that_slide_and_turn(package: str, name: str) -> None:
+    """Each by its own name: as if stated beside the joint."""
+    n = BOTH[package, name]
+    sliding, along = told("position", n, SLIDING)
+    turning, about = told("angle", 1, TURNING, "turning_")
+    one = simulate(package, f"{name} joint(world -> body.a, {sliding}, {turning});")
+    other = simulate(package, f"{name} joint(world -> body.a);\n{along}{about}")
+    for x in (q.name for q in one.problem.states):
+        assert one[x] == pytest.approx(other[x], abs=1e-8)
+    assert one["energy.total"] == pytest.approx(other["energy.total"], abs=1e-7)
+    assert len(one.events) == len(other.events) > 0
+
+
+@pytest.mark.parametrize("name", BALLS)
+def test_settings_of_joints_with_a_ball(name: str) -> None:
+    """A ball that spins at 1 rad/s meets the cone after half a second and comes back half as fast; a damped swing; a spin that runs down."""
+    before = BALLS[name]
+    text = "import mech.spatial.*;\nBody b(m = 1 kg, J = identity(3)*2 kg.m^2);\n{} h(world -> b.a, {});\n{}output z = direction(b.a, {{0, 0, 1}});\nexperiment(stop = 1 s, tolerance = 1e-11);"
+    rate = (
+        "initial der(h.bend) = {0.5, 0}/s;"
+        if name == "ConstantVelocity"
+        else "initial der(h.orientation) = {1, 0, 0} rad/s;"
+    )
+    rate = rate.replace("{0.5, 0}/s", "{0.5, 0} s^-1")
+
+    def run(settings: str, start: str) -> mechc.Solution:
+        return mechc.loads(text.format(name, settings, start)).simulate(estimate_error=False)
+
+    s = run(f"{before}limits = 0.5 rad, {before}restitution = 0.5", rate)
+    assert s.events[0].time == pytest.approx(0.5, rel=1e-7)
+    assert s["z[2]"][-1] == pytest.approx(-math.sin(0.25), rel=1e-6)
+    s = run(f"{before}damping = 4 N.m.s", rate)
+    assert s["energy.total"] == pytest.approx(np.exp(-4 * s.time), rel=1e-7)
+    s = run(f"{before}stiffness = 50 N.m/rad", rate)
+    assert s["energy.total"] == pytest.approx(1, rel=1e-8)
+    t = float(
+        s.time[np.argmax(-s["z[2]"])]
+    )  # the potential 2 k tan(angle/2)^2 is 4 % stiffer than a spring at 0.2 rad
+    assert t == pytest.approx(math.pi / 2 / 5, rel=0.02)
+    assert np.abs(s["z[2]"]).max() == pytest.approx(math.sin(2 * math.atan(0.1)), rel=1e-4)
 
 
 def test_a_ball_joint_with_a_spring_and_damping() -> None:

@@ -22,7 +22,7 @@ from ...settings import settable
 from ..findings import Curve, Findings, Panel, Table
 from ..runs.simulate import plan_run, run
 from ..study import Study, left_out
-from .linearize import chosen_inputs, chosen_outputs, observed, observed_followers
+from .linearize import chosen_inputs, chosen_outputs, moving, observed, observed_followers
 
 ERRORS = "rounding of the entries, which are exact derivatives at states of the run"
 WORST = 1e6
@@ -86,6 +86,9 @@ def _along(
 ) -> Along:
     problem, chart = sites[0].problem, sites[0].chart
     inputs = chosen_inputs(problem, study.driven)
+    if not study.driven:
+        inputs, staying = moving(sites[0], sites[0].derivatives(sites[0].y), inputs)
+        remarks = [*remarks, *staying]
     systems: list[tuple[Array, ...]] = []
     chosen = None
     worst = 1.0

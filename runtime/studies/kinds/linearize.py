@@ -23,8 +23,17 @@ from ...local.equilibrium import resting
 from ...local.equilibrium_feasibility import arrived
 from ...local.frequency_response import Continuous, Sampled, Transfer, held
 from ...local.linear_delays import HIGHEST, LinearDelays, bound, right_up_to
-from ...local.linear_system import LinearSystem, OutputForm, linear_system, proper_form
-from ...local.operating_point import PART, Site, moving_inputs, pattern_of, refuse_edges, rows_of, site_of
+from ...local.linear_system import LinearSystem, OutputForm, linear_system, proper_form, that_stay
+from ...local.operating_point import (
+    PART,
+    Derivatives,
+    Site,
+    moving_inputs,
+    pattern_of,
+    refuse_edges,
+    rows_of,
+    site_of,
+)
 from ...local.zeros import Complex, poles, zeros
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
@@ -162,6 +171,9 @@ def point_of(
     following = observed_followers(problem, outputs)
     site = replace(site, chart=chart_of(problem, following))
     found = site.derivatives(y, apart=True)
+    if not driven:
+        inputs, staying = moving(site, found, inputs)
+        remarks += staying
     rows, direct = observed(site, y, outputs, found)
     sources = delayed(site, y, found.rates_by_inputs.shape[1])
     if sources is not None:
@@ -176,6 +188,20 @@ def point_of(
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
     looking = None if sources is None else LinearDelays(system, sources[1], sources[0])
     return OperatingLinearization(site, y, system, inputs, outputs, tuple(remarks), looking)
+
+
+def moving(site: Site, found: Derivatives, inputs: list[int]) -> tuple[list[int], list[str]]:
+    """Return the inputs that may change during a run, and what there is to say of the others."""
+    fixed = that_stay(site, found, inputs)
+    names = _quoted([site.problem.inputs[k].name for k in fixed])
+    words = (
+        "moves a constraint and keeps its value"
+        if len(fixed) == 1
+        else "move constraints and keep their values"
+    )
+    return [k for k in inputs if k not in fixed], [
+        f"{names} {words}: no input of the linear system"
+    ] if fixed else []
 
 
 def delayed(site: Site, y: Array, columns: int) -> tuple[tuple[Quantity, ...], Array, Array, Array] | None:

@@ -161,7 +161,7 @@ class Response(Study, frozen=True, kw_only=True):
         point = point_of(problem, options, at, self.driven, self.outputs)
         if not point.inputs:
             raise SimulationError(
-                f"'{problem.name}' has no inputs: nothing drives it at a frequency",
+                f"'{problem.name}' has no inputs{' that may change' if problem.inputs else ''}: nothing drives it at a frequency",
                 help="declare one and let it act: input Force u = 0 N; force u on x;",
             )
         if sampling:
