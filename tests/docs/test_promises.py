@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,7 @@ def typed(*words: str) -> str:
     return out.getvalue()
 
 
+@cache
 def printed(path: Path) -> str:
     """Return what the obvious commands print: a run, one of each experiment that has a name and sweeps nothing, and the studies."""
     file = str(path)
@@ -105,3 +107,26 @@ def test_the_obvious_command_prints_it(path: Path, found: list[Promise]) -> None
         if promise.value in stated or promise.text in body:
             continue
         assert kept(promise, numbers), f"{promise.text} of {path.name} is not printed:\n{output}"
+
+
+def answers() -> list[tuple[str, list[Path], list[Promise]]]:
+    """Return the rows of the sources whose answer holds numbers with a decimal point or a fraction, with their files."""
+    found = []
+    for line in (ROOT / "docs" / "sources.txt").read_text(encoding="utf-8").splitlines():
+        name, _, answered, examples, *_ = line.split(" | ")
+        numbers = [p for p in promises(answered) if "." in p.text or "/" in p.text]
+        if numbers:
+            found.append((name, [ROOT / "examples" / f"{e}.mech" for e in examples.split()], numbers))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "paths", "found"), answers())
+def test_the_files_of_a_row_print_its_answer(name: str, paths: list[Path], found: list[Promise]) -> None:
+    """The numbers of docs/sources.md, by the obvious commands of the files beside them, or as what the files are given."""
+    text = "".join(
+        printed(path) + re.sub(r'"[^"\n]*"', "", path.read_text(encoding="utf-8")) for path in paths
+    )
+    numbers = [float(number) for number in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?", text)]
+    for promise in found:
+        assert kept(promise, numbers), f"{promise.text} of {name} is not printed"
