@@ -375,25 +375,7 @@ def test_racing_car() -> None:
 
 def test_curvilinear_coordinates() -> None:
     """U96: velocity and acceleration in polar, cylindrical and spherical coordinates, all of which change."""
-    text = """\
-model Path
-  dimensionless;
-  coordinate r = 1.3;
-  coordinate theta = 0.7;
-  coordinate phi = -0.4;
-  initial der(r) = 0.5;
-  initial der(theta) = -0.6;
-  initial der(phi) = 0.8;
-  kinetic 1/2*(der(r)^2 + der(theta)^2 + der(phi)^2);
-  force 0.3 on r;
-  force -0.2 on theta;
-  force 0.5 on phi;
-  output space = r*{sin(theta)*cos(phi), sin(theta)*sin(phi), cos(theta)};
-  output flat = r*{cos(phi), sin(phi)};
-  output tube = {r*cos(phi), r*sin(phi), theta};
-end Path;
-"""
-    found = mechc.loads(text).kinematics().details["points"]
+    found = example("curvilinear").study("components").details["points"]
     (r, r1, r2), (o, o1, o2), (f1, f2) = (1.3, 0.5, 0.3), (0.7, -0.6, -0.2), (0.8, 0.5)
     across = [r2 - r * f1**2, r * f2 + 2 * r1 * f1]
     s, c = math.sin(o), math.cos(o)

@@ -75,7 +75,7 @@ class InertiaOf(Study, frozen=True, kw_only=True):
         }
         remarks = [f"{body.name}: {text}" for body in told for text in judged(body)]
         if size == 3:
-            tables += [_tensors(told, point), _principal(told)]
+            tables += [_tensors(told, point), _principal(told, point)]
         else:
             tables.append(
                 Table(
@@ -207,13 +207,15 @@ def _tensors(told: Sequence[Body], point: Array) -> Table:
     )
 
 
-def _principal(told: Sequence[Body]) -> Table:
+def _principal(told: Sequence[Body], point: Array) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for body in told:
-        moments, axes = principal(body.tensor)
-        rows += [(body.name, float(m), *(float(x) + 0.0 for x in axes[:, k])) for k, m in enumerate(moments)]
+        for what, tensor in (("centre", body.tensor), ("point", body.about(point))):
+            moments, axes = principal(tensor)
+            name = f"{body.name}, about the {what}"
+            rows += [(name, float(m), *(float(x) + 0.0 for x in axes[:, k])) for k, m in enumerate(moments)]
     return Table(
-        "principal moments about the centre",
+        "principal moments",
         (("body", ""), ("moment", "kg.m^2"), ("axis x", ""), ("y", ""), ("z", "")),
         tuple(rows),
     )
