@@ -514,7 +514,7 @@ def far_pendulum() -> Ends:
     unresolved="x y",
 )
 def lost_pendulum() -> Ends:
-    a, w = pendulum(np.pi / 2, np.sqrt(9.81e6), 1e-3)
+    a = pendulum(np.pi / 2, np.sqrt(9.81e6), 1e-3)[0]
     return {"x": (1e6 + 1e-6 * np.sin(a), 1e-6), "y": (-1e-6 * np.cos(a), 1e-6)}
 
 
