@@ -134,10 +134,14 @@ def _by_ensemble(model: Model, names: list[str], _folder: Path, _seconds: float)
     if not given:
         raise NotTried("every value of it is set, and an ensemble needs one that varies")
     name, value = given[0]
-    found = model.ensemble({name: [value]}, keep=[*names, "time"])
+    kept = [*names, "time"]
+    try:
+        found = model.ensemble({name: [value]}, keep=kept, lanes="on")
+    except SimulationError:  # the model can have none: then members run as the run does
+        found = model.ensemble({name: [value]}, keep=kept, lanes="off")
     if found.outcomes[0] not in (COMPLETED, TERMINATED):
         raise SimulationError(found.texts[0] if found.texts else "the member does not complete")
-    return {name: found[name][0] for name in (*names, "time")}
+    return {name: found[name][0] for name in kept}
 
 
 def _columns(names: list[str], rows: list[list[float]]) -> Answer:

@@ -124,4 +124,5 @@ def test_targets(name: str, target: str) -> None:
         pytest.skip("the run itself is refused")
     outcome = judged_target(case, target)
     print(f"{name} {target}: {outcome}")
-    assert outcome.startswith("refused" if target in case.refused else ("right", "not tried"))
+    switches = target == "python" and "switches" in outcome  # such a module says that it finds no events
+    assert outcome.startswith("refused" if switches or target in case.refused else ("right", "not tried"))
