@@ -197,7 +197,7 @@ def _module(model: CompiledModel, target: str) -> str:
         ran = default_run(model)
         sizes = ran[1].motion.own_sizes if ran is not None else {}
         nominal = [sizes.get(e.name, x) for e, x in zip(program.arrays["y"], begin.nominal, strict=True)]
-        begin = replace(begin, nominal=nominal)
+        begin = replace(begin, nominal=nominal, stiff=ran is not None and ran[1].statistics.jacobians > 0)
     elif program.switching is not None:
         raise UsageMistake(
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which has no "
@@ -251,6 +251,7 @@ def begin_of(model: CompiledModel) -> Begin:
         case.stop,
         nominal_of(case).tolist(),
         {i: float(table.values[0]) for i, table in sorted(case.tables.items())},
+        case.tolerance,
     )
 
 

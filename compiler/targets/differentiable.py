@@ -109,7 +109,7 @@ JAX: Final = DifferentiatingLibrary(
 
 class Begin(Struct, frozen=True):
     """Where a run of the model begins: time, consistent state and inputs; the parameters by name that are set. When it ends, the
-    sizes of its states that tolerances refer to, and the inputs by index that it holds."""
+    sizes of its states that tolerances refer to, and the inputs by index that it holds; its tolerance, and whether it is stiff."""
 
     time: float
     state: Sequence[float]
@@ -118,6 +118,8 @@ class Begin(Struct, frozen=True):
     stop: float = 0.0
     nominal: Sequence[float] = ()
     held: Mapping[int, float] = field(default_factory=dict)
+    tolerance: float = 1e-8
+    stiff: bool = False
 
 
 def emit_differentiable(

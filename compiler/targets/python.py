@@ -109,7 +109,7 @@ def _lines(program: Program, begin: Begin) -> Iterator[str]:
     yield from _parameters(program, begin.settings, names)
     for function in functions:
         yield from function_lines(function, arguments, DIALECT, names, program.size("u"))
-    yield from _simulate(program)
+    yield from _simulate(program, begin)
 
 
 def _docstring(program: Program, arguments: str) -> Iterator[str]:
@@ -205,7 +205,7 @@ def _parameters(
     yield from returned([names["p", i] for i in range(len(entries) + program.nh)])
 
 
-def _simulate(program: Program) -> Iterator[str]:
+def _simulate(program: Program, begin: Begin) -> Iterator[str]:
     """Yield the function that gives a motion; of a model that switches one that says what does."""
     if program.switching is not None:
         yield "def simulate(*given, **named):"
@@ -223,8 +223,9 @@ def _simulate(program: Program) -> Iterator[str]:
     driven, reported = bool(program.arrays["u"]), program.function("outputs") is not None
     moving = [what for array, what in (("p", "values"), ("u", "signals")) if array in reads]
     u, signals = ("u(t)", "signals={}, ") if driven else ("()", "")
+    method = '"Radau"' if begin.stiff else '"DOP853"'
     also = "; signals: inputs as functions of time" if driven else ""
-    yield f'def simulate(stop=STOP, values={{}}, start=START, {signals}points=501, tolerance=1e-8, method="DOP853"):'
+    yield f"def simulate(stop=STOP, values={{}}, start=START, {signals}points=501, tolerance={begin.tolerance!r}, method={method}):"
     yield f'    """Return the motion by SciPy, arrays by name; values: parameters, start: a state{also}."""'
     yield "    from scipy.integrate import solve_ivp\n"
     if moving:

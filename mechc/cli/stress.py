@@ -34,8 +34,7 @@ def _targets(ctx: click.Context, parameter: click.Parameter, text: str | None) -
     named = tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
     for name in named:
         if name not in TARGETS:
-            why = "; a page runs in a browser" if name == "web" else ""
-            raise click.BadParameter(f"'{name}' is none of {', '.join(TARGETS)}{why}", ctx, parameter)
+            raise click.BadParameter(f"'{name}' is none of {', '.join(TARGETS)}", ctx, parameter)
     return named
 
 
@@ -60,7 +59,7 @@ def _targets(ctx: click.Context, parameter: click.Parameter, text: str | None) -
     "targets",
     metavar="A,B",
     callback=_targets,
-    help="Compare what targets answer with the run, too: c, python, fmu, ensemble.",
+    help="Compare what targets answer with the run, too: c, python, fmu, web, ensemble.",
 )
 @click.option("--seconds", type=float, default=5.0, show_default=True, help="How long one run may take.")
 @click.option(

@@ -23,10 +23,12 @@ from ..compiler.metamorphic.twin import NotApplicable, Twin
 from ..lang.diagnostics import CompileError
 from ..requests.parse_values import Given, UsageMistake
 from ..requests.request import Asked, asked
-from ..runtime.case import inputs_at
+from ..runtime.case import Case, inputs_at
+from ..runtime.interface import PURE
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import ENDED, Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
+from ..runtime.results.evaluate import evaluate_rows
 from ..runtime.studies.kinds.motion import Simulate
 from ..session import answered, plan
 from ..solution import Solution
@@ -37,8 +39,8 @@ from .own_ranges import lost
 from .references import compile_for_reference
 from .shaken import shaken
 from .stress_table import STATED, TWIN, Stress, StressRow
-from .stress_targets import REFUSALS, NotTried, answer_of
-from .truth import ROUNDING, true_errors
+from .stress_targets import REFUSALS, Answer, NotTried, answer_of
+from .truth import ROUNDING, Rows, even_rows, true_errors
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
@@ -46,6 +48,8 @@ ROUGH = 0.1
 """From this error on, claimed or true, a run is not right, whatever it says of it."""
 LINEAR = 1e-3
 """Share of its size up to which what the error of a start grows to may be told from a motion that begins beside it."""
+SAME_OUTPUT = 1e-6
+"""Share of its size up to which an output of a target may differ from what the model makes of the same states: both round."""
 OPINION = 1e-10
 """Tolerance of the other method where there is no reference."""
 MARGIN = 20.0
@@ -277,18 +281,63 @@ def _of_target(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
         return replace(row, kind="refused", reason=str(error.diagnostics[0].message))
     except REFUSALS as error:
         return replace(row, kind="refused", reason=str(error))
-    off = {
-        name: abs(answer[name] - float(run[name][-1])) / (estimate.nominal[name] + abs(float(run[name][-1])))
-        for name in names
-        if name in answer
-    }
-    worst = max(off, key=lambda name: off[name] if off[name] == off[name] else np.inf)
-    allowed = max(estimate.by_state_at_end[worst], tolerance)
-    row = replace(row, error=off[worst], claim=estimate.largest)
-    if off[worst] <= UNDERSTATED * allowed:
-        return replace(row, kind="right" if max(off[worst], estimate.largest) < ROUGH else "rough")
-    words = f"{worst} is {answer[worst]:.6g} there, and {float(run[worst][-1]):.6g} in the run"
-    return replace(row, kind="wrong", reason=words)
+    found = _beside_target(run, answer, tolerance)
+    row = replace(row, error=found.error, claim=estimate.largest)
+    if not found.wrong:
+        return replace(row, kind="right" if max(found.error, estimate.largest) < ROUGH else "rough")
+    return replace(row, kind="wrong", reason=found.wrong)
+
+
+class _Beside(Struct, frozen=True):
+    """How far what a target answers is from the run, over nominal + |value|, and what is wrong with it, if anything is."""
+
+    error: float
+    wrong: str = ""
+
+
+def _beside_target(run: Solution, answer: Answer, tolerance: float) -> _Beside:
+    """Compare all of a motion: the states with those of the run, the outputs with what the model makes of these states."""
+    estimate, case, time = run.accuracy.error, run.motion.columns.case, answer["time"]
+    assert estimate is not None
+    states = [q.name for q in case.problem.states if q.kind != "account" or q.name in answer]
+    missing = [name for name in states if name not in answer]
+    if missing or not time.size:
+        return _Beside(np.inf, f"it does not tell '{missing[0]}'" if missing else "it has no rows")
+    if run.time[-1] - time[-1] > 1.01 * float(np.diff(time, prepend=time[0]).max()) + ROUNDING * abs(
+        run.time[-1]
+    ):
+        return _Beside(np.inf, f"it ends at {time[-1]:.6g}, the run at {run.time[-1]:.6g}")
+    rows = even_rows(time, run)
+    here = run(time[rows])
+    worst, words = 0.0, ""
+    for name in states:
+        ours, theirs = here[name], answer[name][rows]
+        off = np.abs(theirs - ours) / (estimate.nominal[name] + np.abs(ours))
+        off = np.where(np.isfinite(theirs), off, np.inf)
+        worst = max(worst, float(off.max(initial=0.0)))
+        if not words and off.max(initial=0.0) > UNDERSTATED * max(estimate.by_state[name], tolerance):
+            k = int(off.argmax())
+            words = f"{name} is {theirs[k]:.6g} there at {time[rows][k]:.6g}, and {ours[k]:.6g} in the run"
+    return _Beside(worst, words or _outputs_beside(case, answer, rows))
+
+
+def _outputs_beside(case: Case, answer: Answer, rows: Rows) -> str:
+    """Say which output is not that of the states beside it, or nothing. Outputs that discrete variables enter are left out."""
+    problem = case.problem
+    if problem.hybrid is not None or any(q.name not in answer for q in problem.states):
+        return ""
+    time, states = answer["time"][rows], np.array([answer[q.name][rows] for q in problem.states]).T
+    with np.errstate(all="ignore"):
+        made = evaluate_rows(case, "outputs", time, states)
+    for q, ours in zip(problem.outputs, made.T, strict=True):
+        theirs = answer.get(q.name)
+        if theirs is None or q.unit in PURE:  # an angle may be that of another turn
+            continue
+        off = np.abs(theirs[rows] - ours) > SAME_OUTPUT * np.abs(ours).max(initial=0.0)
+        if (off & np.isfinite(ours)).any():
+            k = int(off.argmax())
+            return f"{q.name} is {theirs[rows][k]:.6g} there at {time[k]:.6g}, and {ours[k]:.6g} by its own states"
+    return ""
 
 
 COMPLETED = frozenset({"right", "rough", "open"})

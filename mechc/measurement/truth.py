@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ..runtime.outcome import Outcome
 from ..runtime.reference.high_precision import PrecisionReference, ReferenceFailed
@@ -14,12 +15,10 @@ from ..runtime.studies.runs.simulate import Plan
 from .references import EXPLICIT, SERIES, ReferenceCode, solve
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from ..runtime.problem import Array
     from ..runtime.results.solution import Solution
 
-    Rows = NDArray[np.integer[Any]]
+Rows = NDArray[np.integer[Any]]
 
 CLEAR = 1.0
 """Share of the error of a run up to which the reference may be in doubt: that is the error of the looser one of its
@@ -87,18 +86,22 @@ def true_errors(code: ReferenceCode, plan: Plan, solution: Solution, seconds: fl
 
 def _rows(plan: Plan, solution: Solution) -> Rows:
     """Choose rows at which a run is compared: evenly spread, and not beside events, whose times have errors of their own."""
-    time = solution.time
-    last = (
-        time[-1] if solution.outcome is not Outcome.TERMINATED else time[-1] - BESIDE * (time[-1] - time[0])
-    )
+    if plan.case.problem.hybrid is None:
+        return _even(solution.time)
+    return even_rows(solution.time, solution)
+
+
+def even_rows(time: Array, run: Solution) -> Rows:
+    """Choose rows of some times, evenly spread, within a run and not beside its events; none at its begin."""
+    begin, end = run.motion.columns.case.begin, run.time[-1]
+    last = end if run.outcome is not Outcome.TERMINATED else end - BESIDE * (end - run.time[0])
     apart = np.full(time.size, np.inf)
-    for event in solution.events:
+    for event in run.events:
         apart = np.minimum(apart, np.abs(time - event.time))
-    free = np.flatnonzero((apart > BESIDE * (time[-1] - time[0])) & (time > plan.case.begin) & (time <= last))
+    free = np.flatnonzero((apart > BESIDE * (end - run.time[0])) & (time > begin) & (time <= last))
     if not free.size:
         return free
-    wanted = np.linspace(0, free.size - 1, POINTS).round().astype(int)
-    return free[np.unique(wanted)] if plan.case.problem.hybrid is not None else _even(time)
+    return free[np.unique(np.linspace(0, free.size - 1, POINTS).round().astype(int))]
 
 
 def _even(time: Array) -> Rows:

@@ -643,7 +643,9 @@ def test_every_function_agrees(package: str) -> None:
     """Up to rounding, however small its values are."""
     names = functions(package)
     asked = {name: ASKED.get(name, f"{name}()").rpartition("; ") for name in names}
-    outputs = "".join(f"\n  {lets}{end}output {name} = {value};" for name, (lets, end, value) in asked.items())
+    outputs = "".join(
+        f"\n  {lets}{end}output {name} = {value};" for name, (lets, end, value) in asked.items()
+    )
     model = in_a_model(package, "", 3, moving("base", 3, "", 0) + outputs)
     twin = another_library(model, Random(1))
     assert twin is not None

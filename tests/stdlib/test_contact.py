@@ -241,7 +241,7 @@ def test_how_far_a_ball_rolls_down_in_a_ball_is_found_by_friction() -> None:
 def test_distances_are_those_of_coal(part: str, tmp_path: Path) -> None:
     """20 000 pairs each of the library that robots use for collisions, where it is installed."""
     coal = pytest.importorskip("coal")
-    given, core, other, radii = PAIRS[part]
+    given, core, other, _ = PAIRS[part]
     count = 20_000
     random = np.random.default_rng(5)
     near, turns = random.uniform(-0.6, 0.6, (count, 6)), random.uniform(-3, 3, (count, 6))
@@ -275,6 +275,8 @@ def test_distances_are_those_of_coal(part: str, tmp_path: Path) -> None:
     }
     text = bodies(3, part, given)
     path = tmp_path / "pairs.csv"
-    np.savetxt(path, np.transpose(list(columns.values())), "%.17g", ",", header=",".join(columns), comments="")
+    np.savetxt(
+        path, np.transpose(list(columns.values())), "%.17g", ",", header=",".join(columns), comments=""
+    )
     gaps = mechc.loads(text).ensemble(str(path), keep="final(gap)", errors=False)
     assert np.abs(gaps["final(gap)"] - np.array(found)[apart]).max() < 1e-9

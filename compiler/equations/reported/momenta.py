@@ -7,7 +7,7 @@ must its change by an impulse of any contact, friction or constraint that can be
 
 from __future__ import annotations
 
-from math import hypot, inf
+from math import hypot
 from random import Random
 
 from ...graph import Node
@@ -25,8 +25,8 @@ MOST_BODIES = 30
 """Larger systems are not tried: world components of all velocities cost more than the whole compilation."""
 
 STATES = 4
-ROUNDING = 1e-11
-"""Share of the largest rate below which one counts as zero: some thousand roundings."""
+MOVED, NOISE = 1e-12, 1e6
+"""A rate that changes by more than one in ``NOISE`` of it where all numbers change by the first share is what rounding leaves of zero."""
 
 Momentum = tuple[str, str, Node]
 """Name, unit and node of one component."""
@@ -74,7 +74,7 @@ def _vanish(system: MechanicalSystem, nodes: list[Node]) -> list[bool]:
     """Tell which nodes vanish at random states; quaternions are of unit length there, which the field cannot know."""
     values = dict.fromkeys(system.graph.support(*nodes), 0.0) | default_values(system)
     random = Random(11)
-    sizes = [0.0] * len(nodes)
+    vanishing = [True] * len(nodes)
     for k in range(STATES):
         reach = 2**k  # farther and farther, so that laws of regions are met
         moving = (*system.q, *system.v, *system.symbols.inputs)
@@ -84,11 +84,12 @@ def _vanish(system: MechanicalSystem, nodes: list[Node]) -> list[bool]:
             part = [s.node for s in system.q[first : first + 4]]
             length = hypot(*(values[n] for n in part))
             values |= {n: values[n] / length for n in part}
-        found = evaluate(system.graph, nodes, values)
-        sizes = [max(size, abs(x)) if x == x else inf for size, x in zip(sizes, found, strict=True)]
-    finite = [size for size in sizes if size < inf]
-    limit = ROUNDING * max([1.0, *finite])
-    return [size <= limit for size in sizes]
+        beside = {n: x * (1 + MOVED * random.uniform(-1, 1)) for n, x in values.items()}
+        both = zip(evaluate(system.graph, nodes, values), evaluate(system.graph, nodes, beside), strict=True)
+        vanishing = [
+            known and abs(x) <= NOISE * abs(x - y) for known, (x, y) in zip(vanishing, both, strict=True)
+        ]
+    return vanishing
 
 
 def totals(system: MechanicalSystem) -> tuple[Vector, Vector]:

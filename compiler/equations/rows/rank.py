@@ -99,6 +99,13 @@ def rank(
         independent = tuple(independent_rows(matrix, TOLERANCE, least))
         if len(independent) > len(chosen):
             chosen = independent
+    beside = touched[list(chosen)].any(axis=0)
+    alone = [
+        k for k in range(len(rows)) if k not in chosen and touched[k].any() and not touched[k][beside].any()
+    ]
+    chosen = tuple(
+        sorted({*chosen, *alone})
+    )  # no other row says there what one does that is small beside its numbers
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
     return Rank(chosen, supports, frozenset(unfulfilled), tuple(places))
 

@@ -11,18 +11,18 @@
 #include "step.h"
 #include "window.h"
 
-/* Sizes that count as one where nothing has moved yet. */
-static void set_sizes(mech_solver *s, mech_real *length, mech_real *speed)
+/* Sizes of a row that count as one where nothing has moved yet: of length and speed. */
+static void set_sizes(mech_solver *s, int i, mech_real length, mech_real speed)
 {
-    const mech_model *m = s->model;
-    mech_event_state *e = s->events;
-    *length = *speed = 0;
-    for (int i = 0; i < m->nq; i++) *length = mech_max(*length, mech_nominal(s, i));
-    for (int i = m->nq; i < m->nq + m->nv; i++) *speed = mech_max(*speed, mech_nominal(s, i));
-    for (int i = 0; i < e->n_rows; i++) {
-        e->gap_scale[i] = MECH_C(1e-3) * *length;
-        e->speed[i] = MECH_C(1e-3) * *speed;
-    }
+    s->events->gap_scale[i] = MECH_C(1e-3) * length;
+    s->events->speed[i] = MECH_C(1e-3) * speed;
+}
+
+/* The same of its force. */
+static void set_force(mech_solver *s, int i, mech_real length, mech_real speed)
+{
+    const mech_real w = mech_row_response(s, i, i);
+    if (w > 0 && length > 0) mech_widen(s->events->force + i, MECH_C(1e-4) * speed * speed / (w * length));
 }
 
 /* A switch may read others, as that of min(a, max(b, c)) does: after as many rounds as there are switches all are known. */
@@ -59,23 +59,32 @@ int mech_begin_look(mech_solver *s)
         const int delayed = mech_history_begin(s);
         if (delayed) return delayed;
     }
-    set_sizes(s, &length, &speed);
+    length = mech_row_reach(s, -1, 0, &speed);
+    for (int i = 0; i < e->n_rows; i++) set_sizes(s, i, length, speed);
     e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
     int status = mech_schedule_check(s);
     if (status) return status;
     mech_schedule_pass(s);
     set_switches(s);
     if (h->crowd && (status = mech_window_begin(s, length, speed))) return status;
-    if (s->events->n_rows) {
-        mech_rows_read(s);
-        mech_rows_find_response(s);
+    if (e->n_rows) {
+        if (h->crowd) {
+            mech_rows_read(s);
+            mech_rows_find_response(s);
+        } else {
+            mech_surroundings(s, s->run->report.t);
+            mech_rows_find_response(s);
+            for (int i = 0; i < e->n_rows; i++) {
+                length = mech_row_reach(s, i, 0, &speed);
+                set_sizes(s, i, length, speed);
+                set_force(s, i, length, speed);
+            }
+            mech_rows_read(s);
+        }
         status = mech_rows_check(s, 0);
         if (status) return status;
     }
-    for (int i = 0; i < s->events->n_rows; i++) {
-        const mech_real w = e->response[i * (m->nv + s->events->n_rows) + m->nv + i];
-        if (w > 0 && length > 0) e->force[i] = mech_max(e->force[i], MECH_C(1e-4) * speed * speed / (w * length));
-    }
+    for (int i = 0; h->crowd && i < e->n_rows; i++) set_force(s, i, length, speed);
     for (int i = 0; i < s->events->n_rows; i++)
         if (s->events->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_row_touches(s, i)) {
             s->run->report.failed_value = e->row[i * MECH_ROW_VALUES + MECH_GAP];

@@ -298,11 +298,36 @@ mech_real mech_row_size(const mech_solver *s, int i, int which)
     return j < 0 ? mech_abs(a) : mech_sqrt(a * a + b * b);
 }
 
+mech_real mech_row_reach(const mech_solver *s, int i, int with_values, mech_real *speed)
+{
+    const mech_model *m = s->model;
+    const int all = i < 0 || m->hybrid->crowd || m->nq != m->nv + m->n_rotations;
+    const mech_real *response = all ? NULL : s->events->response + i * (m->nv + s->events->n_rows);
+    mech_real length = 0, fastest = 0;
+    for (int v = 0, q = 0, r = 0, in = 0; response && v < m->nv; v++) {
+        const int turns = r < m->n_rotations && m->rotations[r] == q; /* three velocities of four entries */
+        if (response[v] != 0) {
+            fastest = mech_max(fastest, mech_nominal(s, m->nq + v));
+            for (int k = 0; k < (turns ? 4 : 1); k++)
+                length = mech_max(length, mech_max(mech_nominal(s, q + k), with_values ? mech_abs(s->y[q + k]) : 0));
+        }
+        in = turns ? (in + 1) % 3 : 0;
+        if (in) continue;
+        q += turns ? 4 : 1;
+        r += turns;
+    }
+    if (!(length > 0)) {
+        for (int k = 0; k < m->nq; k++)
+            length = mech_max(length, mech_max(mech_nominal(s, k), with_values ? mech_abs(s->y[k]) : 0));
+        for (int k = m->nq; k < m->nq + m->nv; k++) fastest = mech_max(fastest, mech_nominal(s, k));
+    }
+    if (speed) *speed = fastest;
+    return length;
+}
+
 int mech_row_falls_back(const mech_solver *s, int i, mech_real rate)
 {
-    mech_real length = 0; /* what rounding of the coordinates leaves of a gap goes with their size */
-    for (int k = 0; k < s->model->nq; k++)
-        length = mech_max(length, mech_max(mech_nominal(s, k), mech_abs(s->y[k])));
+    const mech_real length = mech_row_reach(s, i, 1, NULL); /* what rounding of the coordinates leaves of a gap goes with their size */
     const mech_real height = MECH_C(1e-13) * s->events->gap_scale[i] + 100 * MECH_EPSILON * length;
     return rate * rate <= -2 * mech_row_value(s, i, MECH_SECOND) * height;
 }

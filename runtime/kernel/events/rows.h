@@ -42,6 +42,11 @@ int mech_row_may_rest(const mech_solver *s, int i);
 int mech_row_falls_back(const mech_solver *s, int i, mech_real rate);
 /* Where loads are shared otherwise than modes say: whether row i holds or is beside one that does, so that its force is no event. */
 int mech_row_is_carried(const mech_solver *s, int i);
+/* Of the coordinates that an impulse on row i moves, the largest nominal value, or value if these count, too: a ball of a micrometre
+ * beside a planet touches by its own size. Of all coordinates for i < 0, and where coordinates without mass stand between the others,
+ * of which no velocity tells. `speed`: the same of their velocities, if it is not NULL. */
+mech_real mech_row_reach(const mech_solver *s, int i, int with_values, mech_real *speed);
+
 /* Speed below which a contact rests: of a crowd that within the tolerance of the fastest, where nothing is said. */
 mech_real mech_row_rest(const mech_solver *s, int i);
 /* Speed that counts as none. */

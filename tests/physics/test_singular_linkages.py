@@ -1,0 +1,46 @@
+"""Six linkages through positions in which another motion branches off, against independent coordinates by hand, for masses of 1e-6 to 1e6 kg."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from singular_linkages import LINKAGES
+
+import mechc
+
+CLAIMED = 10.0
+"""A true error may be larger than the claimed one by this."""
+SPACED = 25
+
+
+@pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("name", LINKAGES)
+def test_a_linkage_goes_on_through_a_singular_position(name: str, mass: float) -> None:
+    ran = mechc.loads(LINKAGES[name].text, name=name).simulate(set={"M": mass})
+    _is_right(name, ran, 1e-6)
+
+
+@pytest.mark.parametrize("name", LINKAGES)
+def test_tight_runs_claim_no_more_than_they_know(name: str) -> None:
+    ran = mechc.loads(LINKAGES[name].text, name=name).simulate(tolerance=1e-12)
+    _is_right(name, ran, 1e-7)
+
+
+def _is_right(name: str, ran: mechc.Solution, useful: float) -> None:
+    """Fail where a run is off by more than it claims, or claims nothing of use."""
+    assert ran.message.startswith("completed")
+    claims = ran.accuracy.error
+    assert claims is not None and claims.largest < useful
+    times = ran.time[1::SPACED]
+    known = LINKAGES[name].motion(times)
+    passed = LINKAGES[name].passes(known)
+    assert passed.min() < 0 < passed.max()
+    for quantity, true in known.items():
+        off = np.abs(ran[quantity][1::SPACED] - true).max()
+        if quantity in claims.nominal:
+            owed = CLAIMED * claims.by_state[quantity] * (claims.nominal[quantity] + np.abs(true).max())
+            assert off < owed + 1e-11 * (1 + np.abs(true).max()), (
+                f"{quantity}: {off:.1e}, {owed:.1e} are owed"
+            )
+        else:
+            assert off < useful * np.abs(true).max(), quantity
