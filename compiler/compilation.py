@@ -96,12 +96,20 @@ class Compilation:
             return read(self._stored["flat"], FlatModel)
         from mechc.lang.diagnostics import Reporter
 
+        from .flat.from_text import flat_model_of
         from .gc_pause import uncollected
-        from .pipeline import flattened
         from .recursion import deep_recursion
 
+        asked = self.request
         with uncollected(), deep_recursion():
-            return flattened(self.request, Reporter())[1]
+            return flat_model_of(
+                asked.source,
+                Reporter(),
+                model=asked.model,
+                structural=asked.structural,
+                search=asked.search,
+                formulas=asked.formulas,
+            )[1]
 
     @cached_property
     def equations(self) -> Equations:

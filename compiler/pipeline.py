@@ -10,8 +10,6 @@ from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.grammar.keywords import KEYWORDS
-from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
 
 from .compilation import Compilation, Request
@@ -21,7 +19,7 @@ from .equations.model import Equations
 from .equations.rows.crowd import check_forces_have_formulas
 from .equations.solve.shares import check_derivatives
 from .equations.tangents import tangent_equations
-from .flat.flatten import flatten
+from .flat.from_text import flat_model_of
 from .flat.model import FlatModel
 from .gc_pause import uncollected
 from .mechanics.build import build
@@ -59,7 +57,14 @@ def form(request: Request, *, by_value: bool = True) -> Compilation:
     reporter = Reporter()
     with uncollected(), deep_recursion():
         try:
-            tree, flat = flattened(request, reporter)
+            tree, flat = flat_model_of(
+                request.source,
+                reporter,
+                model=request.model,
+                structural=request.structural,
+                search=request.search,
+                formulas=request.formulas,
+            )
             return _formed(request, tree, flat, reporter, by_value=by_value)
         except RecursionError:
             raise reporter.fail(
@@ -68,20 +73,6 @@ def form(request: Request, *, by_value: bool = True) -> Compilation:
                 None,
                 help="leave out steps between them",
             ) from None
-
-
-def flattened(request: Request, reporter: Reporter) -> tuple[ast.File, FlatModel]:
-    """Return the syntax tree and the flat model of what is asked for. Raises CompileError."""
-    tree = parse(request.source, reporter)
-    flat = flatten(
-        tree,
-        reporter,
-        model=request.model,
-        structural=dict(request.structural),
-        search=request.search,
-        further=tuple(_output(name, text, reporter) for name, text in request.formulas),
-    )
-    return tree, flat
 
 
 def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Compilation:
@@ -105,16 +96,6 @@ def _formed(
     stages = {"ast": tree, "flat": flat, "system": system, "equations": equations}
     stages["program"] = _lowered(equations, request.parts)
     return Compilation(request, stages, diagnostics=reporter.diagnostics, derived=derived)
-
-
-def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
-    """Read a formula from outside, which holds no semicolon, as an output of the model. Raises CompileError."""
-    shown = name.removeprefix("asked_")  # messages show it as it was asked for
-    if shown in KEYWORDS:
-        shown = name
-    (statement,) = parse(SourceFile(shown, f"output {shown} = {text};"), reporter).items
-    assert isinstance(statement, ast.Output)
-    return replace(statement, name=name)
 
 
 def program_with(compilation: Compilation, parts: Collection[str]) -> Program:

@@ -5,6 +5,16 @@ const STARTS = ['', 'no position near these fulfils the constraints: the parts d
 
 const shortest = v => String(+v.toPrecision(6));
 
+/** The x of least sum x^2/weight with columns x = wanted, as far as `damping` allows; null where no column moves anything. */
+function least(columns, weights, wanted, damping) {
+  const g = wanted.map((_, i) => wanted.map((_, j) => columns.reduce((sum, c, k) => sum + weights[k] * c[i] * c[j], 0)));
+  const size = g.reduce((sum, row, i) => sum + row[i], 0);
+  if (!(size > 0)) return null;
+  const [a, b, d] = [g[0][0] + damping * size, g[0][1], g[1][1] + damping * size], det = a * d - b * b;
+  const [p, q] = [(d * wanted[0] - b * wanted[1]) / det, (a * wanted[1] - b * wanted[0]) / det];
+  return columns.map((c, k) => weights[k] * (c[0] * p + c[1] * q));
+}
+
 /** `module`: bytes, or a module that was compiled before. */
 async function makeEngine(module, info) {
   const made = await WebAssembly.instantiate(module, {}), e = (made.instance ?? made).exports;
@@ -77,20 +87,72 @@ async function makeEngine(module, info) {
     return {largest, atEnd, byState};
   }
 
+  /** Sets values and finds a start; says why there is none. */
+  function begin({parameters = {}, inputs = {}, states = {}}, share) {
+    const p = reals('p', all), set = flags('set', np), u = reals('u', nu), uSet = flags('uSet', nu);
+    const y0 = reals('y0', ny), given = flags('yGiven', ny);
+    set.fill(0); uSet.fill(0); given.fill(0);
+    for (const [i, v] of [...info.settings.p, ...Object.entries(parameters)]) { p[i] = v; set[i] = 1; }
+    for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
+    for (const [i, v] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = 1; }
+    if (e.web_settle() < 0) return 'the settings of the experiment do not settle: they depend on each other';
+    const wrong = times(share) || beyond({p: reals('p', np), y0: []});
+    if (wrong) return wrong;
+    const started = e.web_begin();
+    return started < 0 ? STARTS[-started] || `no start (${started})` : '';
+  }
+
+  /** Start values at which a point of the picture is where a hand holds it: those that may change do so least, as shares of their sizes,
+   * `from` where they are; their rates are the least that give it the speed of the hand. Null where it cannot be moved. */
+  function pulledStates({numbers, target, across, speed, from}, asked) {
+    const starts = info.starts.map(q => q.index), free = starts.filter(k => info.states[k].kind === 'coordinate');
+    const names = new Map(info.states.map((q, k) => [q.name, k])), sizes = reals('nominal', ny).slice();
+    const along = place => across.map(a => a.reduce((sum, v, k) => sum + v * place[k], 0));
+    const seen = states => {
+      if (begin({...asked, states}, 1)) return null;
+      e.web_picture();
+      const scene = reals('scenes', nScene);
+      return along(numbers.map(k => scene[k]));
+    };
+    let states = {...asked.states};
+    for (const k of starts) if (info.states[k].kind !== 'state') states[k] = info.states[k].kind === 'rate' ? 0 : from[k];
+    const wanted = along(target), weights = free.map(k => (sizes[k] || 1) ** 2), off = place => wanted.map((w, k) => w - place[k]);
+    let place = seen(states), columns = [];
+    for (let round = 0; place && round < 12; round++) {
+      columns = free.map(k => {
+        const h = 1e-6 * ((sizes[k] || 1) + Math.abs(states[k])), there = seen({...states, [k]: states[k] + h});
+        return there ? there.map((v, j) => (v - place[j]) / h) : [0, 0];
+      });
+      let better = null;
+      for (let damping = 1e-10; damping <= 1 && !better; damping *= 100) {
+        const change = least(columns, weights, off(place), damping);
+        if (!change) return null;
+        const tried = {...states};
+        free.forEach((k, j) => { tried[k] += change[j]; });
+        const there = seen(tried);
+        if (there && Math.hypot(...off(there)) < Math.hypot(...off(place))) better = [tried, there];
+      }
+      if (!better) break;
+      [states, place] = better;
+    }
+    if (!place) return null;
+    least(columns, weights, speed, 1e-6)?.forEach((v, j) => {
+      const k = names.get(`der(${info.states[free[j]].name})`);
+      if (starts.includes(k)) states[k] = v;
+    });
+    return states;
+  }
+
   return {
-    run({parameters = {}, inputs = {}, states = {}}, share = 1) {
-      const begun = performance.now();
-      const p = reals('p', all), set = flags('set', np), u = reals('u', nu), uSet = flags('uSet', nu);
-      const y0 = reals('y0', ny), given = flags('yGiven', ny);
-      set.fill(0); uSet.fill(0); given.fill(0);
-      for (const [i, v] of [...info.settings.p, ...Object.entries(parameters)]) { p[i] = v; set[i] = 1; }
-      for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
-      for (const [i, v] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = 1; }
-      if (e.web_settle() < 0) return {failed: 'the settings of the experiment do not settle: they depend on each other', n: 0};
-      const wrong = times(share) || beyond({p: reals('p', np), y0: []});
+    /** `share`: of the time of the experiment; `pull`: what a hand asks of the start, whose values are `pulled` then. */
+    run({pull, ...asked}, share = 1) {
+      if (!pull) return this.go(asked, share);
+      const pulled = pulledStates(pull, asked);
+      return {...this.go({...asked, states: pulled ?? asked.states}, share), pulled};
+    },
+    go({parameters = {}, inputs = {}, states = {}}, share) {
+      const begun = performance.now(), wrong = begin({parameters, inputs, states}, share);
       if (wrong) return {failed: wrong, n: 0};
-      const started = e.web_begin();
-      if (started < 0) return {failed: STARTS[-started] || `no start (${started})`, n: 0};
       const outside = beyond({p: [], y0: reals('y0', ny)});
       if (outside) return {failed: outside, n: 0};
       const status = e.web_run(span.tolerance, info.method, span.step, span.maxStep);

@@ -64,6 +64,9 @@ function motion(run, plan) {
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
   return {
     go, box, heaviest, ranges, values: k => still[k],
+    /** Whether these numbers change during the motion. */
+    moves: list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; }),
+    now: () => Array.from({length: run.ny}, (_, k) => run.y[at.i * run.ny + k] + at.s * (run.y[Math.min(at.i + 1, n - 1) * run.ny + k] - run.y[at.i * run.ny + k])),
     trail(shape) {
       const list = shape.numbers, points = new Float64Array(3 * (at.i + 2));
       for (let i = 0; i <= at.i; i++) for (let k = 0; k < 3; k++) points[3 * i + k] = scene[i * m + list[k]];
@@ -94,7 +97,7 @@ async function start(info, parts) {
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
   const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});
   const shown = new Set(info.curves);
-  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false;
+  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false, pulling = null, hand = null;
 
   // ------------------------------------------------------------ settings
   const sliders = [];
@@ -143,9 +146,12 @@ async function start(info, parts) {
     if (asked > answered) { waiting = dragging; return; }  // the newest setting is asked once this one is answered
     const id = ++asked;
     const begun = performance.now();
-    ask(settings(), dragging, run => {
+    const pull = pulling;
+    pulling = null;
+    ask(pull ? {...settings(), pull} : settings(), dragging, run => {
       answered = id;
       state.ms.push(performance.now() - begun);
+      if (run.pulled) for (const s of sliders) if (s.group === 'states' && s.index in run.pulled) s.show(run.pulled[s.index]);
       show(run);
       if (waiting !== null) { const next = waiting; waiting = null; integrate(next); }
     }, error => { if (id === asked) tellError(error); });
@@ -180,7 +186,7 @@ async function start(info, parts) {
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: run.stop});
     moving = motion(run, plan);
-    if (scene) scene.fit(moving.box());
+    if (scene && !hand?.holds()) scene.fit(moving.box());
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
@@ -288,7 +294,7 @@ async function start(info, parts) {
   dark.addEventListener('change', () => { paint(); if (state.run) { draw(); go(state.time); } });
 
   // ------------------------------------------------------------ begin
-  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', columns, info, integrate, values: k => Array.from(moving.values(k))});
+  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', shapes: plan.shapes, project: p => scene?.project(p), columns, info, integrate, values: k => Array.from(moving.values(k))});
   if (live) {
     // who holds the page in a frame may run it, too: the playground has a worker that waits for the next text
     ask = parts.wasm ? await makeRunner(() => startWorker($('engine').textContent), await unpack(parts.wasm), info) : await frameElement.runner(info);
@@ -299,6 +305,11 @@ async function start(info, parts) {
     stands = recall();
     show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
   }
+  if (live && scene && info.starts.length) hand = makeHand(scene, plan, {
+    at: () => state.run && moving,
+    ask: (pull, dragging) => { pulling = pull; playing(false); state.time = state.run?.start ?? info.start; integrate(dragging); },
+    letGo: () => { resume = false; playing(true); },
+  });
   const until = performance.now() + 60000;
   while (!state.runs && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
   state.ready = true;

@@ -94,7 +94,7 @@ def _packed(data: bytes) -> str:
 def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> str:
     """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
-    code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "page.js"))
+    code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
@@ -107,11 +107,12 @@ def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> 
 
 
 def page_text(name: str) -> str:
-    """Return a file of the page without its comments and indentation: they are for those who read it here."""
+    """Return a file of the page without its comments, indentation and blanks about operators: they are for those who read it here."""
     text = (HERE / name).read_text(encoding="utf-8")
     if name.endswith(".js"):
-        text = re.sub(r"^\s*(//.*|/\*\*.*\*/)\n", "", text, flags=re.MULTILINE)
-        text = re.sub(r"^ +", "", text, flags=re.MULTILINE)
+        text = re.sub(r"^\s*(//.*|/\*\*(.|\n)*?\*/)\n", "", text, flags=re.MULTILINE)
+        text = re.sub(r"^ +| +// [^'`\"]*$", "", text, flags=re.MULTILINE)
+        text = re.sub(r" (=>|[!=]==|=|&&|\|\||\?\?) ", r"\1", text)
     return text
 
 

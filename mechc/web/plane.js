@@ -122,5 +122,7 @@ function makeScene(host, plan) {
   canvas.addEventListener('wheel', e => { e.preventDefault(); view.fitted = false; view.scale *= Math.exp(-e.deltaY * 0.001); draw(); }, {passive: false});
   canvas.addEventListener('dblclick', () => { view.fitted = true; fit(view.box); draw(); });
   new ResizeObserver(() => draw()).observe(host);
-  return {name: 'canvas', draw, fit(box) { if (view.fitted) fit(box); else extent = box.size; }, canvas};
+  const project = p => { const [x, y] = px(p[0], p[1]); return {x, y, scale: view.scale, right: [1, 0, 0], above: [0, 1, 0]}; };
+  const under = (x, y) => ({across: [[1, 0, 0], [0, 1, 0]], target: [view.x + (x - wide / 2) / view.scale, view.y - (y - high / 2) / view.scale, 0]});
+  return {name: 'canvas', project, under, draw, fit(box) { if (view.fitted) fit(box); else extent = box.size; }, canvas};
 }

@@ -99,6 +99,20 @@ function makeStage(host, {up = [0, 0, 1]}) {
     eye = camera.target.map((v, k) => v + d * (Math.cos(e) * (Math.cos(a) * side[k] + Math.sin(a) * ahead[k]) + Math.sin(e) * up[k]));
     view = times(perspective(0.7, size[0] / size[1], d / 50, d * 20), lookAt(eye, camera.target, up));
   }
+  /** Where a point is on the screen, pixels of a unit there, and the directions to the right and above. */
+  function project(p) {
+    const {z, right, above, far} = glance(), d = sub(p, eye), deep = -dot(d, z), scale = far / deep;
+    return deep > 0 ? {x: size[0] / 2 + scale * dot(d, right), y: size[1] / 2 - scale * dot(d, above), scale, right, above} : null;
+  }
+  function glance() {
+    const z = unit(sub(eye, camera.target)), right = unit(cross(up, z));
+    return {z, right, above: cross(z, right), far: size[1] / 2 / Math.tan(0.35)};
+  }
+  /** What is under a pixel: all p with across.p = across.target. */
+  function under(x, y) {
+    const {z, right, above, far} = glance(), lean = (a, s) => a.map((v, k) => v + s / far * z[k]);
+    return {across: [lean(right, x - size[0] / 2), lean(above, size[1] / 2 - y)], target: eye};
+  }
   const touches = new Set();
   canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); touches.add(e.pointerId); });
   for (const end of ['pointerup', 'pointercancel']) canvas.addEventListener(end, e => touches.delete(e.pointerId));
@@ -161,7 +175,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
     gl.disable(gl.STENCIL_TEST); gl.depthMask(true);
   }
   return {
-    name: 'WebGL2', camera, draw, line, lay, canvas,
+    name: 'WebGL2', camera, project, under, draw, line, lay, canvas,
     solid(kind, colour, own) {
       const item = {mesh: mesh(kind, own), matrix: null, colour: rgb(colour)};
       solids.push(item);
@@ -254,7 +268,7 @@ function makeScene(host, plan) {
     return null;
   }
   return {
-    name: stage.name, canvas: stage.canvas,
+    name: stage.name, canvas: stage.canvas, project: stage.project, under: stage.under,
     fit(box) {
       size = box.size;
       const {camera} = stage, middle = box.low.map((v, k) => (v + box.high[k]) / 2), h = plan.up.findIndex(x => x === 1);

@@ -215,6 +215,12 @@ static void scene(mech_real t, const mech_real *y, const mech_real *held, mech_r
     if (web_slot->moving) web_slot->moving(t, y, u, held, p, out + web_slot->n_still);
 }
 
+/* The picture at the state of web_begin, in the first row of scenes. */
+void EXPORT(web_picture)(void)
+{
+    if (n_scene) scene(begin_time, y0, z, scenes);
+}
+
 /* From the state of web_begin: rows, outputs and the picture; the status of the solver. */
 int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
 {
