@@ -105,4 +105,4 @@ def test_whole_runs_have_the_bits_of_clang(path: Path, kernel: Path, tmp_path: P
     assert ours[0] in (1, 3), "it reached the end, or ended itself"
     for one, other in zip(found, known, strict=True):
         np.testing.assert_array_equal(one, other)
-    assert sum(map(len, found)) >= EVERY_ROW
+    assert len(found[0]) > ours[1], "more rows than that of the start"
