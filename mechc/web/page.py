@@ -111,7 +111,7 @@ def page_text(name: str) -> str:
     text = (HERE / name).read_text(encoding="utf-8")
     if name.endswith(".js"):
         text = re.sub(r"^\s*(//.*|/\*\*(.|\n)*?\*/)\n", "", text, flags=re.MULTILINE)
-        text = re.sub(r"^ +| +// [^'`\"]*$", "", text, flags=re.MULTILINE)
+        text = re.sub(r"^ +| +// [^'`\"\n]*$", "", text, flags=re.MULTILINE)
         text = re.sub(r" (=>|[!=]==|=|&&|\|\||\?\?) ", r"\1", text)
     return text
 
