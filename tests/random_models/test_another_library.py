@@ -213,6 +213,7 @@ VALUES = {
         "Stop": "low = -0.5 m, high = 0.7 m, restitution = 0.4",
         "Cylinder": "flow1 = 1e-4 m^3/s, flow2 = -2e-5 m^3/s, area1 = 30 cm^2, area2 = 20 cm^2, stroke = 0.6 m, retracted = 0.01 m,"
         " dead = 2 dm^3, bulk = 1 MPa, leak = 1e-9 m^3/s/Pa",
+        "Valve": "u = 0.4, p1 = 3 Pa, p2 = 5 Pa, supply = 10 Pa, tank = 1 Pa, flow = 2 m^3/s, drop = 4 Pa, laminar = 2 Pa, overlap = 0.1",
         "ShockAbsorber": "low = 300 N.s/m, high = 100 N.s/m, knee = 0.4 m/s, gas = 10 N",
         "ForceSource": "push = 3 N",
         "SpeedSource": "speed = 2 m/s",
@@ -261,6 +262,7 @@ ASKED = {
     "kalker": "let (k1, k2, k3) = kalker(0.63); let (k4, k5, k6) = kalker(1.7); {k1, k2, k3, k4, k5, k6}",
     "fastsim": "let (f1, f2) = fastsim({0.5, 0.4, 0.6}, 0.75, 4); let (f3, f4) = fastsim({-0.1, 0.2, -0.1}, 1.3, 3); {f1, f2, f3, f4}",
     "tread": "{tread(s, {-2, 0, 1.5, 3} m, {-0.3, 0, 0.2, 0.9} m) for s in {-3, -1, 0.7, 2, 4} m}",
+    "orifice": "{orifice(p, 30 l/min, 35 bar, 0.5 bar) for p in {-100, -0.1, 0.3, 200} bar}",
     "mirrored": "{mirrored({1, 2, 3} m, s) for s in {-1, 1}}",
     "magic": "{magic(s, 8, 1.4, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "magic_cosine": "{magic_cosine(s, 8, 1.1, -0.6) for s in {-0.3, 0.02, 0.5}}",
