@@ -188,9 +188,9 @@ VALUES = {
     "rotational": {
         "Rotor": "J = 0.4 kg.m^2",
         "SpringDamper": "k = 30 N.m/rad, c = 2 N.m.s, rest = 20 deg",
-        "Backlash": "k = 300 N.m/rad, c = 2 N.m.s, play = 3 deg",
+        "Backlash": "k = 300 N.m/rad, c = 2 N.m.s, play = 3 deg, soft = true",
         "Gear": "ratio = -2.5",
-        "LossyGear": "ratio = 3, efficiency = 0.8, back_efficiency = 0.7, bearing = 0.1 N.m",
+        "LossyGear": "ratio = 3, efficiency = 0.8, back_efficiency = 0.7, bearing = 0.1 N.m, back_bearing = 0.07 N.m",
         "Planetary": "ratio = 3.5",
         "Clutch": "press = 30 N, radius = 0.2 m, faces = 4, mu = 0.3, peak = 1.2",
         "Brake": "press = 30 N, radius = 0.2 m, mu = 0.3, peak = 1.2",
