@@ -204,7 +204,7 @@ VALUES = {
     "translational": {
         "Slider": "m = 0.4 kg",
         "SpringDamper": "k = 30 N/m, c = 2 N.s/m, rest = 0.2 m",
-        "Gap": "k = 300 N/m, c = 2 N.s/m, rest = 0.3 m",
+        "Gap": "k = 300 N/m, c = 2 N.s/m, rest = 0.3 m, soft = true",
         "GasSpring": "area = 3 cm^2, charged = 12 cm, volume = 9 cm, pressure = 0.3 MPa, outside = 0.1 MPa, n = 1.4",
         "Rack": "r = 3 cm",
         "LeadScrew": "lead = 30 mm",
