@@ -93,6 +93,8 @@ VALUES = {
         "Disk": "m = 1.3 kg, r = 30 cm, inner = 10 cm, axis = {3, -2, 1.5}",
         "Box": "size = {30, 20, 50} cm, density = 70 kg/m^3",
         "Cylinder": "r = 30 cm, inner = 10 cm, l = 50 cm, axis = {3, -2, 1.5}, density = 70 kg/m^3",
+        "Link": "r = {3, -2, 1.5} dm, side = {1, 2, 3}, width = 10 cm, height = 20 cm, density = 70 kg/m^3",
+        "Tube": "r = {3, -2, 1.5} dm, diameter = 20 cm, inner = 10 cm, density = 70 kg/m^3",
         "Sphere": "r = 30 cm, inner = 20 cm, density = 70 kg/m^3",
         "Hemisphere": "r = 30 cm, density = 70 kg/m^3",
         "Frustum": "r = 30 cm, top = 20 cm, h = 50 cm, density = 70 kg/m^3",
