@@ -93,6 +93,7 @@ VALUES = {
         "Disk": "m = 1.3 kg, r = 30 cm, inner = 10 cm, axis = {3, -2, 1.5}",
         "Box": "size = {30, 20, 50} cm, density = 70 kg/m^3",
         "Cylinder": "r = 30 cm, inner = 10 cm, l = 50 cm, axis = {3, -2, 1.5}, density = 70 kg/m^3",
+        "CarriedRotor": "J = 0.4 kg.m^2, axis = {3, -2, 1.5}",
         "Link": "r = {3, -2, 1.5} dm, side = {1, 2, 3}, width = 10 cm, height = 20 cm, density = 70 kg/m^3",
         "Tube": "r = {3, -2, 1.5} dm, diameter = 20 cm, inner = 10 cm, density = 70 kg/m^3",
         "Sphere": "r = 30 cm, inner = 20 cm, density = 70 kg/m^3",
