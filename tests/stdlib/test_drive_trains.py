@@ -203,7 +203,7 @@ def test_a_valve_drives_a_cylinder_to_its_stop() -> None:
     assert account == pytest.approx(account[0], abs=1e-5)
 
     def edge(dp: float) -> float:
-        return 40e-3 / 60 / math.sqrt(3.5e6) * dp / (dp * dp + 5e4**2) ** 0.25
+        return 40e-3 / 60 / math.sqrt(3.5e6) * dp / math.sqrt(math.hypot(dp, 5e4))
 
     def rate(t: float, y: np.ndarray) -> list[float]:
         x, v, p1, p2 = y
