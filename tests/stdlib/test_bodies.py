@@ -31,12 +31,20 @@ PLANAR = [
 
 axis = np.array([1.0, 2.0, 2.0]) / 3
 along, across = 2 * 0.16 / 2, 2 * (3 * 0.16 + 0.49) / 12
+turned = np.array(
+    [axis, [0, 1 / np.sqrt(2), -1 / np.sqrt(2)], np.cross(axis, [0, 1 / np.sqrt(2), -1 / np.sqrt(2)])]
+).T
 SPATIAL = [
     ("Body(m = 2 kg, J = {{0.3, 0.01, 0}, {0.01, 0.4, 0}, {0, 0, 0.5}} kg.m^2, com = {0.1, -0.2, 0.3} m)",
      2, (0.1, -0.2, 0.3), [[0.3, 0.01, 0], [0.01, 0.4, 0], [0, 0, 0.5]]),
     ("Bar(m = 2 kg, l = 1.5 m)", 2, (0.75, 0, 0), 2 * 1.5**2 / 12 * np.diag([0, 1, 1])),
     ("Rod(m = 2 kg, l = 1.5 m, direction = {1, 2, 2})",
      2, tuple(0.75 * axis), 2 * 1.5**2 / 12 * (np.eye(3) - np.outer(axis, axis))),
+    ("Link(m = 2 kg, r = {1, 2, 2} m, side = {0, 1, -1}, width = 0.3 m, height = 0.5 m)",
+     2, (0.5, 1, 1), 2 / 12 * (turned @ np.diag([0.34, 9.25, 9.09]) @ turned.T)),
+    ("Link(r = {0, 0, 2} m)", 7850 * 0.02, (0, 0, 1), 7850 * 0.02 / 12 * np.diag([4.01, 4.01, 0.02])),
+    ("Tube(r = {2, 0, 0} m, diameter = 0.4 m, inner = 0.2 m, density = 800 kg/m^3)",
+     rho * 2 * pi * 0.03, (1, 0, 0), rho * 2 * pi * 0.03 * np.diag([0.025, 0.0125 + 1 / 3, 0.0125 + 1 / 3])),
     ("Disk(m = 2 kg, r = 0.4 m)", 2, (0, 0, 0), 2 * 0.16 * np.diag([0.25, 0.25, 0.5])),
     ("Disk(m = 2 kg, r = 0.4 m, inner = 0.3 m, axis = {0, 5, 0})",
      2, (0, 0, 0), 2 * 0.25 * np.diag([0.25, 0.5, 0.25])),

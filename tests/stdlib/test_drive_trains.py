@@ -188,6 +188,66 @@ def test_a_hydraulic_cylinder() -> None:
     assert s["c.p1"][-1] == pytest.approx(found.y[2][-1], abs=5e-1)
 
 
+def test_a_valve_drives_a_cylinder_to_its_stop() -> None:
+    """A dead zone, compressible oil, a stop: SciPy's Radau solves the way, and at the stop one chamber is at the pump, the other at the tank."""
+    text = (
+        "Slider a(m = 100 kg); Cylinder c(from = 0 m, to = a.s, flow1 = v.flow1, flow2 = v.flow2); Stop stop(from = a.s, low = 0.05 m, high = 0.45 m);"
+        " Valve v(u = u, p1 = c.p1, p2 = c.p2, overlap = 0.05); let u = 0.6*(1 - exp(-time/0.02 s)) - 0.01; damping 500 N.s/m on a.s;"
+        " initial a.s = 0.1 m; initial c.p1 = 3 MPa; initial c.p2 = 5 MPa; output Q1 = v.flow1;"
+    )
+    s = run("translational", text, 2.0)
+    assert (
+        run("translational", text, 30.0).statistics.method == "radau5"
+    )  # chosen where it is pressed against its stop
+    account = s["energy.total"] - s["energy.supplied"] + s["energy.dissipated"]
+    assert account == pytest.approx(account[0], abs=1e-5)
+
+    def edge(dp: float) -> float:
+        return 40e-3 / 60 / math.sqrt(3.5e6) * dp / math.sqrt(math.hypot(dp, 5e4))
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        x, v, p1, p2 = y
+        u = 0.6 * (1 - math.exp(-t / 0.02)) - 0.01
+        o = math.copysign(max(0.0, abs(u) - 0.05), u) / 0.95
+        Q1 = o * edge(20e6 - p1 if o > 0 else p1)
+        Q2 = -o * edge(p2 if o > 0 else 20e6 - p2)
+        force = (p1 * 20e-4 - p2 * 12e-4 - 500 * v) / 100
+        return [
+            v,
+            force,
+            1.4e9 * (Q1 - 20e-4 * v) / (50e-6 + 20e-4 * x),
+            1.4e9 * (Q2 + 12e-4 * v) / (50e-6 + 12e-4 * (0.5 - x)),
+        ]
+
+    def at_stop(t: float, y: np.ndarray) -> float:
+        return float(y[0] - 0.45)
+
+    at_stop.terminal = True  # type: ignore[attr-defined]
+    found = solve_ivp(
+        rate,
+        (0, 2),
+        [0.1, 0, 3e6, 5e6],
+        "Radau",
+        events=at_stop,
+        rtol=1e-9,
+        atol=[1e-11, 1e-10, 1e-3, 1e-3],
+        max_step=0.01,
+    )
+    hit = next(e.time for e in s.events if e.kind == "impact")
+    assert hit == pytest.approx(float(found.t_events[0][0]), abs=1e-7)
+    assert s["a.s"][-1] == pytest.approx(0.45, abs=1e-9) and s["c.p1"][-1] == pytest.approx(20e6, rel=1e-6)
+    assert s["c.p2"][-1] == pytest.approx(0, abs=200) and s["v.heat"][-1] == pytest.approx(0, abs=1)
+
+
+def test_a_hydraulic_axis_rests_in_its_dead_zone() -> None:
+    """Within overlap/gain of its target; there the oil between closed edges is a spring, bulk (A1^2/V1 + A2^2/V2)."""
+    s = run_example("hydraulic_axis", stop=8.0)
+    before = s(3.99)["load.s"]
+    assert abs(0.3 - before) <= 0.04 / 20 * (1 + 1e-9)
+    stiffness = 1.4e9 * (20e-4**2 / (50e-6 + 20e-4 * before) + 12e-4**2 / (50e-6 + 12e-4 * (0.5 - before)))
+    assert s["load.s"][-1] - before == pytest.approx(5000 / stiffness, rel=1e-2)
+
+
 def test_a_motor_lifts_a_load_through_a_lossy_gear() -> None:
     """At the end as the statics of the train say: u = R i + K w, i = (M + m)/(ratio efficiency K)."""
     s = run_example("drive_train")

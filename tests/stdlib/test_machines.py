@@ -180,3 +180,56 @@ def test_a_muscle_carries_the_moment_of_a_forearm() -> None:
     assert left[5:-5] == pytest.approx(inertia * np.gradient(w, t)[5:-5], abs=2e-3)
     assert weights.max() > 4
     assert q[-1] > q[0] and abs(w[-1]) < 0.02
+
+
+def test_a_gearbox_shifts_under_load() -> None:
+    """In first gear all turns together; then the second clutch slips at its torque until engine and car fit."""
+    s = run_example("gear_shift")
+    M = 0.12 * 6 * 0.1 * 3000
+    a = 120 * 12 / (150 + 0.3 * 144)
+    car, engine = 20 + a, 12 * (20 + a)
+    rates = (120 - M) / 0.3, 8 * M / 150
+    slipping = (engine - 8 * car) / (8 * rates[1] - rates[0])
+    stick = next(e.time for e in s.events if e.kind == "stick")
+    assert stick == pytest.approx(1 + slipping, rel=1e-9)
+    last = car + rates[1] * slipping + 120 * 8 / (150 + 0.3 * 64) * (1 - slipping)
+    assert s["der(car.angle)"][-1] == pytest.approx(last, rel=1e-9)
+    # what the slipping plates turn into heat: torque times the angle between both sides
+    assert s["energy.dissipated"][-1] == pytest.approx(M * (engine - 8 * car) * slipping / 2, rel=1e-9)
+
+
+def test_a_drive_runs_up_at_its_largest_current() -> None:
+    """J w' = K i while the controller of the speed is at its limit, and the lag of the current is its own."""
+    s = run_example("current_limit")
+    steady = (s.time > 0.1) & (s.time < 0.3)
+    assert s["motor.i"][steady] == pytest.approx(20, abs=0.3)
+    gained = s["der(rotor.angle)"][steady][-1] - s["der(rotor.angle)"][steady][0]
+    current = np.trapezoid(s["motor.i"][steady], s.time[steady])
+    assert gained == pytest.approx(0.4 * current / 0.02, rel=1e-5)
+    assert s["motor.i"].max() < 21 and s["motor.i"].min() > -21
+    assert s(0.99)["der(rotor.angle)"] == pytest.approx(150, abs=1.5)
+    assert s["der(rotor.angle)"][-1] == pytest.approx(-50, abs=0.1)
+
+
+def test_a_conveyor_takes_its_parcels_along() -> None:
+    s = run_example("conveyor")
+    slide = 1.5 / (0.4 * 9.81)
+    found = [e.time for e in s.events if e.kind == "stick"]
+    assert found == pytest.approx([i * 0.5 + slide for i in (1, 2, 3, 4)], rel=1e-9)
+    assert s["energy.supplied"][-1] == pytest.approx(4 * 8 * 1.5**2, rel=1e-9)
+    assert s["energy.dissipated"][-1] == pytest.approx(2 * 8 * 1.5**2, rel=1e-9)
+
+
+def test_a_catamaran_rolls_and_heaves() -> None:
+    """Roll by the metacentric height: J w^2 = 2 rho g A (beam/2)^2 - m g (height of the mass centre - draught/2)."""
+    poles = [
+        complex(*p)
+        for p in load("catamaran")
+        .linearize(at="pose.y = -0.7317073170731707, pose.angle = 0")
+        .details["poles"]
+    ]
+    found = sorted(p.imag for p in poles if p.imag > 0.1)
+    water, draught = 1025 * 9.81 * 4, 6000 / (1025 * 8)
+    heave = math.sqrt(2 * water / 6000)
+    roll = math.sqrt((2 * water * 2.5**2 - 6000 * 9.81 * (1.6 - draught / 2)) / 3e4)
+    assert found == pytest.approx(sorted([heave, roll]), rel=1e-6)

@@ -57,13 +57,12 @@ class Loop:
 
     def end(self, which: str, ball: str, angle: float, point: str | None = None) -> np.ndarray:
         front = self.p[f"{which}_front"]
-        return front + self.arm(which, ball, angle).apply(self.p[point or ball] - front)
+        return np.asarray(front + self.arm(which, ball, angle).apply(self.p[point or ball] - front))
 
     def carried(self, x: np.ndarray, point: str) -> np.ndarray:
         """Return a point of the upright."""
-        return self.end("lower", "ball", x[0]) + Rotation.from_rotvec(x[1:4]).apply(
-            self.p[point] - self.p["ball"]
-        )
+        turned = Rotation.from_rotvec(x[1:4]).apply(self.p[point] - self.p["ball"])
+        return np.asarray(self.end("lower", "ball", x[0]) + turned)
 
     def errors(self, x: np.ndarray, z: float, rack: float) -> list[float]:
         p = self.p
@@ -180,7 +179,7 @@ def test_a_wheel_swings_on_a_chassis_that_stands(kind: str) -> None:
     low, high = loop.solve(-h), loop.solve(h)
 
     def speed(point: str) -> np.ndarray:
-        return (loop.carried(high, point) - loop.carried(low, point)) / (2 * h)
+        return np.asarray((loop.carried(high, point) - loop.carried(low, point)) / (2 * h))
 
     spin = (Rotation.from_rotvec(high[1:4]) * Rotation.from_rotvec(low[1:4]).inv()).as_rotvec() / (2 * h)
     mass = m * speed("centre") @ speed("centre") + spin @ J @ spin + lower / 3 * speed("ball") @ speed("ball")
@@ -245,12 +244,13 @@ class Corner:
         for z in s:
             low, here, high = (loop.solve(z + e) for e in (-h, 0, h))
 
-            def speed(point: str, low: np.ndarray = low, high: np.ndarray = high, z: float = z) -> np.ndarray:
-                of = {
-                    "upper": lambda x: loop.end("upper", "upper", x[4]),
-                    "ball": lambda x: loop.end("lower", "ball", x[0]),
-                }.get(point, lambda x: loop.carried(x, point))
-                return (of(high) - of(low)) / (2 * h)
+            def speed(point: str, low: np.ndarray = low, high: np.ndarray = high) -> np.ndarray:
+                def place(x: np.ndarray) -> np.ndarray:
+                    if point == "upper":
+                        return loop.end("upper", "upper", x[4])
+                    return loop.end("lower", "ball", x[0]) if point == "ball" else loop.carried(x, point)
+
+                return (place(high) - place(low)) / (2 * h)
 
             spin = (Rotation.from_rotvec(high[1:4]) * Rotation.from_rotvec(low[1:4]).inv()).as_rotvec() / (
                 2 * h
