@@ -68,13 +68,14 @@ def test_ladder_leaves_the_wall() -> None:
     """P7: sin of the angle to the floor at 2/3 of its first value, with the numbers of the reference."""
     known = values("classical_closed_form_set", "uniform ladder length 2 m")
     solution = follow("ladder_leaves_wall")
-    assert [e.kind for e in solution.events] == ["lift-off"]
+    assert [e.kind for e in solution.events] == ["when", "lift-off"]
     (leaves,) = times(solution, "lift-off", "wall")
     at = solution(leaves)
     assert leaves == pytest.approx(known["time_leave"], rel=1e-10)
     assert math.pi / 2 - at["theta"] == pytest.approx(known["theta_leave"], rel=1e-10)
     assert at["der(theta)"] == pytest.approx(known["omega_leave"], rel=1e-10)
     assert at["height"] == pytest.approx(known["height_fraction"], rel=1e-10)
+    assert solution.final()["leaving"] == pytest.approx(known["height_fraction"], rel=1e-9)
     # then the floor alone pushes: the speed of the middle stays
     assert solution["der(x)"][-1] == pytest.approx(at["der(x)"], rel=1e-10)
 
