@@ -7,6 +7,7 @@ import pytest
 from singular_linkages import LINKAGES
 
 import mechc
+from mechc.measurement.stress_targets import TARGETS, answer_of
 
 CLAIMED = 10.0
 """A true error may be larger than the claimed one by this."""
@@ -44,3 +45,20 @@ def _is_right(name: str, ran: mechc.Solution, useful: float) -> None:
             )
         else:
             assert off < useful * np.abs(true).max(), quantity
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("name", LINKAGES)
+def test_targets_follow_or_refuse(name: str, target: str) -> None:
+    """Modules of Python went astray, without a word."""
+    model = mechc.loads(LINKAGES[name].text, name=name)
+    if target == "python":
+        with pytest.raises(mechc.SimulationError, match="depend on each other"):
+            answer_of(target, model, [], 60)
+        return
+    answer = answer_of(target, model, [q.name for q in model.problem().states], 60)
+    after = answer["time"] > 0
+    for quantity, true in LINKAGES[name].motion(answer["time"][after]).items():
+        if quantity in answer:
+            assert np.abs(answer[quantity][after] - true).max() < 1e-6 * (1 + np.abs(true).max()), quantity
