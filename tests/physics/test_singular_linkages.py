@@ -21,6 +21,15 @@ def test_a_linkage_goes_on_through_a_singular_position(name: str, mass: float) -
     _is_right(name, ran, 1e-6)
 
 
+def test_a_longer_lighter_slower_linkage_is_the_same() -> None:
+    """With its values set for lengths of 1e5 m it was locked in the position that it passes in metres."""
+    sizes = {"M": 1e-7, "g": 98.1, "l": 1e5, "s": 7e4, "a[1]": -3e4, "b[1]": 8e4}
+    ran = mechc.loads(LINKAGES["kite"].text, name="kite").simulate(set=sizes, stop=200.0)
+    known = LINKAGES["kite"].motion(ran.time[1::SPACED] / 100)
+    for quantity, true in known.items():
+        assert np.abs(ran[quantity][1::SPACED] / 1e5 - true).max() < 1e-6
+
+
 @pytest.mark.parametrize("name", LINKAGES)
 def test_tight_runs_claim_no_more_than_they_know(name: str) -> None:
     ran = mechc.loads(LINKAGES[name].text, name=name).simulate(tolerance=1e-12)
