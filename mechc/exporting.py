@@ -197,7 +197,13 @@ def _module(model: CompiledModel, target: str) -> str:
         ran = default_run(model)
         sizes = ran[1].motion.own_sizes if ran is not None else {}
         nominal = [sizes.get(e.name, x) for e, x in zip(program.arrays["y"], begin.nominal, strict=True)]
-        begin = replace(begin, nominal=nominal, stiff=ran is not None and ran[1].statistics.jacobians > 0)
+        took = ran[0].compilation.program if ran is not None else program
+        begin = replace(
+            begin,
+            nominal=nominal,
+            stiff=ran is not None and ran[1].statistics.jacobians > 0,
+            singular=took.function("closeness") is not None,
+        )
     elif program.switching is not None:
         raise UsageMistake(
             f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which has no "

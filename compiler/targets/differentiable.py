@@ -109,7 +109,8 @@ JAX: Final = DifferentiatingLibrary(
 
 class Begin(Struct, frozen=True):
     """Where a run of the model begins: time, consistent state and inputs; the parameters by name that are set. When it ends, the
-    sizes of its states that tolerances refer to, and the inputs by index that it holds; its tolerance, and whether it is stiff."""
+    sizes of its states that tolerances refer to, and the inputs by index that it holds; its tolerance, whether it is stiff, and
+    whether it passes singular positions."""
 
     time: float
     state: Sequence[float]
@@ -120,6 +121,7 @@ class Begin(Struct, frozen=True):
     held: Mapping[int, float] = field(default_factory=dict)
     tolerance: float = 1e-8
     stiff: bool = False
+    singular: bool = False
 
 
 def emit_differentiable(

@@ -206,11 +206,19 @@ def _parameters(
 
 
 def _simulate(program: Program, begin: Begin) -> Iterator[str]:
-    """Yield the function that gives a motion; of a model that switches one that says what does."""
+    """Yield the function that gives a motion; of a model whose motion takes more than SciPy, one that says what gives it."""
+    beyond = ""
     if program.switching is not None:
+        beyond = "the model switches; its events are found by mechc run, a C program (--target c) or an FMU"
+    elif begin.singular:
+        beyond = (
+            "the model passes positions in which its constraints depend on each other, and nothing projects the steps of SciPy; "
+            "mechc run, a C program (--target c), an FMU or a page follows it"
+        )
+    if beyond:
         yield "def simulate(*given, **named):"
-        yield '    """Say what finds events: this module does not."""'
-        yield '    raise RuntimeError("the model switches; its events are found by mechc run, a C program (--target c) or an FMU")'
+        yield '    """Say what gives the motion: this module does not."""'
+        yield f"    raise RuntimeError({string(beyond)})"
         return
     reads = {
         s.array

@@ -82,14 +82,17 @@ def judged_target(case: Scaled, target: str) -> str:
     except (mechc.SimulationError, mechc.UsageMistake, mechc.CompileError) as error:
         assert str(error)
         return f"refused: {error}"
-    stop = model.simulate(estimate_error=False).time[-1]
-    if abs(answer["time"][-1] - stop) > 1e-12 * stop:  # ended by an event between its rows
+    ran = model.simulate()
+    claims, stop = ran.accuracy.error, ran.time[-1]
+    assert claims is not None
+    reached = np.flatnonzero(np.isfinite(answer["time"]))[-1]
+    if abs(answer["time"][reached] - stop) > 1e-12 * stop:  # ended by an event between its rows
         return "right as far as rows go"
     for name, (true, size) in ends.items():
         if name in answer:
-            found = float(answer[name][-1])
-            bound = max(SHARE, 2e-3 if name in case.unresolved else 0) * size
-            assert abs(found - true) <= bound, f"{name} is {found!r} for {true!r}"
+            found = float(answer[name][reached])
+            owed = claims.by_state.get(name, 0.0) * (claims.nominal.get(name, 0.0) + abs(true))
+            assert abs(found - true) <= max(SHARE * size, CLAIMED * owed), f"{name} is {found!r} for {true!r}"
     return "right"
 
 

@@ -19,9 +19,11 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.lang.units import BASE, parse_unit
 from mechc.runtime.numerics.rank import inverse
 
 from ...flat.model import Kind
+from ...flat.types import LENGTH
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.evaluate import Tape, evaluate
@@ -33,6 +35,8 @@ from .slopes import slopes
 SHARE, PROJECTED_SHARE = 1e-9, 1e-7
 """Shares of the diagonal of K M^-1 K^T, of accelerations and of projections. Rounding in a vanishing pivot, 1e-16 of
 the largest, must be far below them. Measured with rows of 2 to 40 four-bars and tolerances of 1e-6 to 1e-12."""
+
+METRE = BASE.index("m")
 
 STEP = 0.1
 STEPS = 64
@@ -195,8 +199,8 @@ def _with_parameters(
     free: Sequence[int],
     values: Mapping[Node, float],
 ) -> list[Node]:
-    """Return for each row how its K M^-1 K^T changes with the parameters, by the diagonal of M at this state: 1 for those that the model
-    states. A row with a weight is scaled by that already."""
+    """Return for each row how its K M^-1 K^T changes with the parameters, by the diagonal of M at this state, and by the size of lengths
+    where K has some: 1 for those that the model states. A row with a weight is scaled by that already."""
     graph = system.graph
     k = slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
     entries = jacobian(graph, [residual[i] for i in free], [system.a[i] for i in free])
@@ -205,6 +209,7 @@ def _with_parameters(
     moving = [n for n in graph.support(*inertia) if n in values and n not in fixed]
     still = substitute(graph, inertia, {n: graph.constant(Fraction(values[n])) for n in moving})
     now = evaluate(graph, still, values)
+    grown = _growth_of_lengths(system, values)
     scales = []
     for row, slope in zip(rows, k, strict=True):
         places = [j for j in range(len(free)) if slope[j] and np.isfinite(slope[j]) and now[j] > 0]
@@ -212,9 +217,33 @@ def _with_parameters(
             scales.append(graph.one)
             continue
         stated = sum(float(slope[j]) ** 2 / now[j] for j in places)
-        parts = [graph.div(graph.constant(Fraction(float(slope[j]) ** 2 / stated)), still[j]) for j in places]
+        parts = [
+            graph.mul(
+                graph.div(graph.constant(Fraction(float(slope[j]) ** 2 / stated)), still[j]),
+                graph.power(grown, 2 * _degree(system, row, free[j])),
+            )
+            for j in places
+        ]
         scales.append(graph.sum(parts))
     return scales
+
+
+def _degree(system: MechanicalSystem, row: Row, coordinate: int) -> Fraction:
+    """Return the power of lengths in the derivative of a row by a coordinate."""
+    residual = parse_unit(row.constraint.units[row.component] or "1").dimension
+    return Fraction((residual / system.v[coordinate].variable.type.dimension).exponents[METRE])
+
+
+def _growth_of_lengths(system: MechanicalSystem, values: Mapping[Node, float]) -> Node:
+    """Return the geometric mean of what parameters that are lengths have grown by."""
+    graph = system.graph
+    lengths = [
+        s.node
+        for s in system.symbols.parameters
+        if s.variable.type.dimension == LENGTH and values.get(s.node, 0.0) > 0
+    ]
+    ratios = [graph.div(graph.abs(n), graph.constant(Fraction(values[n]))) for n in lengths]
+    return graph.power(graph.product(ratios), Fraction(1, len(ratios))) if ratios else graph.one
 
 
 def _inverse_inertias(
