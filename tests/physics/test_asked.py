@@ -375,7 +375,7 @@ def test_racing_car() -> None:
 
 def test_curvilinear_coordinates() -> None:
     """U96: velocity and acceleration in polar, cylindrical and spherical coordinates, all of which change."""
-    found = example("curvilinear").study("components").details["points"]
+    found = example("curvilinear").kinematics().details["points"]
     (r, r1, r2), (o, o1, o2), (f1, f2) = (1.3, 0.5, 0.3), (0.7, -0.6, -0.2), (0.8, 0.5)
     across = [r2 - r * f1**2, r * f2 + 2 * r1 * f1]
     s, c = math.sin(o), math.cos(o)
