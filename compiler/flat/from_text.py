@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ def flat_model_of(
     *,
     model: str | None,
     structural: Collection[tuple[str, Exact]],
-    search: Sequence[Path],
+    search: tuple[Path, ...],
     formulas: Collection[tuple[str, str]],
 ) -> tuple[ast.File, FlatModel]:
     """Return the syntax tree and the flat model of one model of a text. Raises CompileError."""

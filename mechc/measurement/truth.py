@@ -101,7 +101,8 @@ def even_rows(time: Array, run: Solution) -> Rows:
     free = np.flatnonzero((apart > BESIDE * (end - run.time[0])) & (time > begin) & (time <= last))
     if not free.size:
         return free
-    return free[np.unique(np.linspace(0, free.size - 1, POINTS).round().astype(int))]
+    chosen: Rows = free[np.unique(np.linspace(0, free.size - 1, POINTS).round().astype(int))]
+    return chosen
 
 
 def _even(time: Array) -> Rows:

@@ -21,9 +21,9 @@ def check_around(given: Mapping[str, Any]) -> None:
     """Raise UsageMistake for what stands around a question and is of a wrong kind."""
     inputs = given.get("inputs")
     if inputs is not None and not isinstance(inputs, Mapping):
-        shown = repr(inputs) if isinstance(inputs, (str, int, float)) else f"a {type(inputs).__name__}"
+        given_as = repr(inputs) if isinstance(inputs, (str, int, float)) else f"a {type(inputs).__name__}"
         raise UsageMistake(
-            f"'inputs' are tables or functions by the names of inputs, not {shown}",
+            f"'inputs' are tables or functions by the names of inputs, not {given_as}",
             'as in inputs={"push": "push.csv"}',
         )
     for name, what in (inputs or {}).items():

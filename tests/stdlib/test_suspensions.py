@@ -250,7 +250,8 @@ class Corner:
                         return loop.end("upper", "upper", x[4])
                     return loop.end("lower", "ball", x[0]) if point == "ball" else loop.carried(x, point)
 
-                return (place(high) - place(low)) / (2 * h)
+                rate: np.ndarray = (place(high) - place(low)) / (2 * h)
+                return rate
 
             spin = (Rotation.from_rotvec(high[1:4]) * Rotation.from_rotvec(low[1:4]).inv()).as_rotvec() / (
                 2 * h
@@ -313,7 +314,8 @@ def test_a_corner_on_a_rough_road() -> None:
 @pytest.mark.slow
 def test_a_car_in_a_steady_turn() -> None:
     """Its wheels carry its weight, and about the road below it their moments are those of the centrifugal force and of the spinning wheels."""
-    text = (ROOT / "examples" / "four_wheels.mech").read_text(encoding="utf-8")
+    name = "four_wheels"
+    text = (ROOT / "examples" / f"{name}.mech").read_text(encoding="utf-8")
     extra = "  output cm = local(car.a, mass_centre()); output o = pos(car.a); output ahead = direction(car.a, {1, 0, 0});"
     extra += " output spin = der(axle[1].angle); output at = pos(car.a);"
     extra += "".join(f" output c{i} = pos(tyre[{i}].contact_point);" for i in (1, 2, 3, 4))

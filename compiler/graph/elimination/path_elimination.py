@@ -285,7 +285,7 @@ class _State:
     def column_sweep(self, unknown: Node, row: int) -> list[Node]:
         """Return definitions that use the unknown, and those that use them, that have fewer users than it."""
         frontier = set(self.users[unknown])
-        frontier.discard(row)  # type: ignore[arg-type]
+        frontier.discard(row)
         heap = [k for k in frontier if k >= 0]
         heapify(heap)
         best, taken = len(frontier), 0
