@@ -179,10 +179,11 @@ def _lowered(graph: Graph, layout: Mapping[Node, Slot], plans: Sequence[_Plan]) 
 
             stated = plan.stores, plan.constants, order
             columns, nodes = long_body(graph, layout, *stated, in_order=plan.in_order)
-            body, made = (columns,), made_order(columns, nodes)
+            bodies: tuple[Body, ...] = (columns,)
+            made = made_order(columns, nodes)
         else:
-            body, made = (_body(graph, layout, plan, order),), ()
-        functions.append(ProgramFunction(plan.name, plan.doc, plan.n_out, body, made=made))
+            bodies, made = (_body(graph, layout, plan, order),), ()
+        functions.append(ProgramFunction(plan.name, plan.doc, plan.n_out, bodies, made=made))
     return functions
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.studies.study import Study
 from ..runtime.studies.table import kind_of
 from ..suggest import closest, setting_meant
-from .parse_values import UsageMistake
+from .parse_values import UsageMistake, shown
 
 if TYPE_CHECKING:
     from ..runtime.results.streamed import Streamed

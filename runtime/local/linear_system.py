@@ -116,9 +116,9 @@ def linear_system(
 
 def that_stay(site: Site, found: Derivatives, inputs: list[int]) -> list[int]:
     """Return those of the inputs that keep one value during a run: they move a constraint and have no derivatives."""
-    moved: Array = _taken(with_held(site, found).constraints_by_inputs, inputs).any(axis=0)
+    moved = _taken(with_held(site, found).constraints_by_inputs, inputs)
     following = derived(site.problem)
-    return [k for j, k in enumerate(inputs) if moved[j] and k not in following]
+    return [k for j, k in enumerate(inputs) if moved[:, j].any() and k not in following]
 
 
 def proper_form(system: LinearSystem) -> OutputForm:
