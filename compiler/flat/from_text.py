@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -17,16 +17,13 @@ from mechc.lang.source import SourceFile
 from .flatten import flatten
 from .model import FlatModel
 
-if TYPE_CHECKING:
-    from ..outline import Exact
-
 
 def flat_model_of(
     source: SourceFile,
     reporter: Reporter,
     *,
     model: str | None,
-    structural: Collection[tuple[str, Exact]],
+    structural: Collection[tuple[str, Fraction | bool | str]],
     search: tuple[Path, ...],
     formulas: Collection[tuple[str, str]],
 ) -> tuple[ast.File, FlatModel]:
