@@ -26,7 +26,7 @@ def short_body(program: Any) -> Any:
 
 
 BREAKS: dict[str, tuple[Callable[[Any], Any], str]] = {
-    "flatten": (lambda model: replace(model, variables=()), "flat model, energies"),
+    "flat_model_of": (lambda both: (both[0], replace(both[1], variables=())), "flat model, energies"),
     "build": (lambda system: replace(system, start_v=()), "system, start_v"),
     "assemble": (lambda equations: replace(equations, known=()), "equations: known"),
     "lower": (short_body, "program, function rhs"),

@@ -245,6 +245,7 @@ VALUES = {
 """Values of all parameters and inputs other than the defaults; a mass follows from a density."""
 
 ASKED = {
+    "tangents": "tangents({0.36, -0.8, 0.48})",
     "unit_vector": "unit_vector({3, -1, 2})",
     "across": "across(unit_vector({3, -1, 2}), unit_vector({2, 1, 1}), unit_vector({1, -1, -1}))",
     "turned_by": "turned_by({0.36, 0.48, -0.8}, {-0.8, 0.6, 0}, {0.48, 0.64, 0.6})",
@@ -324,10 +325,13 @@ def functions(package: str) -> list[str]:
     return [item.name for item in file.items if isinstance(item, ast.Function)]
 
 
-ASSEMBLIES = {("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")} | {
-    ("suspension", name) for name in ("Wishbone", "Suspension", "DoubleWishbone", "McPherson")
+ASSEMBLIES = {
+    *(("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")),
+    *(("suspension", name) for name in ("Wishbone", "Suspension", "DoubleWishbone", "McPherson")),
+    *(("contact", name) for name in ("FeetOnPlane", "BallOnPlane", "CapsuleOnPlane", "BoxOnPlane")),
+    *(("contact", name) for name in ("RoundContact", "BallOnBall", "BallOnCapsule", "BallOnBox", "CapsuleOnCapsule")),
 }
-"""Small machines: they have answers of their own, in tests/stdlib/test_machines.py and test_suspensions.py."""
+"""They have answers of their own, in tests/stdlib: test_machines.py, test_suspensions.py, test_contact.py."""
 HALVES = {("vehicle", name) for name in ("TyreData", "RollingTyre")}
 """What parts share, and which is nothing alone: the parts are compared."""
 EVERY = [

@@ -80,6 +80,7 @@ def rank(
     positions = [graph.zero if row.position is None else row.position for row in rows]
     shape = (len(rows), len(velocities))
     away = np.zeros(len(rows))
+    steady = np.zeros(len(rows), dtype=bool)
     places: list[RankPlace] = []
     for sample in range(SAMPLES):
         values = dict(start)
@@ -96,16 +97,14 @@ def rank(
         touched |= np.abs(matrix) > TOLERANCE * sizes
         changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)
         least = np.maximum(VANISHED * away, np.where(np.isfinite(changes), changes / NOISE, 0.0))
+        steady |= np.linalg.norm(matrix, axis=1) > changes / NOISE
         independent = tuple(independent_rows(matrix, TOLERANCE, least))
         if len(independent) > len(chosen):
             chosen = independent
     beside = touched[list(chosen)].any(axis=0)
-    alone = [
-        k for k in range(len(rows)) if k not in chosen and touched[k].any() and not touched[k][beside].any()
-    ]
-    chosen = tuple(
-        sorted({*chosen, *alone})
-    )  # no other row says there what one does that is small beside its numbers
+    # what is small beside its numbers, but no rounding, and where no other row says anything
+    alone = [k for k in range(len(rows)) if steady[k] and touched[k].any() and not touched[k][beside].any()]
+    chosen = tuple(sorted({*chosen, *alone}))
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
     return Rank(chosen, supports, frozenset(unfulfilled), tuple(places))
 

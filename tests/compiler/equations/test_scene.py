@@ -245,7 +245,7 @@ def compare_without(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert isinstance(found, ast.File)
         return found
 
-    monkeypatch.setattr("mechc.compiler.pipeline.parse", stripped)
+    monkeypatch.setattr("mechc.compiler.flat.from_text.parse", stripped)
     monkeypatch.setattr(files, "parse", stripped)
     monkeypatch.setattr(files, "_parsed", {})
     bare = compile_source(source, search=(path.parent,))

@@ -28,7 +28,7 @@ NUMBERED = sorted(LANGUAGE.glob("*.mech"))
 REFUSED_DRAFTS = {
     "E03_stewart_platform": "E0401",
     "E05_robot_arm_7": "E0315",
-    "E07_half_car": "E0401",
+    "E07_half_car": "E0402",
     "E18_backlash": "E0211",
     "E24_bricard": "E0315",
     "V9_U62_second_derivative_lagrangian": "E0590",
