@@ -202,7 +202,7 @@ def _module(model: CompiledModel, target: str) -> str:
             begin,
             nominal=nominal,
             stiff=ran is not None and ran[1].statistics.jacobians > 0,
-            singular=took.function("closeness") is not None,
+            singular=took.function("closeness") is not None and program.function("closeness") is None,
         )
     elif program.switching is not None:
         raise UsageMistake(

@@ -31,8 +31,8 @@ TOLERANCE = 1e-9
 VANISHED = 1e-11
 """A row below this share of what it is off the manifold is rounding: it says there what others imply."""
 
-ROUNDED, NOISE = 1e-12, 0.01
-"""A row that changes by more than the second share of it where all numbers change by the first is what rounding leaves of zero."""
+ROUNDED, FINER, NOISE = 1e-12, 1e-14, 0.01
+"""A row that changes by more than the last share of it where all numbers change by the first is what rounding leaves of zero; the second: beside numbers that are 1e12 times as large."""
 
 REACHED = 1e-6
 """A residual below this, in SI units, counts as none."""
@@ -80,7 +80,6 @@ def rank(
     positions = [graph.zero if row.position is None else row.position for row in rows]
     shape = (len(rows), len(velocities))
     away = np.zeros(len(rows))
-    steady = np.zeros(len(rows), dtype=bool)
     places: list[RankPlace] = []
     for sample in range(SAMPLES):
         values = dict(start)
@@ -95,15 +94,20 @@ def rank(
         places.append(RankPlace(values, matrix))
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
-        changes = np.linalg.norm(_matrix(graph, flat, shape, values, rounded=True) - matrix, axis=1)
+        changes = np.linalg.norm(_matrix(graph, flat, shape, values, ROUNDED) - matrix, axis=1)
         least = np.maximum(VANISHED * away, np.where(np.isfinite(changes), changes / NOISE, 0.0))
-        steady |= np.linalg.norm(matrix, axis=1) > changes / NOISE
         independent = tuple(independent_rows(matrix, TOLERANCE, least))
         if len(independent) > len(chosen):
             chosen = independent
     beside = touched[list(chosen)].any(axis=0)
-    # what is small beside its numbers, but no rounding, and where no other row says anything
-    alone = [k for k in range(len(rows)) if steady[k] and touched[k].any() and not touched[k][beside].any()]
+    alone = [
+        k for k in range(len(rows)) if k not in chosen and touched[k].any() and not touched[k][beside].any()
+    ]
+    for place in (
+        places if alone else ()
+    ):  # small beside its numbers, yet no rounding, where no other row says anything
+        changes = np.linalg.norm(_matrix(graph, flat, shape, place.values, FINER) - place.matrix, axis=1)
+        alone = [k for k in alone if np.linalg.norm(place.matrix[k]) > 10 * changes[k]]
     chosen = tuple(sorted({*chosen, *alone}))
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
     return Rank(chosen, supports, frozenset(unfulfilled), tuple(places))
@@ -114,17 +118,17 @@ def _flat(entries: Sequence[Mapping[int, Node]]) -> list[tuple[int, int, Node]]:
 
 
 def _matrix(
-    graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float], *,
-    rounded: bool = False,
+    graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float],
+    rounded: float = 0.0,
 ) -> Vector:  # fmt: skip
-    """Return the entries as numbers; ``rounded``: of values and constants that all are a little different."""
+    """Return the entries as numbers; ``rounded``: of values and constants that all differ by up to this share."""
     matrix = np.zeros(shape)
     numbers = FLOATS
     if rounded:
         share = np.random.default_rng(21)
 
         def other(x: float) -> float:
-            return float(x) * (1 + ROUNDED * share.uniform(-1, 1))
+            return float(x) * (1 + rounded * share.uniform(-1, 1))
 
         values = {n: other(x) for n, x in values.items()}
         numbers = replace(FLOATS, constant=lambda c: float(c) if c.denominator == 1 else other(float(c)))
