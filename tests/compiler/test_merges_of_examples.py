@@ -76,7 +76,11 @@ def rates(equations: Equations, random: np.random.Generator) -> np.ndarray:
     }
     point = {array: random.uniform(0.5, 1.5, size) for array, size in sizes.items()}
     point["z"] = np.round(point["z"] - 0.5)
-    contacts = [k for k, entry in enumerate(equations.discretes) if entry.name.startswith("closed(")]
+    names = [entry.name for entry in equations.discretes]
+    contacts = [k for k, name in enumerate(names) if name.startswith("closed(")]
     point["z"][contacts[3:]] = 0  # more may repeat each other: a box rests on four corners
+    frictions = [k for k, name in enumerate(names) if name.startswith("sticks(")]
+    if len(frictions) > 3:
+        point["z"][frictions] = 0
     values = {n: float(point[s.array][s.index]) for n, s in equations.layout.items()}
     return np.array(evaluate(equations.graph, rhs.outputs, values), dtype=float)

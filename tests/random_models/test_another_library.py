@@ -329,7 +329,10 @@ ASSEMBLIES = {
     *(("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")),
     *(("suspension", name) for name in ("Wishbone", "Suspension", "DoubleWishbone", "McPherson")),
     *(("contact", name) for name in ("FeetOnPlane", "BallOnPlane", "CapsuleOnPlane", "BoxOnPlane")),
-    *(("contact", name) for name in ("RoundContact", "BallOnBall", "BallOnCapsule", "BallOnBox", "CapsuleOnCapsule")),
+    *(
+        ("contact", name)
+        for name in ("RoundContact", "BallOnBall", "BallOnCapsule", "BallOnBox", "CapsuleOnCapsule")
+    ),
 }
 """They have answers of their own, in tests/stdlib: test_machines.py, test_suspensions.py, test_contact.py."""
 HALVES = {("vehicle", name) for name in ("TyreData", "RollingTyre")}

@@ -384,8 +384,16 @@ def differences(site: Site, y: Array) -> float:
     return off
 
 
+BENDS = {
+    "falling_strip": "drag and lift have no second derivative at rest: differences are off by their step",
+    "wheelset_hunting": "begins at a point of its profile, where the rates bend: the derivative is that of one side",
+    "hydraulic_axis": "rests at the edge of the dead zone of its valve: the derivative is that of one side",
+}
+"""Examples whose rates bend where they are looked at, which linearize does not tell."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", [p for p in EXAMPLES if p.stem not in BENDS], ids=lambda p: p.stem)
 def test_examples_against_differences(path: Path) -> None:
     """Second differences of step 1e-6 are off by rounding over the step, 1e-10, times what conditions the rates."""
     model = mechc.load(path)
@@ -426,7 +434,7 @@ LOSES_DIGITS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", [p for p in EXAMPLES if p.stem not in BENDS], ids=lambda p: p.stem)
 def test_examples_at_their_equilibria_against_differences(path: Path) -> None:
     model = mechc.load(path)
     problem = model.problem(parts=Linearize.needs)
