@@ -46,6 +46,10 @@ SPECIAL = {
     "geared_servo": Special("rests later, where rounding decides when teeth slip", stop=1.5),
     "balls_on_a_box": Special("corners come to rest at once later, whose order a change decides", stop=0.2),
     "wheelset_hunting": Special("begins where its rates bend", values={"y": 5.5e-3}, stop=0.05),
+    "four_wheels": Special(
+        "its rack begins to move later, at a kink of time after which derivatives are wrong",
+        stop=0.45,
+    ),
     "beam": Special("81 states, whose differences take long", stop=0.3),
 }
 
