@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq, lsq_linear
 from scipy.spatial.transform import Rotation
 
@@ -234,6 +235,51 @@ def test_how_far_a_ball_rolls_down_in_a_ball_is_found_by_friction() -> None:
     slip = next(e for e in s.events if e.kind == "slip")
     k = int(np.searchsorted(s.time, slip.time))
     assert math.atan2(s["f.position[1]"][k], s["f.position[3]"][k]) == pytest.approx(slips, abs=1e-7)
+
+
+YARD = """
+import mech.planar.*;
+import mech.contact.*;
+model Trolley
+  frame from;
+  frame deck = from * trans({0 m, 0.05 m});
+  frame top = deck * trans({0 m, 0.05 m});
+  Body ball(m = 0.5 kg, J = 0.5*0.5 kg*(0.05 m)^2);
+  Free free(top -> ball.a, y = 0.25 m);
+  BallOnPlane on(top -> ball.a, r = 0.05 m, friction = 0.6, restitution = 0.3);
+end Trolley;
+model Yard "a ball falls on a trolley that a measured input drives, and rolls off it"
+  gravity {0, -9.81} m/s^2;
+  input Length road(interpolation = "spline") = 0 m;
+  Body base(m = 5 kg, J = 0.1 kg.m^2);
+  Prismatic rail(world -> base.a, axis = {1, 0});
+  drive rail.position = road;
+  Trolley car(from = base.a);
+  when car.free.x < -0.25 m then terminate("off the plate"); end when;
+  experiment(stop = 2 s, tolerance = 1e-10);
+end Yard;
+"""
+
+
+def test_a_ball_falls_on_a_trolley_that_an_input_drives() -> None:
+    """By flights, impulses and rolling one after the other, over the same natural spline."""
+    times = np.arange(2001) / 1000
+    road = CubicSpline(times, 0.75 * times**2, bc_type="natural")
+    s = mechc.loads(YARD).simulate(inputs={"road": (times, 0.75 * times**2)}, estimate_error=False)
+    mass, r, g, rest, mu = 0.5, 0.05, 9.81, 0.3, 0.6
+    inertia = 0.5 * mass * r * r
+    t, place, speed, spin, rises, height = 0.0, 0.0, float(road(0, 1)), 0.0, 0.0, 0.2
+    while rises > 1e-10 or not t:
+        flight = (rises + math.sqrt(rises**2 + 2 * g * height)) / g
+        t, place, fall, height = t + flight, place + speed * flight, g * flight - rises, 0.0
+        stick = -(speed - float(road(t, 1)) + r * spin) / (1 / mass + r * r / inertia)
+        push = max(-1.0, min(1.0, stick / (mu * mass * (1 + rest) * fall))) * mu * mass * (1 + rest) * fall
+        speed, spin, rises = speed + push / mass, spin + push * r / inertia, rest * fall
+    x, v, a = place - float(road(t)), speed - float(road(t, 1)), -2 / 3 * 1.5
+    last = (-v - math.sqrt(v**2 - 2 * a * (x + 0.25))) / a
+    assert s.outcome.value == "terminated"
+    assert s.time[-1] == pytest.approx(t + last, abs=1e-8)
+    assert s["der(car.free.angle)"][-1] == pytest.approx(spin - a * last / r, abs=1e-7)
 
 
 @pytest.mark.slow
