@@ -49,6 +49,19 @@ class Table(Struct, frozen=True, eq=False):
         r = 1 - s
         return v[i] + s * (d + r * (r * (h * self.slopes[i] - d) - s * (h * self.slopes[following] - d)))
 
+    def rate(self, t: float) -> float:
+        """Give its derivative at ``t``, where it jumps that of what follows."""
+        x, v = self.times, self.values
+        if self.interpolation == "step" or not x[0] <= t < x[-1]:
+            return 0.0
+        i = int(np.searchsorted(x, t, side="right")) - 1
+        h = x[i + 1] - x[i]
+        mean = (v[i + 1] - v[i]) / h
+        if self.interpolation == "linear":
+            return float(mean)
+        s, first, last = (t - x[i]) / h, self.slopes[i], self.slopes[i + 1]
+        return float((1 - s) * first + s * last + 3 * s * (1 - s) * (2 * mean - first - last))
+
     def kinks(self) -> Array:
         """Times at which the value or its slope jumps: each must be the end of a step."""
         if self.ends is not None:

@@ -80,10 +80,13 @@ class _Tangents:
         self.w = [[symbol(f"d({e.name}) along {d}") for e in equations.states] for d in range(count)]
         self.dz = [[symbol(f"d(discrete {j}) along {d}") for j in self.reals] for d in range(count)]
         self.dt = [symbol(f"d(time) along {d}") for d in range(count)]
+        moving = directions.tables if equations.switching is not None else ()
+        self.input_rates = {i: symbol(f"d({equations.inputs[i].name})/d(time)") for i in moving}
         self.slots = {
             n: Slot("y", ny * (d + 1) + i) for d, row in enumerate(self.w) for i, n in enumerate(row)
         }
-        flat = [n for row in self.dz for n in row] + self.dt
+        self.at_events = (*self.dt, *self.input_rates.values())
+        flat = [*(n for row in self.dz for n in row), *self.at_events]
         self.slots |= {n: Slot("z", nz + i) for i, n in enumerate(flat)}
         rules = {r.index: r.value for r in equations.parameter_rules}
         fixed = {
@@ -108,16 +111,13 @@ class _Tangents:
         ]
         if base.discretes:
             starts = self.at_start("discretes", self.reals)
-            zeros = (self.graph.zero,) * len(self.dt)
+            zeros = (self.graph.zero,) * len(self.at_events)
             functions.append(
                 Function("discretes", "initial discrete variables and derivatives", (*starts, *zeros))
             )
         elif self.dt:
-            functions.append(
-                Function(
-                    "discretes", "derivatives of no discrete variables", (self.graph.zero,) * len(self.dt)
-                )
-            )
+            zeros = (self.graph.zero,) * len(self.at_events)
+            functions.append(Function("discretes", "derivatives of no discrete variables", zeros))
         pattern: tuple[tuple[int, int], ...] = ()
         if "jacobian" in self.functions:
             entries, ny = self.functions["jacobian"].outputs, len(base.states)
@@ -218,9 +218,12 @@ class _Tangents:
             found[self.places[Slot("u", given.inputs[k - len(given.parameters)])]] = graph.one
         if base.inputs and moved:
             defaults = total(base, self.independent, self.own("inputs"))
-            for i, change in enumerate(jvp(graph, defaults, moved)):
-                if i not in given.tables:
-                    found.setdefault(self.places[Slot("u", i)], change)
+            changes = list(jvp(graph, defaults, moved))
+            for i in given.tables:
+                changes[i] = graph.mul(self.input_rates[i], self.dt[d]) if time else graph.zero
+            for i, change in enumerate(changes):
+                place = self.places[Slot("u", i)]
+                found[place] = graph.add(found.get(place, graph.zero), change)
         return {**found, **moved}
 
     # ------------------------------------------------------------ names
@@ -241,6 +244,9 @@ class _Tangents:
         return [
             quantity(f"d(time)/d({n})", TANGENT, quotient(self.base.time.unit, unit))
             for n, unit in self.names
+        ] + [
+            quantity(f"d({e.name})/d(time)", TANGENT, quotient(e.unit, self.base.time.unit))
+            for e in (self.base.inputs[i] for i in self.input_rates)
         ]
 
 

@@ -167,7 +167,8 @@ class Solver:
 
     def write(self, y: Array) -> None:
         """Go on from another state."""
-        self.kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
+        state = np.ascontiguousarray(y, dtype=np.float64)
+        self.kernel.mech_write(self._handle, state.ctypes.data)
 
     def set_constant(self, index: int, value: float) -> None:
         """Give the table of one row for input ``index`` another value, from the present time on."""

@@ -39,8 +39,7 @@ class Augmented(Struct, frozen=True, eq=False):
     def reals(self) -> list[int]:
         """The discrete variables that have derivatives: the real ones."""
         own = self.case.problem.discretes
-        count = (len(self.problem.discretes) - len(own)) // max(self.count, 1) - 1
-        listed = self.problem.discretes[len(own) : len(own) + max(count, 0)]
+        listed = self.problem.discretes[len(own) :]
         return [k for k, q in enumerate(own) if any(d.name.startswith(f"d({q.name})/d(") for d in listed)]
 
     def split(self, rows: Array, size: int) -> tuple[Array, Array]:
@@ -52,14 +51,19 @@ class Augmented(Struct, frozen=True, eq=False):
         """Give y [n] and W [n, k] as one row."""
         return np.concatenate([y, w.T.ravel()])
 
-    def discretes(self, z: Array, dz: Array | None = None, dt: Array | None = None) -> Array:
-        """Give z of this problem: discrete variables, their derivatives [real ones, k] and those of the time [k]."""
+    def discretes(self, z: Array, dz: Array | None = None) -> Array:
+        """Give z of this problem between events: discrete variables and their derivatives [real ones, k]."""
         rest = np.zeros(len(self.problem.discretes) - z.size)
         if dz is not None:
             rest[: dz.size] = dz.T.ravel()
-        if dt is not None:
-            rest[rest.size - self.count :] = dt
         return np.concatenate([z, rest])
+
+    def discretes_at_event(self, z: Array, dz: Array, t: float, dt: Array) -> Array:
+        """Give z of this problem at an event: with the derivatives dt [k] of its time, and the rates of inputs there."""
+        rates = [self.case.tables[i].rate(t) for i in self.directions.tables]
+        row = self.discretes(z, dz)
+        row[row.size - self.count - len(rates) :] = [*dt, *rates]
+        return row
 
     def function(self, name: str, size: int) -> ModelFunction:
         """Give a function of the tangent by its name, with ``size`` results for each direction."""

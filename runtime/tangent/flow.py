@@ -146,7 +146,6 @@ class Tangents:
         self._listed = (*by_array["y"], *by_array["p"], *by_array["u"])
         self._order = [*range(states), *(first + self._listed.index(d) for d in asked)]
         self.directions = (*(Direction(f"direction {k + 1}", "") for k in range(states)), *asked)
-        _check_tables(case)
         self.augmented = augment(case, as_asked(case, self._listed, first + len(by_array["y"])))
         self.tolerance = case.tolerance
         self.sizes = sizes
@@ -319,19 +318,3 @@ class Tangents:
         both = np.stack([augmented.joined(y, w) for y, w in zip(rows.y, rows.w, strict=True)])
         z = np.stack([augmented.discretes(z, dz) for z, dz in zip(rows.z, rows.dz, strict=True)])
         return augmented.split(evaluate_rows(case, "outputs", rows.t, both, z), size)
-
-
-def _check_tables(case: Case) -> None:
-    """Refuse events that act on what a table gives: how it changes with their times is not known here."""
-    problem = case.problem
-    moving = [
-        problem.inputs[k].name
-        for k, t in case.tables.items()
-        if t.times.size > 1 and t.interpolation != "step"
-    ]
-    if moving and problem.hybrid is not None and problem.hybrid.branches:
-        raise SimulationError(
-            f"the input '{moving[0]}' is a table, and '{problem.name}' has events that act ('when'): such motions are not "
-            "differentiated",
-            help="give the input by a formula of the time, or as steps",
-        )

@@ -68,7 +68,7 @@ class Instant:
     def change(self, name: str, size: int) -> Array:
         """Evaluate its derivatives [size, k] here."""
         augmented = self.augmented
-        z = augmented.discretes(self.z, self.dz, self.dt)
+        z = augmented.discretes_at_event(self.z, self.dz, self.t, self.dt)
         function = augmented.function(f"tangent_{name}", size)
         row = function(self.t, augmented.joined(self.y, self.w), augmented.inputs(self.t), z, augmented.p)
         return row.reshape(augmented.count, size).T
@@ -201,9 +201,8 @@ class Instant:
     def _acted(self, branch: contract.BranchStruct, size: int) -> Array:
         out = np.empty(size + branch.n_checks)
         assert branch.act is not None
-        contract.MODEL_FUNCTION(branch.act)(
-            self.t, *(a.ctypes.data for a in (self.y, self.inputs(), self.z, self.case.p, out))
-        )
+        arrays = (self.y, self.inputs(), self.z, self.case.p, out)  # alive until the call returns
+        contract.MODEL_FUNCTION(branch.act)(self.t, *(a.ctypes.data for a in arrays))
         return out[:size]
 
     def branch_name(self, branch: int) -> str:
@@ -221,8 +220,9 @@ class Instant:
             self.w[self.hybrid.dissipated] -= change
 
     def onto(self) -> None:
-        """Move the derivatives onto the linearised constraints."""
-        self.w = projected(self.augmented, self.t, self.y, self.w, self.z, self.dz)
+        """Move the derivatives onto the linearised constraints, as changes at this time: constraints may move with it."""
+        along = np.outer(self.rates(), self.dt)
+        self.w = along + projected(self.augmented, self.t, self.y, self.w - along, self.z, self.dz)
 
     def pass_step(self, row: int, reflected: bool) -> None:
         """Cross a jump of the potential energy, or be thrown back by it."""

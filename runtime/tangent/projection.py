@@ -14,12 +14,11 @@ def projected(
     w: Array,
     z: Array,
     dz: Array | None = None,
-    dt: Array | None = None,
 ) -> Array:
-    """Give W [ny, k] moved onto the constraints at the state y [ny], in the metric of the masses."""
+    """Give W [ny, k], changes at the time t, moved onto the constraints at the state y [ny], in the metric of the masses."""
     problem = augmented.case.problem
     nq, nv = problem.nq, problem.nv
-    u, more = augmented.inputs(t), augmented.discretes(z, dz, dt)
+    u, more = augmented.inputs(t), augmented.discretes(z, dz)
     w = w.copy()
     for name in ("project_position", "project_velocity"):
         change = augmented.function(f"tangent_{name}", nv)(t, augmented.joined(y, w), u, more, augmented.p)

@@ -191,16 +191,6 @@ def _indicator_rates(here: Instant, count: int, probe: int) -> Array:
     other = Instant(
         here.augmented, here.t, here.y, np.zeros_like(here.w), here.z, np.zeros_like(here.dz), here.dt
     )
-    if any(table.times.size > 1 for table in here.case.tables.values()):
-        h = 1e-7 * max(here.case.stop - here.case.begin, 1e-300)
-        sides = []
-        for s in (h, -h):
-            moved = Instant(
-                here.augmented, here.t + s, here.y + s * here.rates(), here.w, here.z, here.dz, here.dt
-            )
-            sides.append(moved.own("indicators", count))
-        rates: Array = (sides[0] - sides[1]) / (2 * h)
-        return rates
     other.w[:, probe] = here.rates()
     other.dt = np.zeros(here.augmented.count)
     other.dt[probe] = 1.0

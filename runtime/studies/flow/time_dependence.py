@@ -44,7 +44,8 @@ def _compiled(address: int, size: int) -> ModelFunction:
 
     def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
         out = np.empty(size)
-        function(t, *(np.ascontiguousarray(a).ctypes.data for a in (y, u, z, p)), out.ctypes.data)
+        arrays = [np.ascontiguousarray(a) for a in (y, u, z, p)]
+        function(t, *(a.ctypes.data for a in arrays), out.ctypes.data)
         return out
 
     return call
