@@ -29,6 +29,15 @@ NAMED = 6
 EDGE = 1e-9
 """An indicator below this stands at its edge: what it tells apart has different derivatives on its two sides."""
 
+STEPS = (1e-6, 1e-9)
+"""Of the size of a displacement: where it is looked at whether rates bend."""
+
+BEND = 1e-2
+"""Share of a derivative by which it differs on the two sides where rates bend."""
+
+ROUNDED = 1e-14
+"""Of the rates: what rounding makes of them, with the digits that models lose."""
+
 
 class Derivatives(Struct, frozen=True, eq=False):
     """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints. Behind the columns
@@ -315,9 +324,9 @@ class Edges(Struct, frozen=True):
 def edges(site: Site, y: Array) -> Edges:
     """Find what holds at a state, or stands at an edge there."""
     problem, plan = site.problem, plan_of(site)
+    sharp = [f"the rates bend at this value of '{name}'" for name in bends(site, y)]
     if problem.hybrid is None or plan is None:
-        return Edges((), ())
-    sharp: list[str] = []
+        return Edges(tuple(sharp), ())
     leaving: list[str] = []
     held: list[str] = []
     values = indicators_of(site, plan, y)
@@ -341,6 +350,27 @@ def edges(site: Site, y: Array) -> Edges:
         )
         (smooth if np.array_equal(here, there) else sharp).append(f"'{text}' stands at its edge")
     return Edges(tuple(sharp), tuple(smooth), tuple(leaving), tuple(dict.fromkeys(held)))
+
+
+def bends(site: Site, y: Array) -> tuple[str, ...]:
+    """Name the displacements on whose two sides the rates have different derivatives, such as |x| at x = 0: the second
+    difference over a step, which is the step times a curvature where they are smooth, is the same for both ``STEPS``."""
+    here, found = site.rates(y), []
+    for j, name in enumerate(site.chart.names):
+        i = site.chart.place(j)
+        size = 1.0 if i in site.problem.rotations else abs(float(y[i])) or 1.0
+        second, first = [], []
+        for step in STEPS:
+            d = np.zeros(site.chart.size)
+            d[j] = step * size
+            ahead, behind = site.rates(site.chart.moved(y, d)), site.rates(site.chart.moved(y, -d))
+            second.append((ahead + behind - 2 * here) / d[j])
+            first.append(np.abs(ahead - here) / d[j] + np.abs(behind - here) / d[j])
+        rounding = ROUNDED * (np.abs(here) / (STEPS[-1] * size) + 1e-300)
+        bent = np.abs(second[1]) > BEND * first[1] + rounding
+        if (bent & (np.abs(second[0] - second[1]) < BEND * np.abs(second[1]) + rounding)).any():
+            found.append(name)
+    return tuple(found)
 
 
 def _listed(texts: tuple[str, ...]) -> str:

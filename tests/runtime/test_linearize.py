@@ -386,8 +386,6 @@ def differences(site: Site, y: Array) -> float:
 
 BENDS = {
     "falling_strip": "drag and lift have no second derivative at rest: differences are off by their step",
-    "wheelset_hunting": "begins at a point of its profile, where the rates bend: the derivative is that of one side",
-    "hydraulic_axis": "rests at the edge of the dead zone of its valve: the derivative is that of one side",
 }
 """Examples whose rates bend where they are looked at, which linearize does not tell."""
 
@@ -459,3 +457,37 @@ def test_a_place_where_forces_are_infinite_is_no_equilibrium(force: str) -> None
     text = "coordinate x = 1 m; coordinate y = 0.3 m; kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);" + force
     with pytest.raises(SimulationError, match="no equilibrium was found"):
         linear(mechc.loads(text), at="equilibrium")
+
+
+BENT = """
+model Bent
+  coordinate Length x = 0 m;
+  coordinate Length y = 0 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*4 N/m*x^2 + 1 N/m*y^2 + 1 N/m^2*y^3;
+  force -{force} on x;
+  force -0.1 kg/m*abs(der(y))*der(y) on y;
+  experiment(stop = 1 s);
+end Bent;
+"""
+
+
+@pytest.mark.parametrize(
+    ("force", "named"),
+    [
+        ('table(x, {-1, 0, 1} m, {-3, 0, 1} N, "linear")', "x"),
+        ("3 N/m*max(x, 0 m)", "x"),
+        ("3 N.s/m*max(der(x), 0 m/s)", "der(x)"),
+        ("3 N/m^2*x*abs(x)", ""),
+        ("3 N*tanh(x/(1 mm))", ""),
+    ],
+)
+def test_rates_that_bend_have_no_linearisation(force: str, named: str) -> None:
+    """Two derivatives of one side each are no derivative; what is smooth, however curved, has one."""
+    problem = mechc.loads(BENT.format(force=force)).problem(parts=Linearize.needs)
+    site = site_of(problem, SimulationOptions(), Place())
+    found = edges(site, site.y).sharp
+    if named:
+        assert any(f"'{named}'" in text or "stands at its edge" in text for text in found)
+    else:
+        assert not found
