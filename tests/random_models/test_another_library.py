@@ -203,6 +203,8 @@ VALUES = {
         "TorqueSource": "torque = 3 N.m",
         "SpeedSource": "speed = 2 rad/s",
         "DCMotor": "voltage = 12 V, R = 2 Ohm, L = 30 mH, K = 0.3 N.m/A",
+        "TorqueCurve": "load = 0.7, speeds = {-3, 0, 4} rad/s, full = {2, 3, 1} N.m, dragged = {0.2, 0, -0.4} N.m",
+        "Servo": "kp = 5 s^-1, kv = 0.7 N.m.s, speed = 1.3 rad/s, limit = 0.6 N.m",
     },
     "translational": {
         "Slider": "m = 0.4 kg",
@@ -255,6 +257,8 @@ ASKED = {
     "sine": "sine(0.3 s, 0.7 Hz, 20 deg)",
     "chirp": "{chirp(t, 2 Hz, 3 Hz, 0.8 s) for t in {0.2, 0.7, 1.6} s}",
     "pulse": "{pulse(t, 0.5 s, 0.3 s, 0.4) for t in {0.2, 0.55, 0.65, 1.45} s}",
+    "binary_sequence": "{sum(i*binary_sequence(5)[i] for i in 1:31), sum(i*binary_sequence(8)[i] for i in 1:255)}",
+    "prbs": "{prbs(t, 4, 0.3 s) for t in {0.2, 2.2, 3.1, 5.3} s}",
     "trapezoid": "{trapezoid(t, 0.5 s, 0.3 s, 0.2 s, 0.4 s) for t in {0.2, 0.6, 0.9, 1.1, 1.6} s}",
     "point_to_point": "{point_to_point(t, l, 2 m/s, 5 m/s^2) for t in {0.3, 0.5, 0.8, 1.1} s for l in {0.3, -1.2} m}",
     "butterworth": "butterworth(5)",

@@ -40,6 +40,27 @@ def test_signals() -> None:
     assert (s["j"] == (t >= 0.3))[np.abs(t - 0.3) > 1e-9].all()
 
 
+@pytest.mark.parametrize("n", range(2, 12))
+def test_binary_sequences_are_as_long_as_they_can_be(n: int) -> None:
+    """What tells them: one more of -1 than of 1, and a cyclic autocorrelation of -1 at all shifts but 0."""
+    whole = f"import mech.control.*;\nmodel M\n  output s[:] = binary_sequence({n});\n  state Real x = 0;\n  equation der(x) = 1 s^-1;\n  experiment(stop = 1 s);\nend M;\n"
+    solution = mechc.loads(whole).simulate()
+    count = 2**n - 1
+    s = np.array([solution[f"s[{k + 1}]"][-1] for k in range(count)])
+    assert set(s) == {-1.0, 1.0} and s.sum() == -1
+    shifted = np.fft.ifft(np.abs(np.fft.fft(s)) ** 2).real
+    assert shifted == pytest.approx([count, *[-1] * (count - 1)], abs=1e-9)
+
+
+def test_a_binary_signal_repeats_its_sequence() -> None:
+    s = run("output b = prbs(time, 3, 0.1 s); state Real x = 0; equation der(x) = prbs(time, 3, 0.1 s)*1 s^-1;", 1.5)  # fmt: skip
+    sequence = np.array([-1, -1, -1, 1, 1, -1, 1])  # by hand: each is the product of those 3 and 2 before
+    place = np.floor(s.time / 0.1 + 1e-9).astype(int)
+    inside = np.abs(s.time / 0.1 - np.round(s.time / 0.1)) > 1e-6
+    assert (s["b"] == sequence[place % 7])[inside].all()
+    assert s["x"][-1] == pytest.approx(0.1 * (2 * sequence.sum() + sequence[0]), abs=1e-12)
+
+
 @pytest.mark.parametrize("way", [2.0, -2.0, 0.3, 0.0])
 def test_the_fastest_way_between_two_points(way: float) -> None:
     """A drive needs its acceleration; that of bang, coast, bang is integrated by hand, and no faster way is known."""

@@ -262,3 +262,35 @@ def test_a_screw_press_comes_to_rest_on_its_workpiece() -> None:
     force = 2 * math.pi * 0.4 / 0.01
     assert s["ram.s"][-1] == pytest.approx((force + 20e3 * 0.03) / 20.5e3, rel=1e-7)
     assert s["workpiece.push"][-1] + s["back.pull"][-1] == pytest.approx(force, rel=1e-6)
+
+
+def test_a_motor_runs_up_along_its_torque_curve() -> None:
+    """Where the curve is a straight line the speed is an exponential: M = 100 - 0.5 w after 60 % between -10 and 110 N.m."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); TorqueCurve m(from = a.angle, load = 0.6, speeds = {0, 100} rad/s, full = {110, 50} N.m, dragged = {-10, -35} N.m);", 3)  # fmt: skip
+    start, slope = 0.6 * 110 - 0.4 * 10, (0.6 * 50 - 0.4 * 35 - 62) / 100
+    w = start / slope * (np.exp(slope * s.time / 2) - 1)
+    assert w[-1] < 100
+    assert s["der(a.angle)"] == pytest.approx(w, abs=1e-8)
+    assert s["m.torque"] == pytest.approx(start + slope * w, abs=1e-8)
+
+
+def test_a_servo_without_limits_is_an_oscillator() -> None:
+    """J x'' + kv x' + kp kv x = kp kv: w^2 = kp kv/J."""
+    s = run("rotational", "Rotor a(J = 0.1 kg.m^2); Servo m(from = a.angle, target = 0.1 rad, kp = 20 s^-1, kv = 4 N.m.s);")  # fmt: skip
+    d, w = 4 / 0.2, math.sqrt(20 * 4 / 0.1 - 20**2)
+    t = s.time
+    x = 0.1 * (1 - np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t)))
+    assert s["a.angle"] == pytest.approx(x, abs=1e-10)
+
+
+def test_a_servo_is_limited_in_torque_and_speed() -> None:
+    """With torque at its limit of 3 N.m it reaches the limit of 2 rad/s, less what kv lacks of it, and runs at that."""
+    s = run("rotational", "Rotor a(J = 0.1 kg.m^2); Servo m(from = a.angle, target = 5 rad, kp = 20 s^-1, kv = 40 N.m.s, speed = 2 rad/s, limit = 3 N.m);", 1)  # fmt: skip
+    until = (2 - 3 / 40) * 0.1 / 3
+    t = s.time
+    early = t < until
+    assert s["a.angle"][early] == pytest.approx(15 * t[early] ** 2, abs=1e-10)
+    rest = t[~early] - until
+    rate = 2 - 3 / 40 * np.exp(-40 / 0.1 * rest)
+    assert s["der(a.angle)"][~early] == pytest.approx(rate, abs=1e-8)
+    assert s["m.torque"][early] == pytest.approx(3, abs=1e-12)
