@@ -1,4 +1,4 @@
-"""Nine small machines of library parts, each against statics, a closed form or SciPy; and how much shorter they are."""
+"""Machines of library parts, each against statics, a closed form or SciPy; and how much shorter they are."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 from gallery import load
 from gallery import run as run_example
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 
@@ -165,6 +166,88 @@ def test_a_quarter_car_on_a_random_road() -> None:
     start = [float(s[name][0]) for name in ("body.s", "wheel.s", "der(body.s)", "der(wheel.s)")]
     found = solve_ivp(rate, (0, 5), start, "DOP853", rtol=1e-9, atol=1e-11, max_step=5e-3)
     assert [s["body.s"][-1], s["wheel.s"][-1]] == pytest.approx(found.y[:2, -1], abs=1e-7)
+
+
+def test_a_half_car_over_a_measured_road() -> None:
+    """SciPy with its own spline and the same forces, from the start that is found by hand."""
+    x = [0, 2, 4, 5, 6, 6.5, 7, 8, 10, 12, 13, 14, 15, 16, 18, 20, 24, 30, 40, 60]
+    height = 1e-3 * np.array([0, 0, 0, 0, 8, 25, 60, 70, 68, 64, 20, -12, *[0] * 8])
+    road = CubicSpline(x, height)
+    arm, k = np.array([1.1, -1.5]), np.array([22e3, 20e3])
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        z, pitch, v, w = y[0], y[1], y[4], y[5]
+        s, ds = y[2:4], y[6:8]
+        length = z - arm * np.sin(pitch) - s
+        speed = v - arm * np.cos(pitch) * w - ds
+        strut = k * (0.46 - length) - 1500 * speed + 40e3 * np.maximum(0, 0.24 - length)
+        at = 15 * t + arm
+        ground, climb = np.where(at < 0, 0, road(at)), np.where(at < 0, 0, 15 * road(at, 1))
+        depth = np.maximum(0, 0.32 - (s - ground))
+        tyre = np.maximum(0, 190e3 * depth - 100 * (ds - climb) * (depth > 0))
+        turning = -np.cos(pitch) * arm @ strut / 1100
+        return np.array([v, w, *ds, strut.sum() / 700 - 9.81, turning, *((tyre - strut) / 40 - 9.81)])
+
+    s = run_example("half_car")
+    names = ("z", "pitch", "wheel[1].s", "wheel[2].s")
+    start = np.array([s[name][0] for name in names] + [0.0] * 4)
+    assert rate(0.0, start) == pytest.approx(np.zeros(8), abs=1e-8)
+    found = solve_ivp(rate, (0, 3), start, "DOP853", rtol=1e-10, atol=1e-12, max_step=2e-3)
+    assert [s[name][-1] for name in names] == pytest.approx(found.y[:4, -1], abs=1e-7)
+    assert s["buffer[1].push"].max() > 100
+
+
+def test_a_satellite_is_turned_by_wheels_and_unloaded_by_coils() -> None:
+    """Euler's equations with wheels and quaternions, over a circle around the dipole of the earth; SciPy."""
+    J, wheel = np.diag([6.0, 5.0, 4.0]), 2e-3
+    mu = 3.986004418e14
+
+    def matrix(q: np.ndarray) -> np.ndarray:
+        w, x, y, z = q / np.linalg.norm(q)
+        skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        return np.eye(3) + 2 * w * skew + 2 * skew @ skew
+
+    def rate(t: float, s: np.ndarray) -> np.ndarray:
+        q, w, h, r, v = s[:4], s[4:7], s[7:10], s[10:13], s[13:16]
+        R = matrix(q)
+        left = R.T @ sum(np.cross(R[:, i], np.eye(3)[i]) for i in range(3)) / 2
+        wanted = 0.02 * left - 0.4 * w
+        far = np.linalg.norm(r)
+        B = R.T @ (31.2e-6 * (6371200 / far) ** 3 * (np.array([0, 0, 1]) - 3 * r[2] / far * r / far))
+        dipole = np.clip(1e-3 * np.cross(h, B) / (B @ B), -100, 100)
+        motor = np.clip(-wanted, -0.1, 0.1)
+        dw = np.linalg.solve(J, np.cross(dipole, B) - motor - np.cross(w, J @ w + h))
+        dq = 0.5 * np.array([-q[1:] @ w, *(q[0] * w + np.cross(q[1:], w))])
+        return np.concatenate([dq, dw, motor, v, -mu * r / far**3])
+
+    axis, angle = np.array([1, 2, 2]) / 3, math.radians(40)
+    start = [math.cos(angle / 2), *(math.sin(angle / 2) * axis), *[0.0] * 6, 7e6, 0, 0, 0, 5.2e3, 5.46e3]
+    found = solve_ivp(rate, (0, 1500), start, "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    s = run_example("satellite")
+    # the momentum of a wheel is that of its own axis, which turns with the body too
+    assert [s[f"wheel[{i}].momentum"][-1] for i in (1, 2, 3)] == pytest.approx(found[7:10], abs=1e-9)
+    assert [s[f"orbit.orientation[{i}]"][-1] for i in (2, 3, 4)] == pytest.approx(found[1:4], abs=1e-9)
+    assert s["momentum"][-1] < 0.1 * s["momentum"].max()
+
+
+@pytest.mark.parametrize(("speed", "grows"), [(6.0, False), (8.5, True), (12.0, False)])
+def test_a_rotor_on_its_wheels_shakes_itself_to_pieces_at_a_middle_speed(speed: float, grows: bool) -> None:
+    """R. P. Coleman, A. M. Feingold 1958: with z = x + iy of the hub and the sum q of lag angles turned to the world, coefficients are
+    constant, (M + n m) z'' + C z' + K z + i n/2 m l q'' = 0, I (q'' - 2 i W q' - W^2 q) + c (q' - i W q) + m e l W^2 q = i m l z''."""
+    M, K, C, m, e, arm, c, n = 1500, 60e3, 300, 60, 0.3, 2.5, 60, 3
+    inertia = m * arm**2 + m * (2 * arm) ** 2 / 12
+    second = np.array([[M + n * m, 0.5j * n * m * arm], [-1j * m * arm, inertia]])
+    first = np.diag([C, c - 2j * inertia * speed])
+    none = np.diag([K, m * e * arm * speed**2 - 1j * speed * c - inertia * speed**2])
+    moved = np.linalg.solve(second, np.hstack([-none, -first]))
+    poles = np.linalg.eigvals(np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), moved]))
+    T = 2 * math.pi / speed
+    model = load("ground_resonance")
+    answer = model.floquet(period=T, set={"W": speed, "x": 0.0})
+    sizes = sorted({round(abs(complex(*x)), 7) for x in answer.details["multipliers"]})
+    for size in np.abs(np.exp(poles * T)):
+        assert min(abs(size - other) for other in sizes) < 2e-7
+    assert (poles.real.max() > 0) == grows == (sizes[-1] > 1)
 
 
 def test_a_muscle_carries_the_moment_of_a_forearm() -> None:

@@ -130,7 +130,7 @@ def _check_moments(tensor: Table, lost: float, origin: Origin, reporter: Reporte
     if not _positive(tensor, lost):
         which = "its moment of inertia is" if len(tensor) == 1 else "one of its moments of inertia is"
         _impossible(reporter, "moment of inertia", f"about its mass centre {which}", origin)
-    elif not _positive(_second_moments(tensor), lost):
+    elif not _positive(_second_moments(tensor), lost) and not _spins_alone(tensor):
         moments = ", ".join(f"{tensor[i][i]:.6g}" for i in range(3))
         reporter.note(
             "N0533",
@@ -139,6 +139,13 @@ def _check_moments(tensor: Table, lost: float, origin: Origin, reporter: Reporte
             caption=f"about the mass centre of all that moves with it, about its axes: {moments}",
             help="each principal moment is at most the sum of the other two; of a thin disk it is the sum",
         )
+
+
+def _spins_alone(tensor: Table) -> bool:
+    """Whether there is one moment alone, as of a rotor whose other moments are those of the body that carries it."""
+    pairs = [(i, j) for i in range(len(tensor)) for j in range(i)]
+    minors = math.fsum(tensor[i][i] * tensor[j][j] - tensor[i][j] ** 2 for i, j in pairs)
+    return minors <= ROUNDING * math.fsum(tensor[i][i] for i in range(len(tensor))) ** 2
 
 
 def _impossible(reporter: Reporter, what: str, caption: str, origin: Origin) -> None:

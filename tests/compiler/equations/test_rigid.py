@@ -23,6 +23,15 @@ def codes(text: str) -> list[str]:
     [
         ("mass 1 kg at F; inertia diag({1, 2, 3} kg.m^2) on F;", ""),
         ("mass 1 kg at F; inertia diag({1, 2, 3.01} kg.m^2) on F;", "N0533"),
+        # a wheel whose spin alone counts
+        (
+            "mass 1 kg at F; inertia diag({1, 1, 1} kg.m^2) on F; coordinate Angle a; inertia diag({2, 0, 0} kg.m^2) on F * rotx(a);",
+            "",
+        ),
+        (
+            "mass 1 kg at F; inertia diag({1, 1, 1} kg.m^2) on F; coordinate Angle a; inertia diag({2, 1e-3, 0} kg.m^2) on F * rotx(a);",
+            "N0533",
+        ),
         ("mass 1 kg at F; inertia {{2, 0.1, 0}, {0.2, 3, 0}, {0, 0, 4}} kg.m^2 on F;", "E0531"),
         ("mass 1 kg at F; inertia {{2, 0.1, 0}, {0.1, 3, 0}, {0, 0, 4}} kg.m^2 on F;", ""),
         ("mass 1 kg at F; inertia diag({1, 1, -0.1} kg.m^2) on F;", "E0530"),

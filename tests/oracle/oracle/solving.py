@@ -185,7 +185,7 @@ def solve_in(
             if not attempt and not quick and (settled := stays(z, J)) is not None:
                 r = settled
                 break
-            if attempt >= 1 and (np.abs(r) <= 1e-13 * size).all():
+            if attempt >= 1 and (np.abs(r) <= 1e-12 * size).all():
                 break
         else:
             if N:
