@@ -135,6 +135,7 @@ ROWS = (
     row("", "lane_change", "../stdlib/test_machines.py", "pose.x", "pose.y"),
     row("", "elbow", "../stdlib/test_machines.py", T, "elbow.angle"),
     row("", "quarter_car", "../stdlib/test_machines.py", T, "body.s wheel.s"),
+    row("", "excavator", "../stdlib/test_machines.py", T, "reach[1] reach[2] reach[3]"),
     row("", "half_car", "../stdlib/test_machines.py", T, "z wheel[1].s wheel[2].s"),
     row("", "satellite", "../stdlib/test_machines.py", T, "angle_left"),
     row("", "ground_resonance", "../stdlib/test_machines.py", "x", "y"),

@@ -168,6 +168,49 @@ def test_a_quarter_car_on_a_random_road() -> None:
     assert [s["body.s"][-1], s["wheel.s"][-1]] == pytest.approx(found.y[:2, -1], abs=1e-7)
 
 
+def test_an_excavator_holds_its_bucket() -> None:
+    """Virtual work at the end, where it all but rests: forces times changes of the lengths between eyes are those of the weights."""
+
+    def place(q: np.ndarray, along: float, across: float) -> np.ndarray:
+        x, y, angle = q
+        c, s = math.cos(angle), math.sin(angle)
+        return np.array([x + c * along - s * across, y + s * along + c * across, angle])
+
+    def turned(q: np.ndarray, angle: float) -> np.ndarray:
+        return q + np.array([0, 0, angle])
+
+    def told(q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Give the potential energy and the lengths; the rocker by the two circles on which its end lies."""
+        boom = turned(np.zeros(3), q[0])
+        stick = turned(place(boom, 5.2, 0), q[1])
+        bucket = turned(place(stick, 2.6, 0), q[2])
+        pin, end = place(stick, 2.2, 0)[:2], place(bucket, 0, 0.45)[:2]
+        d = end - pin
+        half, out = np.linalg.norm(d) / 2, np.array([-d[1], d[0]]) / np.linalg.norm(d)
+        knee = pin + d / 2 + math.sqrt(0.6**2 - half**2) * out
+        heights = (
+            1500 * place(boom, 2.6, 0.4)[1] + 800 * place(stick, 0.9, 0.1)[1] + 600 * place(bucket, 0.5, 0)[1]
+            + 900 * place(bucket, 0.7, 0.1)[1] + 40 * (pin + knee)[1] / 2 + 50 * (knee + end)[1] / 2
+        )  # fmt: skip
+        eyes = [
+            (place(boom, 2, 0.3)[:2], np.array([0.6, -0.4])),
+            (place(stick, -0.7, 0.35)[:2], place(boom, 2.4, 0.9)[:2]),
+            (knee, place(stick, 0.1, 0.5)[:2]),
+        ]
+        return 9.81 * heights, np.array([np.linalg.norm(a - b) for a, b in eyes])
+
+    s = run_example("excavator")
+    q = np.array([s[f"{name}.angle"][-1] for name in ("foot", "elbow", "wrist")])
+    assert told(q)[1] == pytest.approx([s[f"reach[{i}]"][-1] for i in (1, 2, 3)], abs=1e-9)
+    work, lengths = np.zeros(3), np.zeros((3, 3))
+    for j, d in enumerate(np.eye(3) * 1e-5):
+        ahead, behind = told(q + d), told(q - d)
+        work[j], lengths[j] = (ahead[0] - behind[0]) / 2e-5, (ahead[1] - behind[1]) / 2e-5
+    forces = np.linalg.solve(lengths, work)
+    found = np.array([s[f"push[{i}]"][-1] for i in (1, 2, 3)])
+    assert found == pytest.approx(forces, rel=1e-2)  # of which it still swings
+
+
 def test_a_half_car_over_a_measured_road() -> None:
     """SciPy with its own spline and the same forces, from the start that is found by hand."""
     x = [0, 2, 4, 5, 6, 6.5, 7, 8, 10, 12, 13, 14, 15, 16, 18, 20, 24, 30, 40, 60]
