@@ -56,6 +56,16 @@ def test_printed_acceleration_of_the_wedge() -> None:
     assert run("wedge")["a_X"][0] == pytest.approx(-1.887935, abs=6e-7)
 
 
+def test_wedge_prints_its_forces() -> None:
+    """The sources' formulas."""
+    for theta, M in ((30, 2.0), (50, 0.5)):
+        s = run("wedge", set={"theta": f"{theta} deg", "M": M})
+        sin, cos = np.sin(np.radians(theta)), np.cos(np.radians(theta))
+        down = g * sin * (M + 1) / (M + sin**2)
+        assert s["n"] == pytest.approx(M * g * cos / (M + sin**2), rel=1e-12)
+        assert s["N"] == pytest.approx((M + 1) * g - down * sin, rel=1e-12)
+
+
 def test_forces_on_the_wedge() -> None:
     """U38: between block and wedge m M g cos/(M + m sin^2), on the floor (M + m) g - m s'' sin; in free coordinates with
     constraints, whose multipliers they are."""

@@ -8,6 +8,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
+from scipy.special import ellipk
 
 import mechc
 from mechc.runtime.studies.findings import Findings
@@ -247,3 +248,14 @@ def test_near_an_unstable_rest_as_many_digits_are_said_as_are_known() -> None:
 def test_kinds_of_numbers() -> None:
     joule = example("pendulum").period(energy="-5 J")
     assert joule["energy"] == -5.0
+
+
+@pytest.mark.parametrize("energy", [0.9, 1.01, 2.0])
+def test_a_particle_on_a_sphere_turns_back_before_the_poles(energy: float) -> None:
+    """At a pole the angle about the axis moves nothing. Period by the quadrature of (ds/dt)^2 = 4 (2 (E - 1 + s) s - p^2)(1 - s), s = sin^2."""
+    found = example("particle_on_sphere").period(set={"E": energy})
+    roots = np.roots([2, 2 * (energy - 1), -0.25])
+    low, other = roots.max(), roots.min()
+    # from s = low at the turning point to 1 at the equator and back, twice: an elliptic integral
+    whole = 4 * ellipk((1 - low) / (1 - other)) / math.sqrt(8 * (1 - other)) * 2
+    assert found.details["period"] == pytest.approx(whole, rel=1e-9)

@@ -242,7 +242,7 @@ def test_a_half_car_over_a_measured_road() -> None:
 
 def test_a_satellite_is_turned_by_wheels_and_unloaded_by_coils() -> None:
     """Euler's equations with wheels and quaternions, over a circle around the dipole of the earth; SciPy."""
-    J, wheel = np.diag([6.0, 5.0, 4.0]), 2e-3
+    J = np.diag([6.0, 5.0, 4.0])
     mu = 3.986004418e14
 
     def matrix(q: np.ndarray) -> np.ndarray:
