@@ -119,7 +119,10 @@ class _Growth:
         shares = {k: 0.5 + (GOLDEN * (i + 1)) % 1.0 for i, k in enumerate(free)}
         length = sum(share**2 for share in shares.values()) ** 0.5
         constant = self.graph.constant
-        return (*(constant(Fraction(shares.get(k, 0.0) / (length or 1.0))) for k in self.own), self.graph.zero)
+        return (
+            *(constant(Fraction(shares.get(k, 0.0) / (length or 1.0))) for k in self.own),
+            self.graph.zero,
+        )
 
 
 GOLDEN = (5**0.5 - 1) / 2

@@ -65,8 +65,12 @@ def _one(setting: str, item: str) -> KeptText:
     call = _call(text)
     if call is not None and call[0] in GROWN:
         if call[1].strip() != "time":
-            raise UsageMistake(f"'{call[0]}' is of the whole run, not of '{call[1]}'", f"it is written {call[0]}(time)")
+            raise UsageMistake(
+                f"'{call[0]}' is of the whole run, not of '{call[1]}'", f"it is written {call[0]}(time)"
+            )
         return KeptText(label, call[0])
+    if call is not None and call[0] == "rms":  # a mean up to the end is none over time
+        return KeptText(label, "final", text)
     if call is None or call[0] not in REDUCTIONS:
         return KeptText(label, SERIES, text)
     word, inside = call

@@ -117,7 +117,10 @@ def run_ensemble(
         seconds=time.perf_counter() - begun,
         threads=crew if elsewhere is None else elsewhere.threads,
         build=first.build,
-        remarks=members.remarks + chaos + _remarks(first) + (elsewhere.about if elsewhere is not None else ()),
+        remarks=members.remarks
+        + chaos
+        + _remarks(first)
+        + (elsewhere.about if elsewhere is not None else ()),
     )
 
 

@@ -71,7 +71,9 @@ def megno(times: Array, growth: Array) -> Array:
     logs = growth - growth[0]
     spans = np.diff(times)[:, None]
     factors = 2 * (logs[1:] - np.cumsum(spans * (logs[1:] + logs[:-1]) / 2, axis=0) / passed)
-    whole: Array = (spans * np.vstack([factors[:1] / 2, (factors[1:] + factors[:-1]) / 2])).sum(axis=0) / passed[-1]
+    whole: Array = (spans * np.vstack([factors[:1] / 2, (factors[1:] + factors[:-1]) / 2])).sum(
+        axis=0
+    ) / passed[-1]
     return whole
 
 

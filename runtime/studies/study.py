@@ -64,7 +64,9 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     of_environments: ClassVar[bool] = False
 
     @classmethod
-    def about_members(cls, problem: ModelInterface, asked: Mapping[str, Any], experiment: str | None) -> Members | None:
+    def about_members(
+        cls, problem: ModelInterface, asked: Mapping[str, Any], experiment: str | None
+    ) -> Members | None:
         """Give the question about many runs, with its settings as people write them, that answers this one by compiled code; None where
         there is none. Raises SimulationError."""
         return None

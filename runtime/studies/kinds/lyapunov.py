@@ -103,7 +103,11 @@ class Lyapunov(Study, frozen=True, kw_only=True):
             return None
         if asked.get("count") not in (None, 1, "1"):
             raise SimulationError(ONE_EXPONENT)
-        given = {name: what for name, what in asked.items() if name not in ("time", "count", "over", "estimate_error")}
+        given = {
+            name: what
+            for name, what in asked.items()
+            if name not in ("time", "count", "over", "estimate_error")
+        }
         if "time" in asked:
             given["stop"] = asked["time"]
         said = find_experiment(problem, experiment)
@@ -147,7 +151,10 @@ def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
                 times, outcome, message = np.full(1, np.nan), Outcome.FAILED, failure.message
             if outcome is Outcome.INTERRUPTED:
                 break
-            ends[k], outcomes[k] = times[-1], ENDINGS.index("completed" if outcome is Outcome.COMPLETED else "failed")
+            ends[k], outcomes[k] = (
+                times[-1],
+                ENDINGS.index("completed" if outcome is Outcome.COMPLETED else "failed"),
+            )
             if outcome is Outcome.COMPLETED:
                 (numbers[k, 0],), (errors[k, 0],) = estimated(times, growth)
                 (numbers[k, 1],) = megno(times, growth)
