@@ -13,9 +13,9 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import SourceFile
 
 from .compilation import Compilation, Request
+from .equations import growth
 from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
-from .equations import growth
 from .equations.model import Equations
 from .equations.rows.crowd import check_forces_have_formulas
 from .equations.solve.shares import check_derivatives
