@@ -70,11 +70,11 @@ class _Growth:
         if "jacobian" in functions:
             behind = {k: ny + i for i, k in enumerate(self.own)}
             kept = [e for e, (i, j) in enumerate(pattern) if i in behind and j in behind]
-            entries = functions["jacobian"].outputs
+            values = functions["jacobian"].outputs
             pattern += tuple((behind[pattern[e][0]], behind[pattern[e][1]]) for e in kept)
             functions["jacobian"] = Function(
                 "jacobian", "the Jacobian of the model, for the state and for its change",
-                (*entries, *(entries[e] for e in kept)),
+                (*values, *(values[e] for e in kept)),
             )  # fmt: skip
         names = [f"change of {base.states[k].name}" for k in self.own]
         entries = [quantity(name, TANGENT, "", nominal=1.0) for name in (*names, GROWTH)]
