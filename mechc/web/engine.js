@@ -17,6 +17,9 @@ function least(columns, weights, wanted, damping) {
   return columns.map((c, k) => weights[k] * (c[0] * p + c[1] * q));
 }
 
+/** The place of a point that lies at `arm` in the axes of a shape: its origin and these are the `numbers` of `values`. */
+const reached = (numbers, arm, values) => [0, 1, 2].map(k => values[numbers[k]] + arm.reduce((sum, a, j) => sum + a * values[numbers[3 + 3 * j + k]], 0));
+
 /** Turns the quaternion that begins at `index` by an angle about an axis of the body. */
 function turn(states, index, axis, angle) {
   const [w, x, y, z] = [0, 1, 2, 3].map(k => states[index + k]), c = Math.cos(angle / 2), s = Math.sin(angle / 2);
@@ -114,21 +117,22 @@ async function makeEngine(module, info) {
 
   /** Start values at which a point of the picture is where a hand holds it: those that may change do so least, as shares of their sizes,
    * `from` where they are; their rates are the least that give it the speed of the hand. Null where it cannot be moved. */
-  function pulledStates({numbers, target, across, speed, from}, asked) {
+  function pulledStates({numbers, arm, target, across, speed, from}, asked) {
     const starts = info.starts.map(q => q.index), free = starts.filter(k => info.states[k].kind === 'coordinate');
+    const settable = new Set([...starts, ...info.turns.flatMap(turn => turn.rates)]);
     const names = new Map(info.states.map((q, k) => [q.name, k])), sizes = reals('nominal', ny).slice();
     const along = place => across.map(a => a.reduce((sum, v, k) => sum + v * place[k], 0));
     const seen = states => {
       if (begin({...asked, states}, 1)) return null;
       e.web_picture();
       const scene = reals('scenes', nScene);
-      return along(numbers.map(k => scene[k]));
+      return along(reached(numbers, arm, scene));
     };
     let states = {...asked.states};
     for (const k of starts) if (info.states[k].kind !== 'state') states[k] = info.states[k].kind === 'rate' ? 0 : from[k];
     // a rotation is turned about the axes of the body: by angles, whose rates are the angular velocity in them
     const turns = info.turns.flatMap(({index, rates}) => rates.map((rate, axis) => ({index, axis, rate})));
-    for (const {index} of turns) for (let k = index; k < index + 4; k++) states[k] = from[k];
+    for (const {index, rate} of turns) { states[rate] = 0; for (let k = index; k < index + 4; k++) states[k] = from[k]; }
     const ways = [...free.map(k => ({
       size: sizes[k] || 1, near: s => Math.abs(s[k]), moved: (s, by) => { s[k] += by; }, rate: names.get(`der(${info.states[k].name})`),
     })), ...turns.map(({index, axis, rate}) => ({size: 1, near: () => 0, moved: (s, by) => turn(s, index, axis, by), rate}))];
@@ -155,7 +159,7 @@ async function makeEngine(module, info) {
     }
     if (!place) return null;
     least(columns, weights, speed, 1e-6)?.forEach((v, j) => {
-      if (starts.includes(ways[j].rate)) states[ways[j].rate] = v;
+      if (settable.has(ways[j].rate)) states[ways[j].rate] = v;
     });
     return states;
   }

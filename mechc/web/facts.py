@@ -206,14 +206,15 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         turns = [
             {"index": k, "rates": self.rates_of(k)}
             for k in problem.rotations
-            if self.known[k] and k not in problem.dependent
+            if k not in problem.dependent and (self.known[k] or not problem.assembly)
         ]
+        turned = [k for turn in turns for k in range(turn["index"], turn["index"] + 4)]
+        turned += [k for turn in turns for k in turn["rates"] if k not in starts]
         return {
             "turns": turns,
             "turned": [
                 {"name": problem.states[k].name, "index": k, "value": found.y0[k], "factor": 1.0}
-                for turn in turns
-                for k in range(turn["index"], turn["index"] + 4)
+                for k in turned
             ],
             "parameters": [
                 self.slider(q, k, found.p[k], 0.0, self.set_in(q))

@@ -96,7 +96,12 @@ end Tossed;
 
 def test_lanes_and_threads_tell_the_same() -> None:
     model = example("henon_heiles")
-    asked: dict[str, Any] = {"vary": "q2 = -0.1 .. 0.1, 6", "keep": f"{KEPT}, final(q2)", "stop": 300, "errors": "none"}
+    asked: dict[str, Any] = {
+        "vary": "q2 = -0.1 .. 0.1, 6",
+        "keep": f"{KEPT}, final(q2)",
+        "stop": 300,
+        "errors": "none",
+    }
     one, other = (model.ensemble(**asked, lanes=lanes) for lanes in ("on", "off"))
     assert one[KEPT] == pytest.approx(other[KEPT], abs=1e-5)
     assert one["final(q2)"] == pytest.approx(other["final(q2)"], abs=1e-6)
