@@ -17,7 +17,7 @@ from fractions import Fraction
 
 from msgspec.structs import replace
 
-from mechc.runtime.ensembles.kept import GROWTH
+from mechc.runtime.interface import GROWTH
 
 from ..graph import Node
 from ..graph.differentiate import jvp

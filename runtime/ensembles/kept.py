@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from ..interface import Quantity
+from ..interface import GROWTH, Quantity
 from ..native.kernel import EVENT_KINDS
 from ..outcome import SimulationError
 from ..problem import Problem
@@ -17,8 +17,6 @@ EXPONENT, FACTOR = "lyapunov", "megno"
 GROWN = (EXPONENT, FACTOR)
 """What is told by the growth of a change that goes along (compiler/equations/growth.py): the largest Lyapunov exponent, and the factor
 that tells chaos from order sooner."""
-GROWTH = "ln(growth)"
-"""The state that holds the logarithm of that growth."""
 FLOWING = ("max", "min", "mean", "first")
 """Those that look between the steps."""
 

@@ -26,7 +26,7 @@ from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import table_structs
-from ..interface import Quantity
+from ..interface import GROWTH, Quantity
 from ..native import contract
 from ..native import kernel as native
 from ..numerics.growth_rates import BATCHES, estimated, megno, times_of
@@ -34,7 +34,7 @@ from ..outcome import SimulationError
 from ..problem import Array, Problem
 from ..results.accuracy import APART, HALVES, companion_step, companion_tolerance, looser_companion
 from .device import Items, MakeItems, find_device, refuse_device
-from .kept import EXPONENT, FLOWING, GROWN, GROWTH, REDUCTIONS, SERIES, Kept
+from .kept import EXPONENT, FLOWING, GROWN, REDUCTIONS, SERIES, Kept
 from .lanes import Lanes, Maker, NoLanes, Wanted, check_asked, find_lanes, refuse_lanes, stepped_by, turns
 from .members import Members
 from .native import (
