@@ -203,15 +203,15 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             and k not in problem.dependent
             and not any(first <= k < first + 4 for first in problem.rotations)
         }
-        turns = [
-            {"index": k, "rates": self.rates_of(k)}
+        turns = {
+            k: self.rates_of(k)
             for k in problem.rotations
             if k not in problem.dependent and (self.known[k] or not problem.assembly)
-        ]
-        turned = [k for turn in turns for k in range(turn["index"], turn["index"] + 4)]
-        turned += [k for turn in turns for k in turn["rates"] if k not in starts]
+        }
+        turned = [first + k for first in turns for k in range(4)]
+        turned += [k for rates in turns.values() for k in rates if k not in starts]
         return {
-            "turns": turns,
+            "turns": [{"index": first, "rates": rates} for first, rates in turns.items()],
             "turned": [
                 {"name": problem.states[k].name, "index": k, "value": found.y0[k], "factor": 1.0}
                 for k in turned
