@@ -102,7 +102,9 @@ def equations_of(facts: PageFacts) -> dict[str, str]:
     sections = sections_html(compilation.system, "h4")
     if len(sections) > MOST_SIGNS:
         return {}
-    kept = ", ".join(problem.outputs[k].name for k in problem.conserved)
+    total, *changes = problem.energy_balance or (-1, -1)
+    constant = dict.fromkeys((*problem.conserved, *((total,) if total >= 0 and set(changes) == {-1} else ())))
+    kept = ", ".join(problem.outputs[k].name for k in constant)
     told = f"<p>Constant along every motion: {html.escape(kept)}.</p>" if kept else ""
     return {"equations": _packed(f"{sections}{told}".encode())}
 
