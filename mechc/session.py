@@ -126,7 +126,12 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
 def _about_members(model: CompiledModel, asked: Asked) -> Asked:
     """Return the question about many runs that answers one, where compiled code can."""
     other = asked.question.about_members(model.compilation.summary.description, asked.given, asked.experiment)
-    return asked if other is None else replace(asked, question=other[0], given=other[1])
+    if other is None:
+        return asked
+    from .requests.members import refuse_structural
+
+    refuse_structural(other[1]["vary"], model.structural_parameters)
+    return replace(asked, question=other[0], given=other[1])
 
 
 def answered(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Answer]:
