@@ -138,8 +138,19 @@ def test_what_cannot_be_asked() -> None:
         model.lyapunov(over={"c": [0.2]}, count=2)
     with pytest.raises(mechc.UsageMistake, match=r"'lyapunov' is of the whole run, not of 'x'"):
         model.ensemble(vary={"c": [0.2]}, keep="lyapunov(x)")
+    sized = mechc.loads(DAMPED.replace("parameter k", "structural parameter n = 2;\n  parameter k"))
+    with pytest.raises(mechc.UsageMistake, match="'n' is structural"):
+        sized.lyapunov(over={"n": [2, 3]})
     with pytest.raises(mechc.SimulationError, match="20 times are too few"):
         model.ensemble(vary={"c": [0.2]}, keep="x, lyapunov(time)", every=400 / 19)
+
+
+def test_methods_that_follow_no_changes_give_way() -> None:
+    """As in the study without ``over``: what is not a method for whatever has rates is followed by dop853."""
+    model = mechc.loads(DAMPED.replace("damping c on x;", "force -c*x on x;"))
+    asked: dict[str, Any] = {"over": {"c": [0.2, 0.4]}, "time": 20}
+    one, other = model.lyapunov(**asked), model.lyapunov(**asked, method="verlet", step=0.01)
+    assert (one[KEPT] == other[KEPT]).all() and other.method == "dop853"
 
 
 def test_factors_tell_powers_from_exponentials() -> None:
