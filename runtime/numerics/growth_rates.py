@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from ..problem import Array
+Array = NDArray[np.float64]
 
 BATCHES, LONG_BATCHES = 32, 8
 """Parts of the motion whose means tell the spread; the longer ones too, as motions that stay long near regular ones make
