@@ -41,6 +41,7 @@ PAGES = (
     "mutants",
     "fits",
     "exponents",
+    "exponent_maps",
     "studies",
     "answers",
     "leaving_out",

@@ -10,8 +10,9 @@ import numpy as np
 from msgspec import Struct
 
 import mechc
+from mechc.runtime.numerics.growth_rates import estimated
 from mechc.runtime.problem import Array
-from mechc.runtime.studies.kinds.lyapunov import FEWEST, LATER, WANTED, estimated
+from mechc.runtime.studies.kinds.lyapunov import FEWEST, LATER, WANTED
 
 from .machine import table, write
 from .references import EXAMPLES

@@ -13,6 +13,7 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import SourceFile
 
 from .compilation import Compilation, Request
+from .equations import growth
 from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
@@ -23,6 +24,7 @@ from .flat.from_text import flat_model_of
 from .flat.model import FlatModel
 from .gc_pause import uncollected
 from .mechanics.build import build
+from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
@@ -92,10 +94,15 @@ def _formed(
     derived: bool = False,
 ) -> Compilation:
     system = verified(build(verified(flat), reporter, by_value=by_value))
-    equations = verified(assemble(system, reporter, request.parts))
+    equations = _assembled(system, reporter, request.parts)
     stages = {"ast": tree, "flat": flat, "system": system, "equations": equations}
     stages["program"] = _lowered(equations, request.parts)
     return Compilation(request, stages, diagnostics=reporter.diagnostics, derived=derived)
+
+
+def _assembled(system: MechanicalSystem, reporter: Reporter, parts: Collection[str]) -> Equations:
+    equations = verified(assemble(system, reporter, parts))
+    return verified(growth.growth_equations(_apart(equations))) if growth.PART in parts else equations
 
 
 def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
@@ -145,4 +152,4 @@ def equations_with(compilation: Compilation, parts: Collection[str]) -> Equation
     wanted = compilation.parts.union(parts)
     if wanted == compilation.parts:
         return compilation.equations
-    return verified(assemble(compilation.system, Reporter(), wanted))
+    return _assembled(compilation.system, Reporter(), wanted)

@@ -16,7 +16,7 @@ from .display import Display, choose
 from .model import CompiledModel
 from .requests.parse_values import UsageMistake, one_of
 from .requests.question import formulas, study
-from .requests.request import Asked, holds_formulas
+from .requests.request import Asked, holds_formulas, known_of
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.integrate.little_work import BetterCodePays, little_work
 from .runtime.memo import once
@@ -88,7 +88,7 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
     Structural parameters that the experiment sweeps are swept outermost: each of their values compiles the model again.
     Raises what ``Study.solve`` raises.
     """
-    asked = with_experiment(model, asked)
+    asked = with_experiment(model, _about_members(model, asked))
     if not issubclass(asked.question, Sweep):
         found = answered(model, asked)[1]
         if asked.to is not None and isinstance(found, Solution):
@@ -121,6 +121,17 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
         if not complete or found.outcome is Outcome.INTERRUPTED:
             break
     return Runs(tuple(points), tuple(solutions), complete)
+
+
+def _about_members(model: CompiledModel, asked: Asked) -> Asked:
+    """Return the question about many runs that answers one, where compiled code can."""
+    other = asked.question.about_members(model.compilation.summary.description, asked.given, asked.experiment)
+    if other is None:
+        return asked
+    from .requests.members import refuse_structural
+
+    refuse_structural(other[1]["vary"], model.structural_parameters)
+    return replace(asked, question=other[0], given=other[1])
 
 
 def answered(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Answer]:
@@ -248,9 +259,14 @@ def problem_of(
 
 
 def _needs(asked: Asked) -> frozenset[str]:
-    return asked.question.needs.union(
+    needed = asked.question.needs.union(
         *(p for n, p in asked.question.asked_needs.items() if asked.given.get(n))
     )
+    if not any(asked.given.get(name) for name in known_of(asked.question).lists):
+        return needed
+    from .requests.kept import parts_of_kept
+
+    return needed | parts_of_kept(asked)
 
 
 def with_formulas(model: CompiledModel, asked: Asked) -> CompiledModel:

@@ -21,7 +21,7 @@ from .allowed_values import check_inputs, check_parameters, check_state
 from .driving_inputs import begin_of, check_set, with_derivatives
 from .functions import Functions
 from .inputs import Signal, Table, constant
-from .interface import OF_ENSEMBLES, Experiment, Setting
+from .interface import OF_ENSEMBLES, Experiment, ModelInterface, Setting
 from .limits_of_time import (
     DEFAULT_TOLERANCE,
     TimeSpan,
@@ -135,7 +135,7 @@ def start_remarks(case: Case) -> tuple[str, ...]:
     return (*remarks, f"the start finds {', '.join(listed)}") if listed else remarks
 
 
-def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
+def find_experiment(problem: ModelInterface, name: str | None) -> Experiment | None:
     """Give the experiment ``name``; without a name the unnamed one, else the first, else None."""
     if name is not None:
         for experiment in problem.experiments:

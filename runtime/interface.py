@@ -15,6 +15,8 @@ from .partners import partners
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
 
+GROWTH = "ln(growth)"
+"""The state that holds the logarithm of how far a change that goes along with the motion has grown."""
 PURE = ("", "1", "rad")
 """Units of numbers that have a size of their own."""
 

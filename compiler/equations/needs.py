@@ -97,6 +97,12 @@ PARTS = {
         "nobody asks for them; `model.functions` brings them",
         studied=True,
     ),
+    "growth": BuiltPart(
+        "a change of the motion and the logarithm of its growth as states",
+        (),
+        "no exponents of many runs are asked for; they bring it",
+        studied=True,
+    ),
     "bends": BuiltPart(
         "kinks of tables as they stand, where runs would stop",
         (),

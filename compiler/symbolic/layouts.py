@@ -142,9 +142,9 @@ def equations_html(system: MechanicalSystem) -> str:
     return f'<div class="mechc-equations">{STYLE}\n{sections}</div>'
 
 
-def sections_html(system: MechanicalSystem) -> str:
+def sections_html(system: MechanicalSystem, heading: str = "h2") -> str:
     """Return the equations of a system as sections of a page."""
-    return "".join(f"{line}\n" for line in _sections(_account(system, latex=True)))
+    return "".join(f"{line}\n" for line in _sections(_account(system, latex=True), heading))
 
 
 def _html(account: EquationList) -> str:

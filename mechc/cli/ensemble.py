@@ -50,7 +50,7 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--keep",
             metavar='"max(A), B"',
-            help="What to keep of each of many runs: final, max, min, mean, first(A < B), events(); a formula alone over time.",
+            help="What to keep of each of many runs: final, max, min, mean, rms, first(A < B), events(), lyapunov(time); a formula alone over time.",
         ),
         click.option("--samples", metavar="N", help="Members that are drawn at random."),
         click.option("--seed", metavar="N", help="Number from which random values follow; 1 without it."),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..runtime.studies.study import Answer
     from ..runtime.studies.table import Kind
 
-ANSWERS = (".json", ".npz", ".mat")
+ANSWERS = (".json", ".npz", ".csv", ".mat")
 METAVARS = {"time": "TIME", "number": "NUMBER", "count": "N", "text": "NAME", "names": "A,B"}
 METAVARS |= {
     "place": 'start|equilibrium|"NAME=VALUE,..."',
@@ -144,7 +144,7 @@ def command_of(kind: Kind) -> click.Command:
         "--output",
         metavar="FILE",
         callback=ending(ANSWERS, "answers"),
-        help="Write the answer as JSON (.json), or its arrays (.npz, .mat).",
+        help="Write the answer as JSON (.json), or its arrays (.npz, .mat; .csv where they are columns).",
     )(made)
     made = click.option(
         "--plot",
@@ -218,7 +218,7 @@ def _write(found: Answer, written: str, path: Path) -> None:
     if path.suffix == ".json":
         path.write_text(written + "\n", encoding="utf-8")
         return
-    if path.suffix == ".npz" and isinstance(found, Ensemble):
+    if path.suffix in (".npz", ".csv") and isinstance(found, Ensemble):
         found.save(path)
         return
     arrays = getattr(found, "arrays", None)
@@ -230,7 +230,32 @@ def _write(found: Answer, written: str, path: Path) -> None:
         import numpy as np
 
         np.savez(path, **arrays)
+    elif path.suffix == ".csv":
+        _write_columns(arrays, path)
     else:
         from scipy.io import savemat
 
         savemat(path, dict(arrays))
+
+
+def _write_columns(arrays: Mapping[str, Any], path: Path) -> None:
+    """Write arrays of one length as columns; the name of a matrix stands for its columns."""
+    import csv
+
+    from ..requests.parse_values import UsageMistake
+
+    lengths = {name: len(array) for name, array in arrays.items() if array.ndim in (1, 2)}
+    if len(lengths) < len(arrays) or len(set(lengths.values())) != 1:
+        raise UsageMistake(
+            f"the arrays of this answer are no columns of one table: '{path}'",
+            "write them to a file .npz or .mat",
+        )
+    columns = [
+        (name if array.ndim == 1 else f"{name}[{k + 1}]", column)
+        for name, array in arrays.items()
+        for k, column in enumerate(array.reshape(len(array), -1).T)
+    ]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([name for name, _ in columns])
+        writer.writerows(zip(*(column.tolist() for _, column in columns), strict=True))

@@ -28,7 +28,8 @@ def report(runs: Ensemble, style: Style = PLAIN) -> str:
     shape = " x ".join(f"{name} ({n})" for name, n in zip(runs.dimensions, runs.shape, strict=True))
     rows = [style.red(head) if bad else style.bold(head), "", f"  dimensions  {shape}"]
     rows.append(f"  method      {runs.method}, {runs.build}, {runs.threads} thread{'s' * (runs.threads > 1)}")
-    rows.append(f"  steps       {int(runs.steps.sum())}")
+    if runs.steps.any():  # not counted where an interpreter carried changes across events
+        rows.append(f"  steps       {int(runs.steps.sum())}")
     rows.append(f"  run time    {runs.seconds:.3g} s")
     if runs.scalars:
         rows += ["", *_table(runs)]

@@ -60,4 +60,4 @@ def output_of(setting: QuestionSetting) -> str:
 def settable_units(problem: Problem) -> dict[str, str]:
     """Return the SI unit of everything that a state consists of and a run can be given."""
     quantities = (*problem.parameters, *problem.states, *problem.inputs)
-    return {q.name: q.unit for q in quantities if q.kind != "account"}
+    return {q.name: q.unit for q in quantities if q.kind not in ("account", "tangent")}

@@ -7,9 +7,10 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
-from ..runtime.ensembles.kept import REDUCTIONS, SERIES, Kept
+from ..runtime.ensembles.kept import GROWN, REDUCTIONS, SERIES, Kept
 from .formulas import apart
 from .parse_values import UsageMistake, tidy
+from .request import Asked, known_of
 
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*", re.S)
 _NAMED = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)\s*(.*)", re.S)
@@ -41,8 +42,8 @@ def kept(setting: str, given: str, names: Collection[str], output_of: str) -> tu
     """Return what is kept with the names of its quantities: those of the model, else the outputs made for formulas."""
     found = []
     for k, one in enumerate(written(setting, given), start=1):
-        quantity = "" if one.kind == "events" else tidy(one.formula)
-        if one.kind != "events" and quantity not in names:
+        quantity = tidy(one.formula)
+        if quantity and quantity not in names:
             quantity = f"{output_of}_{k}"
             if quantity not in names:
                 raise UsageMistake(f"'{setting}' takes numbers, '{one.formula}' is a vector")
@@ -50,11 +51,26 @@ def kept(setting: str, given: str, names: Collection[str], output_of: str) -> tu
     return tuple(found)
 
 
+def parts_of_kept(it: Asked) -> frozenset[str]:
+    """Return the parts of the equations that what is kept is formed of."""
+    asked = ((name, it.given.get(name)) for name in known_of(it.question).lists)
+    kinds = {one.kind for name, text in asked if isinstance(text, str) for one in written(name, text)}
+    return frozenset({"growth"} if kinds.intersection(GROWN) else ())
+
+
 def _one(setting: str, item: str) -> KeptText:
     named = _NAMED.fullmatch(item)
     label, text = (named[1], named[2].strip()) if named else ("", item)
     label = label or " ".join(text.split())
     call = _call(text)
+    if call is not None and call[0] in GROWN:
+        if call[1].strip() != "time":
+            raise UsageMistake(
+                f"'{call[0]}' is of the whole run, not of '{call[1]}'", f"it is written {call[0]}(time)"
+            )
+        return KeptText(label, call[0])
+    if call is not None and call[0] == "rms":  # a mean up to the end is none over time
+        return KeptText(label, "final", text)
     if call is None or call[0] not in REDUCTIONS:
         return KeptText(label, SERIES, text)
     word, inside = call

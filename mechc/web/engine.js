@@ -3,6 +3,8 @@ const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'row
 
 const STARTS = ['', 'no position near these fulfils the constraints: the parts do not reach; move the slider back, or press reset', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
 
+const DOUBTED = 0.01;  // of nominal + |value|: an error from which on a curve is drawn pale
+
 const shortest = v => String(+v.toPrecision(6));
 
 /** The x of least sum x^2/weight with columns x = wanted, as far as `damping` allows; null where no column moves anything. */
@@ -13,6 +15,16 @@ function least(columns, weights, wanted, damping) {
   const [a, b, d] = [g[0][0] + damping * size, g[0][1], g[1][1] + damping * size], det = a * d - b * b;
   const [p, q] = [(d * wanted[0] - b * wanted[1]) / det, (a * wanted[1] - b * wanted[0]) / det];
   return columns.map((c, k) => weights[k] * (c[0] * p + c[1] * q));
+}
+
+/** The place of a point that lies at `arm` in the axes of a shape: its origin and these are the `numbers` of `values`. */
+const reached = (numbers, arm, values) => [0, 1, 2].map(k => values[numbers[k]] + arm.reduce((sum, a, j) => sum + a * values[numbers[3 + 3 * j + k]], 0));
+
+/** Turns the quaternion that begins at `index` by an angle about an axis of the body. */
+function turn(states, index, axis, angle) {
+  const [w, x, y, z] = [0, 1, 2, 3].map(k => states[index + k]), c = Math.cos(angle / 2), s = Math.sin(angle / 2);
+  const by = [[-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]][axis];
+  [w, x, y, z].forEach((v, k) => { states[index + k] = c * v + s * by[k]; });
 }
 
 /** `module`: bytes, or a module that was compiled before. */
@@ -72,7 +84,7 @@ async function makeEngine(module, info) {
     const count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
     if (count < 0) return null;
     const a = reals('rows', n * ny), b = reals('other', n * ny), size = reals('nominal', ny);
-    const byState = new Float64Array(ny);
+    const byState = new Float64Array(ny), trusted = new Array(ny).fill(Math.min(n, count));
     let largest = 0, atEnd = 0;
     for (let i = 0, k = 0; i < Math.min(n, count); i++) {
       atEnd = 0;
@@ -81,10 +93,11 @@ async function makeEngine(module, info) {
         const off = Math.abs(a[k] - b[k]) / (size[j] + Math.abs(a[k]));
         if (off > atEnd) atEnd = off;
         if (off > byState[j]) byState[j] = off;
+        if (off > DOUBTED && i < trusted[j]) trusted[j] = i;
       }
       if (atEnd > largest) largest = atEnd;
     }
-    return {largest, atEnd, byState};
+    return {largest, atEnd, byState, trusted};
   }
 
   /** Sets values and finds a start; says why there is none. */
@@ -104,23 +117,32 @@ async function makeEngine(module, info) {
 
   /** Start values at which a point of the picture is where a hand holds it: those that may change do so least, as shares of their sizes,
    * `from` where they are; their rates are the least that give it the speed of the hand. Null where it cannot be moved. */
-  function pulledStates({numbers, target, across, speed, from}, asked) {
+  function pulledStates({numbers, arm, target, across, speed, from}, asked) {
     const starts = info.starts.map(q => q.index), free = starts.filter(k => info.states[k].kind === 'coordinate');
+    const settable = new Set([...starts, ...info.turns.flatMap(turn => turn.rates)]);
     const names = new Map(info.states.map((q, k) => [q.name, k])), sizes = reals('nominal', ny).slice();
     const along = place => across.map(a => a.reduce((sum, v, k) => sum + v * place[k], 0));
     const seen = states => {
       if (begin({...asked, states}, 1)) return null;
       e.web_picture();
       const scene = reals('scenes', nScene);
-      return along(numbers.map(k => scene[k]));
+      return along(reached(numbers, arm, scene));
     };
     let states = {...asked.states};
     for (const k of starts) if (info.states[k].kind !== 'state') states[k] = info.states[k].kind === 'rate' ? 0 : from[k];
-    const wanted = along(target), weights = free.map(k => (sizes[k] || 1) ** 2), off = place => wanted.map((w, k) => w - place[k]);
+    // a rotation is turned about the axes of the body: by angles, whose rates are the angular velocity in them
+    const turns = info.turns.flatMap(({index, rates}) => rates.map((rate, axis) => ({index, axis, rate})));
+    for (const {index, rate} of turns) { states[rate] = 0; for (let k = index; k < index + 4; k++) states[k] = from[k]; }
+    const ways = [...free.map(k => ({
+      size: sizes[k] || 1, near: s => Math.abs(s[k]), moved: (s, by) => { s[k] += by; }, rate: names.get(`der(${info.states[k].name})`),
+    })), ...turns.map(({index, axis, rate}) => ({size: 1, near: () => 0, moved: (s, by) => turn(s, index, axis, by), rate}))];
+    const wanted = along(target), weights = ways.map(way => way.size ** 2), off = place => wanted.map((w, k) => w - place[k]);
     let place = seen(states), columns = [];
     for (let round = 0; place && round < 12; round++) {
-      columns = free.map(k => {
-        const h = 1e-6 * ((sizes[k] || 1) + Math.abs(states[k])), there = seen({...states, [k]: states[k] + h});
+      columns = ways.map(way => {
+        const h = 1e-6 * (way.size + way.near(states)), tried = {...states};
+        way.moved(tried, h);
+        const there = seen(tried);
         return there ? there.map((v, j) => (v - place[j]) / h) : [0, 0];
       });
       let better = null;
@@ -128,7 +150,7 @@ async function makeEngine(module, info) {
         const change = least(columns, weights, off(place), damping);
         if (!change) return null;
         const tried = {...states};
-        free.forEach((k, j) => { tried[k] += change[j]; });
+        ways.forEach((way, j) => way.moved(tried, change[j]));
         const there = seen(tried);
         if (there && Math.hypot(...off(there)) < Math.hypot(...off(place))) better = [tried, there];
       }
@@ -137,8 +159,7 @@ async function makeEngine(module, info) {
     }
     if (!place) return null;
     least(columns, weights, speed, 1e-6)?.forEach((v, j) => {
-      const k = names.get(`der(${info.states[free[j]].name})`);
-      if (starts.includes(k)) states[k] = v;
+      if (settable.has(ways[j].rate)) states[ways[j].rate] = v;
     });
     return states;
   }

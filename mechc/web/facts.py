@@ -203,7 +203,19 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             and k not in problem.dependent
             and not any(first <= k < first + 4 for first in problem.rotations)
         }
+        turns = {
+            k: self.rates_of(k)
+            for k in problem.rotations
+            if k not in problem.dependent and (self.known[k] or not problem.assembly)
+        }
+        turned = [first + k for first in turns for k in range(4)]
+        turned += [k for rates in turns.values() for k in rates if k not in starts]
         return {
+            "turns": [{"index": first, "rates": rates} for first, rates in turns.items()],
+            "turned": [
+                {"name": problem.states[k].name, "index": k, "value": found.y0[k], "factor": 1.0}
+                for k in turned
+            ],
             "parameters": [
                 self.slider(q, k, found.p[k], 0.0, self.set_in(q))
                 for k, q in enumerate(problem.parameters)
@@ -220,6 +232,11 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 if k not in held
             ],
         }
+
+    def rates_of(self, first: int) -> list[int]:
+        """Return the indices of the angular velocity of the rotation whose quaternion begins at ``first``."""
+        problem = self.problem
+        return [problem.nq + i for i, of in enumerate(problem.partner) if of == first]
 
     def slider(
         self, q: Quantity, index: int, value: float, size: float, shown: tuple[str, float]

@@ -6,11 +6,26 @@ const REACH = 22, THROW = 50;  // pixels in which a point is taken; milliseconds
 function makeHand(scene, plan, {at, ask, letGo}) {
   const canvas = scene.canvas;
   let held = null;
-  /** The points of a shape by which it can be taken: its middle, or all of a line. */
+  /** Lengths along the axes of a shape at whose ends it can be taken, too. */
+  function arms(shape, v) {
+    const along = (axis, ...lengths) => lengths.map(l => Array.from(axis, x => l * x));
+    switch (shape.kind) {
+      case 'frame': {
+        const l = shape.relative ? (at().size ??= at().box().size) * (plan.size === 2 ? 0.08 : 0.06) : v[12];
+        return [[l, 0, 0], [0, l, 0], [0, 0, l]];
+      }
+      case 'box': return [-0.5, 0.5].flatMap(a => [-0.5, 0.5].flatMap(b => [-0.5, 0.5].map(d => [a * v[12], b * v[13], d * (v[14] || 0)])));
+      case 'cylinder': return along(v.slice(14, 17), -v[13] / 2, v[13] / 2);
+      case 'cone': return along(v.slice(14, 17), v[13]);
+    }
+    return [];
+  }
+  /** The points of a shape by which it can be taken: its middle and the ends of it, or all of a line. */
   function points(shape, k) {
     if (GAUGES.includes(shape.kind) || shape.kind === 'trail' || shape.kind === 'surface' || shape.kind === 'curve') return [];
-    const found = [];
-    for (let j = 0; j + 2 < (shape.kind === 'line' ? shape.numbers.length : 3); j += 3) found.push({numbers: shape.numbers.slice(j, j + 3), place: Array.from(at().values(k).slice(j, j + 3))});
+    const found = [], v = at().values(k), numbers = shape.numbers;
+    for (let j = 0; j + 2 < (shape.kind === 'line' ? numbers.length : 3); j += 3) found.push({numbers: numbers.slice(j, j + 3), arm: [], place: Array.from(v.slice(j, j + 3))});
+    for (const arm of arms(shape, v)) found.push({numbers: numbers.slice(0, 12), arm, place: reached(numbers.map((_, j) => j), arm, v)});
     return found;
   }
   function nearest(e) {
@@ -26,7 +41,7 @@ function makeHand(scene, plan, {at, ask, letGo}) {
     });
     return best;
   }
-  const pull = (pixel, speed) => ({numbers: held.numbers, ...scene.under(...pixel), speed, from: held.begun});
+  const pull = (pixel, speed) => ({numbers: held.numbers, arm: held.arm, ...scene.under(...pixel), speed, from: held.begun});
   canvas.addEventListener('pointerdown', e => {
     const found = e.button === 0 && !e.shiftKey && !held ? nearest(e) : null;
     if (!found) return;

@@ -126,6 +126,13 @@ async function start(info, parts) {
     row.append(head, line, input); text();
     sliders.push(s);
   }
+  /** A start value that has no slider, as an entry of a quaternion: a hand changes it, and links hold it. */
+  function unseen(q) {
+    const s = {...q, group: 'states', default: q.value};
+    s.show = v => { s.value = v; };
+    s.follow = v => { if (Number.isFinite(v)) s.default = s.value = v; };
+    sliders.push(s);
+  }
   const addressed = location.protocol !== 'about:';  // what a notebook or the playground holds in a frame has no address of its own
   function remember() {
     if (!addressed) return;
@@ -159,7 +166,14 @@ async function start(info, parts) {
   function note(text) { $('note').textContent = [state.wrong, text].filter(Boolean).join(' '); }
   function tellError(error) {
     state.error = error;
-    $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})` : 'unknown: the second run failed';
+    const {run} = state, last = run && error?.trusted ? Math.min(...info.states.map((q, k) => trusted({of: 'y', k}))) : Infinity;
+    $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})${last < run?.n ? `; pale: off by more than 1 %, from ${number(run.t[last])} ${info.second}` : ''}` : 'unknown: the second run failed';
+    if (run) draw();
+  }
+  /** How many points of a quantity are off by less than a share: those of an output by any state. */
+  function trusted(q) {
+    const list = state.error?.trusted;
+    return !list ? state.run.n : q.of === 'y' && info.states[q.k].kind !== 'account' ? list[q.k] : Math.min(...list.filter((_, k) => info.states[k].kind !== 'account'), state.run.n);
   }
   function column(name) { const c = columns.find(q => q.name === name); return c; }
   function series(q) {
@@ -191,8 +205,7 @@ async function start(info, parts) {
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
     state.energy = balance;
-    if (run.error !== undefined) tellError(run.error); else $('error').textContent = '…';
-    draw();
+    if (run.error !== undefined) tellError(run.error); else { state.error = null; $('error').textContent = '…'; draw(); }
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
   }
   /** What failed is said over the picture; where nothing moved, nothing of an earlier motion stays in sight. */
@@ -209,9 +222,9 @@ async function start(info, parts) {
   function draw() {
     const {run} = state, names = [...shown];
     if (!run) return;
-    curves.set(run.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0}; }), run.events.map(e => e.t), info.second);
+    curves.set(run.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0, trusted: trusted(q)}; }), run.events.map(e => e.t), info.second);
     const a = column($('across').value), b = column($('up').value);
-    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`);
+    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`, Math.min(trusted(a), trusted(b)));
     $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
   }
 
@@ -254,6 +267,7 @@ async function start(info, parts) {
     $(id).hidden = !list.length || !live;
     if (live) for (const q of list) slider(q, group, q.index, $(id));
   }
+  if (live) info.turned.forEach(unseen);
   if (!live) $('how').textContent = info.recorded;
   for (const q of columns) {
     const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
@@ -305,11 +319,18 @@ async function start(info, parts) {
     stands = recall();
     show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
   }
-  if (live && scene && info.starts.length) hand = makeHand(scene, plan, {
+  if (live && scene && info.starts.length + info.turns.length) hand = makeHand(scene, plan, {
     at: () => state.run && moving,
     ask: (pull, dragging) => { pulling = pull; playing(false); state.time = state.run?.start ?? info.start; integrate(dragging); },
     letGo: () => { resume = false; playing(true); },
   });
+  $('equations').hidden = !parts.equations;
+  $('equations').onclick = async () => {
+    const box = $('formulas');
+    box.innerHTML ||= new TextDecoder().decode(await unpack(parts.equations));
+    box.onclick = () => box.close();
+    box.showModal();
+  };
   const until = performance.now() + 60000;
   while (!state.runs && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
   state.ready = true;

@@ -20,6 +20,7 @@ from mechc.runtime.methods import parts_for
 
 from .facts import PageFacts
 from .kernels import loaded
+from .squeeze import squeezed
 
 if TYPE_CHECKING:
     from mechc.compiler.program.model import Program
@@ -69,10 +70,10 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     """Return the text of the page of a model that was run. Raises what ``page`` raises."""
     info = facts.told(recorded=recorded)
     if recorded:
-        return joined(facts, info, {"rows": _packed(facts.rows())})
+        return joined(facts, info, {"rows": _packed(facts.rows()), **equations_of(facts)})
 
     program = with_own_sizes(program_of(facts), facts.solution)
-    return joined(facts, info, {"wasm": _packed(module_of(facts, program).module)})
+    return joined(facts, info, {"wasm": _packed(module_of(facts, program).module), **equations_of(facts)})
 
 
 def program_of(facts: PageFacts) -> Program:
@@ -85,6 +86,27 @@ def module_of(facts: PageFacts, program: Program) -> Linked:
     """Return the module that a page runs."""
     name = facts.experiment.name if facts.experiment else None
     return linked(program, loaded(facts.kernel), name)
+
+
+MOST_OPERATIONS, MOST_SIGNS = 2000, 60_000
+"""Of all functions of a model whose equations a page shows, and of these: larger ones are no reading, and take long to be printed."""
+
+
+def equations_of(facts: PageFacts) -> dict[str, str]:
+    """Return the part of a page that holds the equations of motion and what they keep constant, typeset; none of large models."""
+    compilation, problem = facts.model.compilation, facts.problem
+    if compilation.summary.operations > MOST_OPERATIONS:
+        return {}
+    from mechc.compiler.symbolic.layouts import sections_html  # it brings SymPy
+
+    sections = sections_html(compilation.system, "h4")
+    if len(sections) > MOST_SIGNS:
+        return {}
+    total, *changes = problem.energy_balance or (-1, -1)
+    constant = dict.fromkeys((*problem.conserved, *((total,) if total >= 0 and set(changes) == {-1} else ())))
+    kept = ", ".join(problem.outputs[k].name for k in constant)
+    told = f"<p>Constant along every motion: {html.escape(kept)}.</p>" if kept else ""
+    return {"equations": _packed(f"{sections}{told}".encode())}
 
 
 def _packed(data: bytes) -> str:
@@ -107,13 +129,9 @@ def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> 
 
 
 def page_text(name: str) -> str:
-    """Return a file of the page without its comments, indentation and blanks about operators: they are for those who read it here."""
+    """Return a file of the page, a script squeezed."""
     text = (HERE / name).read_text(encoding="utf-8")
-    if name.endswith(".js"):
-        text = re.sub(r"^\s*(//.*|/\*\*(.|\n)*?\*/)\n", "", text, flags=re.MULTILINE)
-        text = re.sub(r"^ +| +// [^'`\"\n]*$", "", text, flags=re.MULTILINE)
-        text = re.sub(r" (=>|[!=]==|=|&&|\|\||\?\?) ", r"\1", text)
-    return text
+    return squeezed(text) if name.endswith(".js") else text
 
 
 def as_json(info: dict[str, object]) -> str:

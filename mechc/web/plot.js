@@ -8,6 +8,16 @@ function ticks(low, high, count) {
   return {step, found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
 }
 
+/** Draws n points, pale from `trusted` on. */
+function inTwo(c, n, trusted, point) {
+  for (const [from, to, alpha] of [[0, trusted, 1], [trusted - 1, n, 0.25]]) {
+    c.globalAlpha = alpha; c.beginPath();
+    for (let i = Math.max(from, 0); i < to; i++) point(i);
+    c.stroke();
+  }
+  c.globalAlpha = 1;
+}
+
 function makePlot(canvas, {onTime, ink}) {
   const context = canvas.getContext('2d'), marker = canvas.parentNode.appendChild(document.createElement('div'));
   marker.className = 'marker';
@@ -43,9 +53,7 @@ function makePlot(canvas, {onTime, ink}) {
     curves.forEach((curve, k) => {
       const {data, stride, offset} = curve, n = x.length;
       c.strokeStyle = c.fillStyle = ink()[k % 6]; c.lineWidth = 1.6;
-      c.beginPath();
-      for (let i = 0; i < n; i++) c.lineTo(px(x[i]), py(data[i * stride + offset]));
-      c.stroke();
+      inTwo(c, n, curve.trusted, i => c.lineTo(px(x[i]), py(data[i * stride + offset])));
       const wide = 30 + c.measureText(curve.name).width;
       if (at + wide > w + 12) { if (at < w) c.fillText('…', Math.min(at, w - 14), 4); at = w; return; }
       c.fillRect(at, 9, 14, 3); c.fillText(curve.name, at + 18, 4); at += wide;
@@ -82,7 +90,7 @@ const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) <
 function makePhase(canvas, {ink}) {
   const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
   dot.className = 'dot';
-  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0, w = 0, h = 0;
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0, w = 0, h = 0, trusted = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (w - 64);
   const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 50);
@@ -100,9 +108,9 @@ function makePhase(canvas, {ink}) {
     c.textAlign = 'right'; c.textBaseline = 'middle';
     for (const v of Y.found) { c.beginPath(); c.moveTo(52, py(v)); c.lineTo(w - 12, py(v)); c.stroke(); c.fillText(label(v, Y), 46, py(v)); }
     c.textAlign = 'left'; c.fillText(names[1], 8, 8);
-    c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round'; c.beginPath();
-    for (let i = 0; i < a.length; i++) c.lineTo(px(a[i]), py(b[i]));
-    c.stroke(); c.lineWidth = 1;
+    c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round';
+    inTwo(c, a.length, trusted, i => c.lineTo(px(a[i]), py(b[i])));
+    c.lineWidth = 1;
   }
   function mark(k) {
     at = k;
@@ -111,5 +119,5 @@ function makePhase(canvas, {ink}) {
   }
   const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } if (!(h >= l)) return [0, 1]; const pad = (h - l || Math.abs(h) || 1) * 0.06; return [l - pad, h + pad]; };
   new ResizeObserver(() => { if (a.length) { still(); mark(at); } }).observe(canvas);
-  return {mark, set(x, y, across, up) { a = x; b = y; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
+  return {mark, set(x, y, across, up, until) { a = x; b = y; trusted = until; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
 }

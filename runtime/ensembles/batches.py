@@ -141,6 +141,7 @@ class Batches:
     # ---- results
 
     def _piece(self, values: Array, batch: Batch, late: NDArray[np.bool_], limit: float | None) -> Piece:
+        batch = self._first.finished(batch)
         it = batch.members
         ran = it["stage"] == Stage.RAN
         outcomes = np.where(it["stage"] == Stage.WAITS, 0, FAILED).astype(np.int8)
@@ -227,7 +228,7 @@ def estimated(first: int, last: int, share: float) -> NDArray[np.uint8]:
 
 def given_up(posed: Posed, losses: int) -> Piece:
     """Give what a member is told to be that took every worker with it."""
-    empty = posed.empty(1)
+    empty = posed.finished(posed.empty(1))
     return {
         "numbers": empty.kept,
         "number_errors": empty.errors,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from ..interface import Quantity
+from ..interface import GROWTH, Quantity
 from ..native.kernel import EVENT_KINDS
 from ..outcome import SimulationError
 from ..problem import Problem
@@ -13,6 +13,10 @@ REDUCTIONS = ("final", "max", "min", "mean", "first", "events")
 """In the order of enum mech_kept_kind; what is kept without one is a series: its values at all output times."""
 
 SERIES = "series"
+EXPONENT, FACTOR = "lyapunov", "megno"
+GROWN = (EXPONENT, FACTOR)
+"""What is told by the growth of a change that goes along (compiler/equations/growth.py): the largest Lyapunov exponent, and the factor
+that tells chaos from order sooner."""
 FLOWING = ("max", "min", "mean", "first")
 """Those that look between the steps."""
 
@@ -32,6 +36,10 @@ class Kept(Struct, frozen=True):
     def unit(self, problem: Problem) -> str:
         if self.kind == "events":
             return "1"
+        if self.kind == FACTOR:
+            return "1"
+        if self.kind == EXPONENT:
+            return f"1/{problem.time.unit}" if problem.time.unit else ""
         return problem.time.unit if self.kind == "first" else quantity_of(problem, self.quantity).unit
 
 
@@ -54,6 +62,9 @@ def check_kept(problem: Problem, kept: tuple[Kept, ...]) -> None:
     for k, one in enumerate(kept):
         if one.label in (other.label for other in kept[:k]):
             raise SimulationError(f"'{one.label}' is kept twice")
+        if one.kind in GROWN:
+            check_growth(problem)
+            continue
         if one.kind != "events":
             quantity_of(problem, one.quantity)
             continue
@@ -69,3 +80,19 @@ def check_kept(problem: Problem, kept: tuple[Kept, ...]) -> None:
                 f"'{problem.name}' has nothing called '{one.row}' that switches",
                 help=f"there are {', '.join(dict.fromkeys(names))}" if names else "",
             )
+
+
+def has_growth(problem: Problem) -> bool:
+    """Whether a change goes along with the motion."""
+    return bool(problem.states) and problem.states[-1].name == GROWTH
+
+
+def check_growth(problem: Problem) -> None:
+    """Raise SimulationError where no change goes along with the motions of many runs."""
+    if has_growth(problem):
+        return
+    why = "has events, contacts or switches" if problem.hybrid is not None else "has constraints"
+    raise SimulationError(
+        f"the exponents of many runs are those of smooth motions, and '{problem.name}' {why}",
+        help="the study 'lyapunov' with 'over' follows such motions one by one",
+    )

@@ -26,14 +26,15 @@ from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import table_structs
-from ..interface import Quantity
+from ..interface import GROWTH, Quantity
 from ..native import contract
 from ..native import kernel as native
+from ..numerics.growth_rates import BATCHES, estimated, megno, times_of
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 from ..results.accuracy import APART, HALVES, companion_step, companion_tolerance, looser_companion
 from .device import Items, MakeItems, find_device, refuse_device
-from .kept import FLOWING, REDUCTIONS, SERIES, Kept
+from .kept import EXPONENT, FLOWING, GROWN, REDUCTIONS, SERIES, Kept
 from .lanes import Lanes, Maker, NoLanes, Wanted, check_asked, find_lanes, refuse_lanes, stepped_by, turns
 from .members import Members
 from .native import (
@@ -48,6 +49,8 @@ from .native import (
 
 FEW_STEPS = 100_000
 """Steps that a companion may take before it is asked whether it fights with rounding, as in studies/simulate.py."""
+FEWEST_TIMES = 2 * (BATCHES + 1)
+"""Times of series beside which exponents are told."""
 TRIED = 100
 """Members of which one must be able to begin, so that the times of all are known."""
 
@@ -91,12 +94,8 @@ class Posed:
         self.method = choose_method(self.case, options.reproducible)
         self.scalars = [one for one in kept if one.kind != SERIES]
         self.series = [one for one in kept if one.kind == SERIES]
-        flowing = any(one.kind in FLOWING for one in self.scalars)
-        self.grid = self.case.grid if self.series or flowing else np.empty(0)
-        if (
-            not self.series and flowing
-        ):  # where errors are looked at: rows cost nothing in runs that look between steps
-            self.grid = self.case.grid[:: max(1, self.case.grid.size // 20)]
+        self.grown = [(k, one.kind) for k, one in enumerate(self.scalars) if one.kind in GROWN]
+        self.grid = self._grid()
         self._alive: list[Any] = []
         self.lanes: Lanes | None = None
         self.items: Items | None = None
@@ -150,6 +149,30 @@ class Posed:
         return "compiled C" + (", reproducible" if self.options.reproducible else "")
 
     # ---- what all members share
+
+    def _grid(self) -> Array:
+        """Give the times at which rows are formed: those of series, those by which exponents are told, or where errors are looked at,
+        as rows cost nothing in runs that look between steps."""
+        grid = self.case.grid
+        if self.grown:
+            if not self.case.stop > grid[0]:
+                raise SimulationError("an exponent is a mean over time, and the motions last no time")
+            if not self.series:
+                return times_of(float(grid[0]), self.case.stop)
+            if grid.size < FEWEST_TIMES:
+                raise SimulationError(
+                    f"an exponent is told by means over parts of the motion, and {grid.size} times are too few for them",
+                    help=f"keep no series beside it, or one of {FEWEST_TIMES} times at least ('every')",
+                )
+        if self.series:
+            return grid
+        flowing = any(one.kind in FLOWING for one in self.scalars)
+        return grid[:: max(1, grid.size // 20)] if flowing else np.empty(0)
+
+    @property
+    def rows(self) -> list[Kept]:
+        """What is read at all times of the grid: series, and the growth that exponents are told by."""
+        return [*self.series, *([Kept("", SERIES, GROWTH)] if self.grown else [])]
 
     def _case(self) -> Case:
         """Make the first member ready that can be: the times are those of all."""
@@ -219,9 +242,9 @@ class Posed:
             varied=self._structs(varied, PlaceStruct),
             companion=self._companion(),
             n_kept=len(self.scalars),
-            n_series=len(self.series),
+            n_series=len(self.rows),
             kept=self._structs([self._kept(one) for one in self.scalars], KeptStruct),
-            series=self._structs([PlaceStruct(*self._of(one), 0) for one in self.series], PlaceStruct),
+            series=self._structs([PlaceStruct(*self._of(one), 0) for one in self.rows], PlaceStruct),
             lanes=None if self.lanes is None else ctypes.addressof(self.lanes.struct),
             turns=self.lanes is not None and self.lanes.turns,
         )
@@ -296,6 +319,8 @@ class Posed:
         raise AssertionError(f"check_kept let '{one.quantity}' pass")
 
     def _kept(self, one: Kept) -> KeptStruct:
+        if one.kind in GROWN:
+            return KeptStruct(REDUCTIONS.index("final"), *self._of(Kept("", SERIES, GROWTH)), -1, -1)
         kind = REDUCTIONS.index(one.kind)
         if one.kind != "events":
             return KeptStruct(kind, *self._of(one), -1, -1)
@@ -306,8 +331,23 @@ class Posed:
     # ---- members
 
     def empty(self, n: int) -> Batch:
-        times = self.grid.size if self.series else 0
-        return Batch.empty(n, len(self.scalars), len(self.series), times, self.problem.ny)
+        rows = len(self.rows)
+        return Batch.empty(n, len(self.scalars), rows, self.grid.size if rows else 0, self.problem.ny)
+
+    def finished(self, batch: Batch) -> Batch:
+        """Give what members gave with exponents, and their errors, in place of the growth that they are told by."""
+        if not self.grown:
+            return batch
+        growth = batch.series[:, -1]
+        growth[~np.isfinite(batch.kept[:, self.grown[0][0]])] = (
+            np.nan
+        )  # of those that did not reach their end
+        for k, kind in self.grown:
+            if kind == EXPONENT:
+                batch.kept[:, k], batch.errors[:, k] = estimated(self.grid, growth.T)
+            else:
+                batch.kept[:, k], batch.errors[:, k] = megno(self.grid, growth.T), np.nan
+        return replace(batch, series=batch.series[:, :-1, : self.grid.size if self.series else 0])
 
     def run(
         self, values: Array, estimated: NDArray[np.uint8], into: Batch, threads: int, done: Any, stopped: Any

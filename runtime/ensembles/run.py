@@ -10,8 +10,10 @@ from typing import Protocol
 import numpy as np
 
 from ..integrate.interruption import NotedInterruptions
+from ..numerics.growth_rates import parted
 from ..outcome import SimulationError
 from .batches import Batches
+from .kept import FACTOR
 from .kernel_arguments import Posed
 from .members import Members
 from .recipe import Recipe
@@ -91,6 +93,8 @@ def run_ensemble(
                 pieces.save(start, end, piece)
     found.number_reasons()
     case = first.case
+    factors = next((k for k, one in enumerate(first.scalars) if one.kind == FACTOR), None)
+    chaos = () if factors is None else parted(found.numbers[:, factors])
     return Ensemble(
         model=problem.name,
         experiment=case.experiment,
@@ -113,7 +117,10 @@ def run_ensemble(
         seconds=time.perf_counter() - begun,
         threads=crew if elsewhere is None else elsewhere.threads,
         build=first.build,
-        remarks=members.remarks + _remarks(first) + (elsewhere.about if elsewhere is not None else ()),
+        remarks=members.remarks
+        + chaos
+        + _remarks(first)
+        + (elsewhere.about if elsewhere is not None else ()),
     )
 
 
@@ -179,5 +186,5 @@ def _check_size(posed: Posed, n: int) -> None:
 
 def bytes_of_a_member(posed: Posed) -> int:
     """Give the size of the results and values of one member."""
-    numbers = 16 * len(posed.scalars) + 8 * len(posed.series) * posed.grid.size
+    numbers = 16 * len(posed.scalars) + 8 * len(posed.rows) * posed.grid.size
     return numbers + 40 + 8 * len(posed.members.names)

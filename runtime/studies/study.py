@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import SimulationOptions, find_experiment
+from ..interface import ModelInterface
 from ..outcome import Outcome, SimulationError
 from ..past import refuse_past
 from ..problem import Problem
@@ -19,6 +20,9 @@ OF_A_MOTION = frozenset({"start", "stop", "every", "step", "tolerance", "method"
 
 MOST_NAMED = 6
 """States in a remark."""
+
+
+Members = tuple["type[Study]", dict[str, Any]]
 
 
 class Answer(Protocol):
@@ -58,6 +62,14 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     of_own_states: ClassVar[bool] = False
     of_past: ClassVar[bool] = False
     of_environments: ClassVar[bool] = False
+
+    @classmethod
+    def about_members(
+        cls, problem: ModelInterface, asked: Mapping[str, Any], experiment: str | None
+    ) -> Members | None:
+        """Give the question about many runs, with its settings as people write them, that answers this one by compiled code; None where
+        there is none. Raises SimulationError."""
+        return None
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""

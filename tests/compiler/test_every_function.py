@@ -86,7 +86,7 @@ def compiled(name: str, count: int, unit: str) -> Any:
 
 @EVERY
 def test_it_has_a_rule_and_a_line(builtin: Builtin) -> None:
-    known = builtin.name in _ALL_RULES or builtin.name in (*QUERY_RULES, *OPERATORS, "integral")
+    known = builtin.name in _ALL_RULES or builtin.name in (*QUERY_RULES, *OPERATORS, "integral", "rms")
     assert known, (
         f"'{builtin.name}' has no type rule: a row in RULES of {file_of(rules)} (or of kinematics, queries)"
     )
@@ -208,6 +208,7 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "sum": (PLANE, "sum(a)", [6]),
     "product": (PLANE, "product(a[i] for i in 1:3)", [6]),
     "integral": (PLANE, "integral(n*u^2 for u in 0:3)", [18]),
+    "rms": (PLANE, "rms(-3*n)", [6]),
     "dot": (PLANE, "dot(a, b)", [32]),
     "cross": (PLANE, "cross(a, b)", [-3, 6, -3]),
     "norm": (PLANE, "norm({3, 2*n})", [5]),

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.runtime.numerics.growth_rates import estimated
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.studies.kinds.lyapunov import estimated, kaplan_yorke
+from mechc.runtime.studies.kinds.lyapunov import kaplan_yorke
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

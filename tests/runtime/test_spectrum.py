@@ -13,7 +13,7 @@ from scipy.special import ellipk
 
 import mechc
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.flow.weighting import WEIGHTINGS
+from mechc.runtime.weightings import WEIGHTINGS
 
 TONES = """\
 model Tones

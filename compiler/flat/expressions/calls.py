@@ -17,6 +17,7 @@ from .fields import field_derivative, is_field_derivative
 from .files import FILE_RULES
 from .functions import RULES, combined
 from .kinematics import KINEMATIC_RULES
+from .mean_squares import rms
 from .meshes import MESH_RULES
 from .own_functions import own_function
 from .queries import QUERY_RULES
@@ -52,6 +53,8 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     _check_count(scope, node, builtin)
     if name == "integral" and scope.flattening.interval is None:
         return _running_integral(scope, node)
+    if name == "rms":
+        return rms(ElaboratedCall(scope, node, name, []))
     if name in QUERY_RULES:
         return QUERY_RULES[name](ElaboratedCall(scope, node, name, []))
     interval = scope.flattening.interval
@@ -203,7 +206,8 @@ def _running_integral(scope: Scope, node: ast.Call) -> Expression:
             help="integrate outside, and give the integral to the function as an argument",
         )
     flattening = scope.flattening
-    name = f"integral[{len(flattening.integrals) + 1}]"
+    flattening.integrals_named += 1
+    name = f"integral[{flattening.integrals_named}]"
     type = types.real(body.type.dimension * flattening.time_type.dimension)
     flattening.integrals.append((name, body, type, scope.origin(node.span)))
     return Name(type=type, span=node.span, name=name)

@@ -119,6 +119,7 @@ class Flattening(Struct):
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
+    integrals_named: int = 0
     _reported: set[tuple[str, str, int]] = field(default_factory=set)
 
     def report(self, scope: Scope, code: str, message: str, span: Span, **details: Unpack[Details]) -> None:

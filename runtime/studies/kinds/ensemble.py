@@ -65,7 +65,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     keep: Annotated[
         tuple[Kept, ...],
         settable(
-            "What to keep: final, max, min, mean of a formula, first(condition), events(kind); a formula alone over time.",
+            "What to keep: final, max, min, mean, rms of a formula, first(condition), events(kind), lyapunov(time); a formula alone over time.",
             "kept",
         ),
     ] = ()

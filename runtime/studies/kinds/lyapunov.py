@@ -8,31 +8,35 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import numpy as np
 from msgspec.structs import replace
-from scipy.special import stdtrit
 
-from ...case import Case, inputs_at
+from ...case import Case, SimulationOptions, find_experiment, inputs_at
+from ...ensembles.kept import EXPONENT, FACTOR, Kept
+from ...ensembles.result import ENDINGS, Column, Ensemble
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import Solver
+from ...interface import ModelInterface
 from ...native import kernel as native
 from ...native.status import Status
+from ...numerics.growth_rates import BATCHES, CONFIDENCE, LONG_BATCHES, estimated, megno, parted
 from ...outcome import Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...settings import settable
 from ...tangent.coordinates import basis, minimal
-from ...tangent.flow import Tangents
+from ...tangent.flow import GENERAL, Tangents
 from ..findings import Curve, Findings, Panel, Value
 from ..flow.begun import begun
 from ..flow.linearised import Linearised, LinearMap, of_pieces
 from ..flow.pieces import with_horizon
 from ..flow.time_dependence import depends_on_time
 from ..runs.simulate import Plan, plan_run, run
-from ..study import Study
+from ..study import Members, Study
+from .ensemble import EnsembleOf, Varying
 
 TOLERANCE = 1e-8
 HORIZON = 100.0
@@ -45,16 +49,12 @@ WATCHED = 64
 """Intervals after which their length is set again, from the largest growth among them."""
 LONGEST = 32.0
 """Times the first interval, at most."""
-BATCHES, LONG_BATCHES = 32, 8
-"""Parts of the motion whose means tell the spread; the longer ones too, as motions that stay long near regular ones make
-neighbouring parts alike, and means over short parts seem surer than they are."""
-CONFIDENCE = 0.95
+KEEP = "lyapunov(time), megno(time)"
+ONE_EXPONENT = "over parameters and starts the largest exponent is told, and no others: leave 'count' out"
 WANTED = 0.012
 """Half of the interval over the largest exponent, at which a study without a time ends."""
 SECONDS = 45.0
 """Of processor time, after which it ends at any rate: what it finds is the same on a machine that is busy."""
-SETTLING = 0.1
-"""Share of the motion that is left out at its beginning."""
 FEWEST = 40 * BATCHES
 """First intervals, at least, before a study without a time may end."""
 LATER = 1.2
@@ -62,12 +62,6 @@ LATER = 1.2
 an interval that happens to be narrow once tells nothing."""
 NOTHING = 1e-3
 """Growth from one time of orthogonality to the next, below which an exponent that may be zero is looked at no longer."""
-POWER = 2.0
-"""Of time: growth up to such a power is told from none by no exponent. Motions that part in proportion to time, as those
-with periods of their own do, grow by the first."""
-FALLING = 0.6
-"""An exponent of the later half of the motion below this share of that of the first half still falls: t^k, whose exponent
-falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k."""
 MOST_SHARE = 16
 """Intervals in a batch, at least."""
 
@@ -95,13 +89,90 @@ class Lyapunov(Study, frozen=True, kw_only=True):
 
     time: Annotated[float | None, settable("How long to follow the motion.", "time")] = None
     count: Annotated[int | None, settable("How many exponents; all without it.", "count")] = None
+    over: Annotated[
+        tuple[Varying, ...],
+        settable('The largest one over parameters and starts: "a = 0 .. 1, 50, b = {1, 2}".', "varying"),
+    ] = ()
 
-    def solve(self, problem: Problem) -> Findings:
+    @classmethod
+    def about_members(
+        cls, problem: ModelInterface, asked: Mapping[str, Any], experiment: str | None
+    ) -> Members | None:
+        """Let motions that are smooth go side by side, each with one change."""
+        if not asked.get("over") or problem.hybrid is not None or problem.constraints:
+            return None
+        if asked.get("count") not in (None, 1, "1"):
+            raise SimulationError(ONE_EXPONENT)
+        given = {
+            name: what
+            for name, what in asked.items()
+            if name not in ("time", "count", "over", "estimate_error")
+        }
+        if "time" in asked:
+            given["stop"] = asked["time"]
+        said = find_experiment(problem, experiment)
+        if "stop" not in given and (said is None or "stop" not in said.options):
+            given["stop"] = HORIZON
+        if (asked.get("method") or (said.words.get("method") if said else None) or "auto") not in GENERAL:
+            given = {name: what for name, what in given.items() if name != "step"} | {"method": "dop853"}
+        return EnsembleOf, {**given, "vary": asked["over"], "keep": KEEP, "errors": "none"}
+
+    def solve(self, problem: Problem) -> Findings | Ensemble:
         """Follow the motion and its changes. Raises SimulationError where it has no derivatives."""
+        if self.over:
+            return _one_by_one(problem, self)
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
         plan = begun(plan_run(problem, options))
         with NotedInterruptions() as interrupted:
             return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
+
+
+def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
+    """Follow motions that are not smooth one after the other, with one change each."""
+    if study.count not in (None, 1):
+        raise SimulationError(ONE_EXPONENT)
+    begun_at, options = clock.perf_counter(), with_horizon(problem, study, HORIZON, TOLERANCE)
+    common = {name: getattr(options, name) for name in SimulationOptions.__struct_fields__}
+    members = EnsembleOf(**common, vary=study.over).members(problem)
+    n = members.count
+    numbers, errors, ends = np.full((n, 2), np.nan), np.full((n, 2), np.nan), np.full(n, np.nan)
+    outcomes, reasons, texts = np.zeros(n, dtype=np.int8), np.full(n, -1, dtype=np.int32), list[str]()
+    method, tolerance = "", options.tolerance or TOLERANCE
+    with NotedInterruptions() as interrupted:
+        for k in range(n):
+            values = dict(zip(members.names, members.values(k, k + 1)[0].tolist(), strict=True))
+            try:
+                plan = begun(plan_run(problem, replace(options, values={**options.values, **values})))
+                method, tolerance = plan.method.name, plan.case.tolerance
+                span = study.time or plan.case.stop - plan.case.begin
+                one = replace(options, count=1, time=span, progress=None)
+                times, growth, outcome, message = _followed(problem, one, plan, interrupted)
+            except SimulationError as failure:
+                times, outcome, message = np.full(1, np.nan), Outcome.FAILED, failure.message
+            if outcome is Outcome.INTERRUPTED:
+                break
+            ends[k], outcomes[k] = (
+                times[-1],
+                ENDINGS.index("completed" if outcome is Outcome.COMPLETED else "failed"),
+            )
+            if outcome is Outcome.COMPLETED:
+                (numbers[k, 0],), (errors[k, 0],) = estimated(times, growth)
+                (numbers[k, 1],) = megno(times, growth)
+            else:
+                texts += [message] if message not in texts else []
+                reasons[k] = texts.index(message)
+            if study.progress is not None:
+                study.progress((k + 1) / n)
+    time = problem.time.unit
+    kinds = (Kept("lyapunov(time)", EXPONENT), Kept("megno(time)", FACTOR))
+    return Ensemble(
+        model=problem.name, experiment=study.experiment or "", members=members, time=Column("time", time),
+        scalars=tuple(Column(one.label, one.unit(problem)) for one in kinds), series=(), times=np.empty(0), numbers=numbers,
+        number_errors=errors, rows=np.empty((n, 0, 0)), outcomes=outcomes, reasons=reasons, texts=tuple(texts), ends=ends,
+        errors=np.full(n, np.nan), steps=np.zeros(n, dtype=np.int64), method=method, tolerance=tolerance,
+        seconds=clock.perf_counter() - begun_at, threads=1, build="compiled C",
+        remarks=(*parted(numbers[:, 1]), "one after the other, across events and on constraints"),
+    )  # fmt: skip
 
 
 def _followed(
@@ -283,35 +354,6 @@ class _Carrier:
             self.solver.write(augmented.joined(self.y, self.w))
         found: Array = np.log(sizes)
         return found
-
-
-def _index(times: Array, of: Array | float) -> Any:
-    """Give the indices of the increasing times next to some."""
-    right = np.clip(np.searchsorted(times, of), 1, len(times) - 1)
-    return np.where(of - times[right - 1] < times[right] - of, right - 1, right)
-
-
-def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
-    """Give the exponents [k] and half of their intervals of confidence [k], by means over batches of time.
-
-    What grows, or falls, by a power of time has the exponent zero, at which means arrive like log(t)/t: an interval holds
-    zero as well where the whole growth is no more than such a power, and where the exponent still falls.
-    """
-    first = _index(times, times[0] + SETTLING * (times[-1] - times[0]))
-    span = times[-1] - times[first]
-    means: Array = (growth[-1] - growth[first]) / span
-    halves: Array = np.zeros_like(means)
-    for count in (BATCHES, LONG_BATCHES):
-        edges = _index(times, np.linspace(times[first], times[-1], count + 1))
-        batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
-        spread = batches.std(axis=0, ddof=1) / math.sqrt(count)
-        halves = np.maximum(halves, stdtrit(count - 1, (1 + CONFIDENCE) / 2) * spread)
-    powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
-    middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
-    early = (growth[middle] - growth[first]) / (times[middle] - times[first])
-    later = (growth[-1] - growth[middle]) / (times[-1] - times[middle])
-    none = (np.abs(means) * span <= powers) | (later * np.sign(early) < FALLING * np.abs(early))
-    return means, halves + np.where(none, np.abs(means), 0.0)
 
 
 def kaplan_yorke(exponents: Array, errors: Array) -> tuple[float, float] | None:

@@ -20,9 +20,9 @@ from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, settable
+from ...weightings import WEIGHTINGS
 from ..findings import Curve, Findings, Panel, Table, Value
 from ..flow.carried_sweep import interval_of
-from ..flow.weighting import WEIGHTINGS
 from ..runs.companion import closer
 from ..runs.simulate import Plan, is_as_stated, plan_run, run
 from ..study import Study

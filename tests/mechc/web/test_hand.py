@@ -154,3 +154,76 @@ def test_a_body_in_space_follows_and_is_thrown(browser: Any, tmp_path: Path) -> 
         12 / 0.02, rel=0.5
     )  # pixels in a second, by timers of the browser
     assert hand.opened.said == []
+
+
+HUNG = """
+import mech.spatial.*;
+model Hung "a bob on a ball joint: only a rotation moves it"
+  gravity {0, 0, -9.81} m/s^2;
+  Body body(m = 1 kg, J = 0.01*identity(3) kg.m^2, com = {0.6, 0, 0} m);
+  Spherical ball(world -> body.a);
+  initial ball.orientation = axis_angle({0, 1, 0}, 30 deg);
+  initial der(ball.orientation) = {0, 0, 0} rad/s;
+  draw sphere(5 cm) at body.a*body.com;
+  experiment(stop = 1 s, tolerance = 1e-10);
+end Hung;
+"""
+
+
+@needs_browser
+def test_a_body_that_a_rotation_moves_turns_and_is_thrown(browser: Any, tmp_path: Path) -> None:
+    hand = Hand(browser, tmp_path / "hung.html", HUNG, -1)
+    hand.shape = [k for k, s in enumerate(hand.ask("page.shapes")) if s["kind"] == "sphere"][-1]
+    at = hand.drag((8, -10), (20, -15), wait=300)
+    assert np.abs(hand.seen() - at).max() < 0.5
+    y0 = np.array(hand.ask("Array.from(page.run.y0)"))
+    assert np.linalg.norm(y0[:4]) == pytest.approx(1, abs=1e-12) and not y0[4:7].any()
+    bob = np.array(hand.ask(f"page.values({hand.shape}).slice(0, 3)"))
+    w, x, y, z = y0[:4]
+    first = 0.6 * np.array([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)])
+    assert bob == pytest.approx(first, abs=1e-9)  # at the start, on its sphere
+    hand.throw(at, 12, 6)
+    y0 = np.array(hand.ask("Array.from(page.run.y0)"))
+    hand.ask("page.playing(false)")
+    hand.ask("page.go(0)")
+    scale = hand.ask(f"page.project(page.values({hand.shape}).slice(0, 3)).scale")
+    ratio = 0.6 * np.linalg.norm(y0[4:7]) * scale / (12 / 0.02)
+    assert 0.2 < ratio < 5  # pixels in a second, by timers of the browser, along the picture and towards it
+    assert abs(y0[4]) < 1e-3 * np.linalg.norm(y0[4:7])  # about its own axis the bob is not turned
+    native = hand.model.simulate(
+        set={"ball.orientation": y0[:4].tolist(), "der(ball.orientation)": y0[4:7].tolist()}
+    )
+    assert off(hand.opened, native) < 1e-8
+    hand.ask("page.integrate(false)")
+    hand.tab.wait_for_timeout(500)
+    assert hand.ask("Array.from(page.run.y0)") == pytest.approx(y0.tolist(), abs=1e-12)  # a slider leaves it
+    assert "ball.orientation" in hand.ask("location.hash")
+    assert hand.opened.said == []
+
+
+TOSSED = """
+model Tossed "a box that turns about its centre, which is drawn there"
+  coordinate Rotation R;
+  initial der(R) = {0, 0, 0.5} rad/s;
+  frame body = world * R;
+  inertia diag({1, 2, 3} kg.m^2) on body;
+  draw box(size = {60 cm, 40 cm, 20 cm}) on body;
+  experiment(stop = 1 s, tolerance = 1e-10);
+end Tossed;
+"""
+
+
+@needs_browser
+def test_a_box_about_its_centre_is_turned_by_a_corner(browser: Any, tmp_path: Path) -> None:
+    hand = Hand(browser, tmp_path / "tossed.html", TOSSED, 0)
+    corner = "(v => [0, 1, 2].map(k => v[k] + 0.3*v[3 + k] - 0.2*v[6 + k] + 0.1*v[9 + k]))(page.values(0))"
+    hand.seen = lambda: np.array(hand.ask(f"(({{x, y}}) => [x, y])(page.project({corner}))"))  # type: ignore[method-assign]
+    before = hand.seen()
+    at = hand.drag((6, -8), (10, -12), wait=300)
+    assert np.abs(hand.seen() - at).max() < 0.5 and np.abs(hand.seen() - before).max() > 10
+    hand.let_go()
+    y0 = np.array(hand.ask("Array.from(page.run.y0)"))
+    assert np.linalg.norm(y0[:4]) == pytest.approx(1, abs=1e-12)
+    native = hand.model.simulate(set={"R": y0[:4].tolist(), "der(R)": y0[4:7].tolist()})
+    assert off(hand.opened, native) < 1e-8
+    assert hand.opened.said == []

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-import scipy.linalg
 from msgspec import Struct
-from numpy.typing import NDArray
 
-from ...local.zeros import Complex
-from ...problem import Array
+if TYPE_CHECKING:
+    from .problem import Array
+else:  # the compiler takes the filters as formulas, without NumPy
+    Array = Any
 
 BUTTERWORTH = 1 / math.sqrt(2)
+
+Quadratic = tuple[float, float, float]
+"""Coefficients of 1, s and s^2."""
 
 
 class Weighting(Struct, frozen=True):
@@ -29,24 +32,35 @@ class Weighting(Struct, frozen=True):
     f6: float = 1.0
     q6: float = 1.0
 
+    def sections(self) -> tuple[tuple[Quadratic, Quadratic], ...]:
+        """Return numerators and denominators in s of filters that follow each other."""
+        w1 = 2 * math.pi * self.f1
+        found = [
+            ((0.0, 0.0, 1 / w1**2), _quadratic(self.f1, BUTTERWORTH)),
+            (ONE, _quadratic(self.f2, BUTTERWORTH)),
+        ]
+        if self.f4 is not None:
+            falls = ONE if self.f3 is None else (1.0, 1 / (2 * math.pi * self.f3), 0.0)
+            found.append((falls, _quadratic(self.f4, self.q4)))
+        if self.f5 is not None:
+            step = (self.f5 / self.f6) ** 2
+            a, b, c = _quadratic(self.f5, self.q5)
+            found.append(((step * a, step * b, step * c), _quadratic(self.f6, self.q6)))
+        return tuple(found)
+
     def polynomials(self) -> tuple[Array, Array]:
         """Return numerator and denominator in s, from the highest power down."""
-        w1, w2 = 2 * math.pi * self.f1, 2 * math.pi * self.f2
-        above: NDArray[np.floating] = np.array([1.0, 0.0, 0.0])
-        below: NDArray[np.floating] = np.polymul(
-            _quadratic(w1, BUTTERWORTH) * w1**2, _quadratic(w2, BUTTERWORTH)
-        )
-        if self.f4 is not None:
-            below = np.polymul(below, _quadratic(2 * math.pi * self.f4, self.q4))
-        if self.f3 is not None:
-            above = np.polymul(above, [1 / (2 * math.pi * self.f3), 1.0])
-        if self.f5 is not None:
-            above = np.polymul(above, _quadratic(2 * math.pi * self.f5, self.q5) * (self.f5 / self.f6) ** 2)
-            below = np.polymul(below, _quadratic(2 * math.pi * self.f6, self.q6))
-        return np.asarray(above, dtype=float), np.asarray(below, dtype=float)
+        import numpy as np
+
+        above = below = np.ones(1)
+        for numerator, denominator in self.sections():
+            above, below = np.polymul(above, numerator[::-1]), np.polymul(below, denominator[::-1])
+        return above, below
 
     def factors(self, frequencies: Array) -> Array:
         """Return by what the amplitudes of sines are multiplied; frequencies in Hz."""
+        import numpy as np
+
         above, below = self.polynomials()
         s = 2j * math.pi * frequencies
         return np.asarray(np.abs(np.polyval(above, s) / np.polyval(below, s)))
@@ -54,11 +68,13 @@ class Weighting(Struct, frozen=True):
     def weighted(self, x: Array, step: float) -> Array:
         """Return a signal [n], ``step`` seconds apart, after the filter, which is at rest before; a cubic spline goes through the samples, and
         the filter answers that exactly."""
+        import numpy as np
+        import scipy.linalg
         from scipy.interpolate import CubicSpline
         from scipy.signal import lfilter
 
         above, below = self.polynomials()
-        poles: Complex = np.asarray(np.roots(below), dtype=complex)
+        poles = np.asarray(np.roots(below), dtype=complex)
         shares = np.polyval(above, poles) / np.polyval(np.polyder(below), poles)
         pieces = CubicSpline(step * np.arange(len(x)), x).c[::-1]  # by powers of the time in each piece
         found = np.zeros(len(x), dtype=complex)
@@ -70,9 +86,13 @@ class Weighting(Struct, frozen=True):
         return np.asarray(found.real)
 
 
-def _quadratic(w: float, q: float) -> Array:
+ONE: Quadratic = (1.0, 0.0, 0.0)
+
+
+def _quadratic(f: float, q: float) -> Quadratic:
     """Return 1 + s/(q w) + (s/w)^2."""
-    return np.array([1 / w**2, 1 / (q * w), 1.0])
+    w = 2 * math.pi * f
+    return 1.0, 1 / (q * w), 1 / w**2
 
 
 WEIGHTINGS = {
