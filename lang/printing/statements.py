@@ -120,8 +120,8 @@ def _clauses(s: Simple) -> list[Doc]:
             clauses += _clause("friction", s.friction) + _clause("restitution", s.restitution)
             return _with_options(clauses, s.options)
         case ast.Shape():
-            head = Unbroken((_named("shape", s.label) + s.type, _modifications(s.modifications)))
-            return [head, *_clause("on", s.on), *_clause("at", s.at)]
+            set_on = _clause("on", s.on) + _clause("at", s.at)
+            return [Unbroken((_named("shape", s.label) + s.type, _modifications(s.modifications))), *set_on]
         case ast.Drive():
             return _clause("drive", s.target) + _clause("=", s.value)
         case ast.Place():

@@ -238,13 +238,13 @@ def _add_study(result: Class, stated: Stated, statement: ast.Study, reporter: Re
 
 def component_of(statement: ast.Shape | ast.ContactOfShapes) -> ast.Component:
     """Return the component that a statement makes."""
-    shape = isinstance(statement, ast.Shape)
+    shape = statement if isinstance(statement, ast.Shape) else None
     label = statement.label
     return ast.Component(
         name=label.name if label is not None else "shape" if shape else "contact",
         name_span=statement.span if label is None else label.span,
-        type=statement.type if shape else "contact",
-        modifications=statement.modifications if shape else (),
+        type=shape.type if shape else "contact",
+        modifications=shape.modifications if shape else (),
         doc=statement.doc,
         span=statement.span,
     )

@@ -112,11 +112,14 @@ class VariableMember(InstanceMember, eq=False):
 
     @property
     def stands_for_value(self) -> bool:
-        """Whether it is another name of what it is given from outside: an input, and a parameter of a contact of two shapes."""
-        within = self.scope.instance
-        if not self.modifiers or self.structural:
+        """Whether it is another name of its value: an input that is given from outside, and a parameter of a contact of two shapes."""
+        within, declaration = self.scope.instance, self.declaration
+        if self.role is Role.INPUT:
+            return bool(self.modifiers)
+        if self.role is not Role.PARAMETER or self.structural or within is None or not within.pair:
             return False
-        return self.role is Role.INPUT or (self.role is Role.PARAMETER and within is not None and within.pair)
+        guessed = isinstance(declaration, ast.Parameter) and declaration.found
+        return not guessed and all(m.kind == "=" for m in self.modifiers)
 
 
 class DefinitionMember(InstanceMember, eq=False):
@@ -207,7 +210,9 @@ class Instance(Struct, eq=False):
     unnamed: int = 0
     """How many of its shapes have no name of their own."""
     pair: bool = False
-    """It is a contact of two shapes: what its parameters are given stands in their place."""
+    """It is a contact of two shapes, whose parameters are names of their values: of a heap there are thousands."""
+    options: tuple[tuple[ast.Option, Scope], ...] = ()
+    """Of the contacts that it has."""
 
     @property
     def made_at(self) -> Span | None:

@@ -1,8 +1,8 @@
 """Contacts of shapes, as by ``contact crate with floor friction 0.5;``: the pairs, and the part of a library that each of them is.
 
 A part for two shapes is a model that leaves two shapes open: ``model BallOnPlane shape one: Plane; shape other: Sphere; ...``. It is
-looked for in what the statement may use, and where the shapes are defined. What follows ``friction`` and ``restitution``, and
-further options, modify it.
+looked for in what the statement may use, and where the shapes are defined. What follows ``friction`` and ``restitution`` modifies it;
+the options of a contact are those of the contacts in it, and others modify it, too.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from ..names.instance import (
 from ..names.namespace import Namespace
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import elements
+from .loads import CONTACT_OPTIONS
 from .set_shapes import canonical, components, defined, make_shapes, shapes_of
 
 
@@ -86,7 +87,8 @@ class _Pair(Struct, frozen=True, eq=False):
         assert isinstance(statement, ast.ContactOfShapes) and isinstance(declaration, ast.Component)
         told = {"friction": statement.friction, "restitution": statement.restitution}
         values = [(name, node) for name, node in told.items() if node is not None]
-        values += [(option.name, option.value) for option in statement.options]
+        options = [o for o in statement.options if o.name not in CONTACT_OPTIONS]
+        values += [(option.name, option.value) for option in options]
         modifiers = [
             Modifier(
                 (ast.Part(name=name, span=node.span),),
@@ -103,6 +105,7 @@ class _Pair(Struct, frozen=True, eq=False):
             scope.flattening, cls, path, scope.instance, declaration, [*modifiers, *given]
         )
         instance.pair = True
+        instance.options = tuple((o, scope) for o in statement.options if o.name in CONTACT_OPTIONS)
         for free, shape in zip(self.part.free, self.shapes, strict=True):
             known = component_of(free)
             instance.members[known.name] = ComponentMember(

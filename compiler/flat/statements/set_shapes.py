@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 
 from msgspec import Struct, field
 
@@ -63,7 +64,7 @@ def make_shapes(member: ComponentMember) -> None:
             labels=(defined(cls),),
             help="it has one, which 'on' gives: 'frame a;'",
         )
-    carriers: list[Expression | None] = [None]  # of a part that is looked at by itself
+    carriers: Sequence[Expression | None] = [None]  # of a part that is looked at by itself
     several = False
     if statement.on is not None:
         carriers, several = _carriers(scope, statement.on)
@@ -150,7 +151,7 @@ def _chosen(scope: Scope, member: ComponentMember, part: ast.Part) -> list[Insta
     ]
 
 
-def _carriers(scope: Scope, node: ast.Expression) -> tuple[list[Expression | None], bool]:
+def _carriers(scope: Scope, node: ast.Expression) -> tuple[Sequence[Expression], bool]:
     """Return the frames that an expression means, and whether it means a list of them; a body stands for its frame."""
     found = components(scope, node) if isinstance(node, ast.Reference) else None
     if found is not None:

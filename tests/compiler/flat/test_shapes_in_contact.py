@@ -257,7 +257,7 @@ end M;
         ("shape Sphere(r = 1 cm) on free[1];", "E0730", "free[1].to"),
         ("shape Sphere(r = 1 cm) on world at 3 cm;", "E0730", "2 or 3 lengths"),
         ("shape Sphere(r = 1 cm) on world at {1, 2};", "E0730", "2 or 3 lengths"),
-        ("shape Spere(r = 1 cm) on world;", "E0203", "'Sphere'"),
+        ("shape Sfere(r = 1 cm) on world;", "E0203", "'Sphere'"),
         ("shape Disk(r = 1 cm) on world;", "E0203", "no shape 'Disk'"),
         ("shape Sphere(d = 1 cm) on world;", "E0401", "'d'"),
         ("shape s: Plane on world; shape s: Plane on world;", "E0204", "'s'"),
@@ -289,3 +289,10 @@ def test_a_missing_shape_is_told_once() -> None:
     """What follows from a shape that could not be set is not told again."""
     text = BALLS.replace("shape Sphere(r = 5 cm) on ball", "shape Spher(r = 5 cm) on ball")
     assert wrong("contact ball with floor;", text) == ["E0203"]
+
+
+def test_options_are_those_of_the_contacts() -> None:
+    more = 'contact ball[1] with floor friction 0.3, rest = 1 mm/s, impacts = "simultaneous";'
+    (touch,) = flat(HEAD + BALLS.replace("MORE", more)).contacts
+    assert sorted(touch.options) == ["impacts", "rest"]
+    assert wrong("contact ball with floor friction 0.3, rest = 1 m;") == ["E0333"]
