@@ -257,7 +257,7 @@ end M;
         ("shape Sphere(r = 1 cm) on free[1];", "E0730", "free[1].to"),
         ("shape Sphere(r = 1 cm) on world at 3 cm;", "E0730", "2 or 3 lengths"),
         ("shape Sphere(r = 1 cm) on world at {1, 2};", "E0730", "2 or 3 lengths"),
-        ("shape Sfere(r = 1 cm) on world;", "E0203", "'Sphere'"),
+        ("shape Sphera(r = 1 cm) on world;", "E0203", "'Sphere'"),
         ("shape Disk(r = 1 cm) on world;", "E0203", "no shape 'Disk'"),
         ("shape Sphere(d = 1 cm) on world;", "E0401", "'d'"),
         ("shape s: Plane on world; shape s: Plane on world;", "E0204", "'s'"),
