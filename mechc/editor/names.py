@@ -18,7 +18,6 @@ from .document import Document
 from .paths import code_before, names
 from .steps import locals_at
 
-
 _SET = re.compile(r"\bshape[ \t]+(?:model[ \t]+|\w+[ \t]*:[ \t]*)?\Z")
 """What stands before the name of a shape."""
 
