@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -178,3 +179,38 @@ end M;
     ).simulate()
     assert not [e for e in s.events if e.kind == "impact"]
     assert s["free[2].y"][-1] == pytest.approx(0.5 - 9.81 / 8, abs=1e-10)
+
+
+THROWN = """
+import mech.planar.*;
+import mech.shapes.*;
+model M
+  gravity {0, -9.81} m/s^2;
+  parameter e = 0.6;
+  parameter Length rad = 5 cm;
+  Disk ball[2](r = rad, m = 1 kg);
+  Free free[i in 1:2](world -> ball[i].a, x = 0.02 m*i, y = 0.2 m*i, der(x) = 0.5 m/s);
+  shape Sphere(r = rad) on ball;
+  shape floor: Plane on world;
+  contact ball with ball, floor friction 0.3 restitution e;
+  output Length far = free[2].x;
+  experiment(stop = 0.45 s, tolerance = 1e-11);
+end M;
+"""
+
+
+def test_derivatives_and_ensembles_go_through_contacts_of_shapes(tmp_path: Path) -> None:
+    """Of a distance after five impacts, in restitution and radius: against differences, whose error is 1e-6."""
+    model = mechc.loads(THROWN)
+    path = tmp_path / "members.csv"
+    steps = {"e": 1e-5, "rad": 1e-6}
+    rows = [
+        (0.6 + d * (p == "e"), 0.05 + d * (p == "rad")) for p, step in steps.items() for d in (step, -step)
+    ]
+    path.write_text("e,rad\n" + "".join(f"{e!r},{r!r}\n" for e, r in rows), encoding="utf-8")
+    far = model.ensemble(str(path), keep="final(far)", errors=False)["final(far)"]
+    s = model.simulate(sensitivity=["e", "rad"], estimate_error=False)
+    assert len([e for e in s.events if e.kind == "impact"]) == 5
+    for k, (p, step) in enumerate(steps.items()):
+        difference = (far[2 * k] - far[2 * k + 1]) / 2 / step
+        assert s.sensitivity("far", p).values[-1] == pytest.approx(difference, abs=1e-6)
