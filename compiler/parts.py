@@ -55,8 +55,9 @@ def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
         completed += tuple(item.name for item in tree.items if isinstance(item, ast.Function))
         if not whole:
             return Parts((), completed) if completed else None
-        part, flat = looked_at(tree, whole[-1].name, search)
-        if not is_part(whole[-1], part, flat, tree):
+        last = next((m for m in reversed(whole) if not m.shape), whole[-1])
+        part, flat = looked_at(tree, last.name, search)
+        if not is_part(last, part, flat, tree):
             return None
         found = [(m, looked_at(tree, m.name, search)[0]) for m in whole]
         left = tuple(m.name for m, part in found if _left_open(m, part))
@@ -78,6 +79,8 @@ def is_part(model: ast.Model, part: CodePart, flat: FlatModel | None, tree: ast.
     that another model of the file, of which it is a component, joins one of its bodies to the world."""
     if any(isinstance(s, ast.Experiment) for s in model.body):
         return False
+    if model.shape or any(isinstance(s, ast.Shape) and s.on is None for s in model.body):
+        return True
     if flat is None:
         free = [s for s in model.body if isinstance(s, (ast.Frame, ast.Input)) and s.value is None]
         return any(isinstance(s, ast.Frame) or not s.type for s in free)

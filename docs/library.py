@@ -19,6 +19,7 @@ PACKAGES = (
     "planar",
     "spatial",
     "contact",
+    "shapes",
     "elements",
     "rotational",
     "translational",
@@ -34,7 +35,7 @@ PACKAGES = (
 
 HEAD = """# The standard library
 
-Fourteen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Fifteen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
 limits = {-90, 90} deg);`; those that are not given are not there (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and
@@ -72,7 +73,8 @@ def _package(name: str) -> str:
         ]
     for item in file.items:
         if isinstance(item, ast.Model):
-            lines.append(f"\n### {item.name}\n\n{_sentence(item.doc)}\n\n")
+            kind = "shape " if item.shape else ""
+            lines.append(f"\n### {kind}{item.name}\n\n{_sentence(item.doc)}\n\n")
             lines.append(_table(item))
             lines.append(_formulas(item))
             lines.append(_used_in(name, item))
@@ -115,11 +117,13 @@ def _all(body: Iterable[ast.Statement]) -> Iterator[ast.Statement]:
 
 
 def _formulas(model: ast.Model) -> str:
-    """Show what a part states: its masses, energies and forces, where its joint places what it carries, and its limits."""
+    """Show what a part states: its masses, energies and forces, where its joint places what it carries, and its limits; of a shape, how it
+    is drawn."""
     shown = [
         " ".join(f"{condition}{item.span.text}".split())
         for condition, item in _conditioned(model.body)
-        if not isinstance(item, (ast.Extends, ast.Draw, ast.Experiment, *KINDS))
+        if not isinstance(item, (ast.Extends, ast.Experiment, *KINDS))
+        and (model.shape or not isinstance(item, ast.Draw))
     ]
     return "".join(["\n```modelica\n", *(f"{line}\n" for line in shown), "```\n"]) if shown else ""
 
@@ -137,6 +141,8 @@ def _conditioned(body: Iterable[ast.Statement]) -> Iterator[tuple[str, ast.State
 def _used_in(package: str, model: ast.Model) -> str:
     """Name the shortest examples that have a part of this kind."""
     part = re.compile(rf"^ +(?:\w+\.)*{model.name} \w+", re.MULTILINE)
+    if model.shape:
+        part = re.compile(rf"^ +shape (?:\w+: )?{model.name}\b", re.MULTILINE)
     found = [
         (len(text), path)
         for path, text in EXAMPLES.items()

@@ -463,6 +463,27 @@ class Contact(Statement, frozen=True):
     options: tuple[Option, ...] = ()
 
 
+class ContactOfShapes(Statement, frozen=True):
+    """``contact A with B, C friction f restitution e;``: of all shapes of A with all those of the others."""
+
+    label: LabelName | None
+    of: Reference
+    others: tuple[Reference, ...]
+    friction: Expression | None = None
+    restitution: Expression | None = None
+    options: tuple[Option, ...] = ()
+
+
+class Shape(Statement, frozen=True):
+    """``shape Sphere(r = 1 cm) on frame at place;``; without ``on`` a model of a contact says which shape it is for."""
+
+    label: LabelName | None
+    type: str
+    modifications: tuple[Modification, ...] = ()
+    on: Expression | None = None
+    at: Expression | None = None
+
+
 class Place(Statement, frozen=True):
     target: Reference
     value: Expression
@@ -649,8 +670,11 @@ class Type(Named, frozen=True):
 
 
 class Model(Named, frozen=True):
+    """``shape``: a ``shape model``, which statements ``shape`` set on frames, and nothing else names."""
+
     body: tuple[Statement, ...] = ()
     partial: bool = False
+    shape: bool = False
 
 
 class Comment(Placed, frozen=True):

@@ -32,6 +32,7 @@ from .names.instance import Instance, VariableMember, let_go
 from .names.namespace import Namespace, SourceLibrary
 from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
+from .statements.contacts_of_shapes import make
 from .statements.drawings import drawings, is_quiet
 from .statements.elaborate import run
 from .statements.energies import note_fields
@@ -71,7 +72,7 @@ def flatten(
     if further:
         chosen = replace(chosen, body=(*chosen.body, *further))
     classes = Classes(reporter)
-    flattening = Flattening(reporter, library, classes, elaborate, exact(structural or {}))
+    flattening = Flattening(reporter, library, classes, elaborate, make, exact(structural or {}))
     flattening.space.size = space
     with deep_recursion():
         try:
@@ -107,6 +108,10 @@ def _choose(file: ast.File, namespace: Namespace, name: str | None, reporter: Re
                 else "a partial model is completed by one that extends it",
             )
         return whole[-1]
+    shape = namespace.look_up_shape(name, file.span)
+    if name not in models and shape is not None and shape.namespace is namespace:
+        assert isinstance(shape.definition, ast.Model)
+        return shape.definition
     chosen = models.get(name)
     if chosen is None:
         near = closest(name, models)

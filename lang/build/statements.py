@@ -41,13 +41,14 @@ def import_names(b: Builder, c: Children, span: Span) -> ast.Import:
 
 
 def model(b: Builder, c: Children, span: Span) -> ast.Model:
-    partial, _, name, doc, body, _, closing, _ = c
+    partial, shape, _, name, doc, body, _, closing, _ = c
     _check_closing(b, "model", name, closing)
     return ast.Model(
         name=name.text,
         name_span=b.span(name),
         body=tuple(body),
         partial=partial is not None,
+        shape=shape is not None,
         doc=text_of(b, doc),
         span=span,
     )
@@ -423,6 +424,42 @@ def contact(b: Builder, c: Children, span: Span) -> ast.Contact:
         static=static,
         along=along,
         options=tuple(options),
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def contact_of_shapes(b: Builder, c: Children, span: Span) -> ast.ContactOfShapes:
+    _, label, of, _, others, terms, doc, _ = c
+    friction, restitution, options = terms or (None, None, ())
+    return ast.ContactOfShapes(
+        label=label,
+        of=of,
+        others=tuple(others),
+        friction=friction,
+        restitution=restitution,
+        options=tuple(options),
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def friction_first(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
+    return c[0], c[1], c[2]
+
+
+def restitution_first(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
+    return c[1], c[0], c[2]
+
+
+def shape(b: Builder, c: Children, span: Span) -> ast.Shape:
+    _, label, type, modifications, on, at, doc, _ = c
+    return ast.Shape(
+        label=label,
+        type=dotted(type),
+        modifications=items_of(modifications),
+        on=on,
+        at=at,
         doc=text_of(b, doc),
         span=span,
     )

@@ -6,7 +6,7 @@ STATEMENTS = (
     "parameter", "structural", "coordinate", "state", "discrete", "input", "output", "let",
     "frame", "point", "cut", "kinetic", "potential", "lagrangian", "dissipation", "gravity", "mass",
     "inertia", "force", "torque", "damping", "friction", "constraint", "holonomic", "nonholonomic",
-    "drive", "contact", "place", "closure", "initial", "final", "equation", "exact", "assert",
+    "drive", "contact", "shape", "place", "closure", "initial", "final", "equation", "exact", "assert",
     "experiment", "study", "dimensionless", "independent", "stationary", "draw", "extends", "when", "for", "if",
 )  # fmt: skip
 """Words that begin a statement of a model."""
@@ -21,7 +21,7 @@ ACTIONS = ("reinit", "terminate", "impulse", "release", "engage", "assert")
 """Words that begin an action of ``when``."""
 
 CLAUSES = (
-    "typeof", "by", "at", "on", "from", "in", "static", "forward", "backward", "along", "restitution", "friction", "to", "unit",
+    "typeof", "by", "at", "on", "from", "in", "static", "forward", "backward", "along", "restitution", "friction", "with", "to", "unit",
     "then", "else", "elseif", "elsewhen", "loop", "end", "for", "if", "when",
 )  # fmt: skip
 """Words inside a statement or at the end of a block."""

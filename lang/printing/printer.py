@@ -69,7 +69,7 @@ class _Printer:
         doc = f" {quote(s.doc)}" if s.doc else ""
         match s:
             case ast.Model():
-                name = f"{'partial ' if s.partial else ''}model {s.name}"
+                name = f"{'partial ' if s.partial else ''}{'shape ' if s.shape else ''}model {s.name}"
                 separate = bool(self.lines)
                 title: tuple[Doc, ...] = (name, quote(s.doc)) if s.doc else (name,)
                 self.add(Clauses(title), indent, start, s.name_span.end, opens=True)

@@ -13,7 +13,7 @@ Simple = (
     ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
     | ast.Output | ast.Let | ast.Unpacked | ast.Var | ast.Return | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
     | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Drive
-    | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.StationaryStart | ast.Final | ast.Equation | ast.Exact | ast.Assert
+    | ast.Contact | ast.ContactOfShapes | ast.Shape | ast.Place | ast.Closure | ast.Initial | ast.StationaryStart | ast.Final | ast.Equation | ast.Exact | ast.Assert
     | ast.Experiment | ast.Study | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
     | ast.Draw | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
 )  # fmt: skip
@@ -114,6 +114,14 @@ def _clauses(s: Simple) -> list[Doc]:
             clauses = _labelled("contact", s.label, s.gap) + _clause("restitution", s.restitution)
             clauses += _clause("friction", s.friction) + _clause("static", s.static)
             return _with_options(clauses + _clause("along", s.along), s.options)
+        case ast.ContactOfShapes():
+            clauses = _labelled("contact", s.label, s.of)
+            clauses.append(Unbroken(("with ", ", ".join(flat(document(o)) for o in s.others))))
+            clauses += _clause("friction", s.friction) + _clause("restitution", s.restitution)
+            return _with_options(clauses, s.options)
+        case ast.Shape():
+            set_on = _clause("on", s.on) + _clause("at", s.at)
+            return [Unbroken((_named("shape", s.label) + s.type, _modifications(s.modifications))), *set_on]
         case ast.Drive():
             return _clause("drive", s.target) + _clause("=", s.value)
         case ast.Place():
@@ -166,10 +174,14 @@ def _clause(word: str, value: ast.Expression | None) -> list[Doc]:
 
 
 def _labelled(word: str, label: ast.LabelName | None, value: ast.Expression) -> list[Doc]:
+    return [Unbroken((_named(word, label), document(value)))]
+
+
+def _named(word: str, label: ast.LabelName | None) -> str:
+    """Return the word of a statement with its name, ready for what follows."""
     if label is None:
-        return _clause(word, value)
-    subscript = flat(indices(label.indices)) if label.indices else ""
-    return [Unbroken((f"{word} {label.name}{subscript}: ", document(value)))]
+        return f"{word} "
+    return f"{word} {label.name}{flat(indices(label.indices)) if label.indices else ''}: "
 
 
 def _receivers(s: ast.Load | ast.Impulse) -> list[Doc]:

@@ -30,6 +30,7 @@ _INDEX = r"(?:\[[^\]\n]*\])?"
 _MEMBER = re.compile(rf"((?<![\w.])[A-Za-z_]\w*{_INDEX}(?:\.\w+{_INDEX})*)\.[ \t]*\w*$")
 _IMPORTED = re.compile(r"^[ \t]*import[ \t]+(?:\w+[ \t]*=[ \t]*)?([\w.]*)$")
 _DRAWN = re.compile(r"\bdraw[ \t]+\w*$")
+_SET = re.compile(r"\bshape[ \t]+(?:\w+[ \t]*:[ \t]*)?\w*$")
 _ASKED = re.compile(r"\bstudy[ \t]+\w+[ \t]*=[ \t]*\w*$")
 _STUDY = re.compile(r"\bstudy[ \t]+\w+[ \t]*=[ \t]*(\w+)[ \t]*\([^()]*(?:\([^()]*\)[^()]*)*$")
 _UNIT = re.compile(
@@ -73,6 +74,8 @@ def completions(document: Document, offset: int) -> list[Offer]:
         return [Offer(name[len(begun) :], "model", insert=f"{name[len(begun) :]}.*;") for name in names]
     if _DRAWN.search(before):
         return [Offer(name, "function", shape.words) for name, shape in SHAPES.items()]
+    if _SET.search(before) and namespace is not None:
+        return [Offer(name, "model") for name in dict.fromkeys(namespace.shapes())]
     if _ASKED.search(before):
         return [Offer(name, "function", kind.asks, insert=f"{name}(") for name, kind in _studies().items()]
     if match := _MEMBER.search(before):

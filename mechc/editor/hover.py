@@ -31,7 +31,7 @@ def _text(document: Document, found: Meaning, model: str) -> str:
         case Builtin() as function:
             return f"{_code(f'{function.name}({arguments_of(function)})')}\n\n{function.doc}"
         case ast.Model() as defined:
-            head = f"{'partial ' if defined.partial else ''}model {defined.name}"
+            head = f"{'partial ' if defined.partial else ''}{'shape ' if defined.shape else ''}model {defined.name}"
             return _joined(_code(head), defined.doc, _interface(defined))
         case ast.Function(value=None) as defined:
             return _joined(_code(flat(function_head(defined))), defined.doc)

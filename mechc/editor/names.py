@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from msgspec import Struct
@@ -16,6 +17,9 @@ from ..lang.source import Span
 from .document import Document
 from .paths import code_before, names
 from .steps import locals_at
+
+_SET = re.compile(r"\bshape[ \t]+(?:model[ \t]+|\w+[ \t]*:[ \t]*)?\Z")
+"""What stands before the name of a shape."""
 
 
 class Word(Struct, frozen=True):
@@ -73,7 +77,8 @@ def meaning(document: Document, word: Word, model: str) -> Meaning | None:
         return found
     if namespace is not None:
         seen = cls.namespace if cls is not None else namespace
-        defined = seen.look_up(".".join(word.parts), Span(document.source, word.start, word.end))
+        look_up = seen.look_up_shape if _SET.search(document.text, 0, word.start) else seen.look_up
+        defined = look_up(".".join(word.parts), Span(document.source, word.start, word.end))
         if defined is not None:
             return Meaning(word, defined.definition, defined.definition.name_span)
     if len(word.parts) == 1:

@@ -41,7 +41,14 @@ WORDS = {
         "a constraint on velocities that is no position's",
     ),
     "drive": ("drive x = 1 m*sin(time*1 rad/s);", "a coordinate that follows a given function of time"),
-    "contact": ("contact floor: y restitution 0.8;", "a gap that cannot become negative"),
+    "contact": (
+        "contact floor: y restitution 0.8;",
+        "a gap that cannot become negative; 'contact ball with floor friction 0.3;' has those of all their shapes",
+    ),
+    "shape": (
+        "shape Sphere(r = 1 cm) on ball;",
+        "what a body looks like and touches with; 'shape model' defines one",
+    ),
     "place": ("place b = a * rotate(angle);", "where a joint puts its free frame"),
     "closure": ("closure distance(a, b) = l;", "the equation of a joint that closes a loop"),
     "initial": (

@@ -187,6 +187,17 @@ def test_balls_on_a_box() -> None:
     assert abs(turned) == pytest.approx(g * abs(end["flight[1].x"] - end["free.x"]), abs=1e-8)
 
 
+def test_balls_in_a_box() -> None:
+    """In the end both lie on the floor of the box, touching each other and the crate, and the floor carries all."""
+    solution = run("balls_in_a_box")
+    end = {name: solution[name][-1] for name in solution.columns()}
+    assert end["load"] == pytest.approx(3.5 * g, abs=1e-9)
+    assert [end[f"flight[{k}].y"] for k in (1, 2)] == pytest.approx([0.1, 0.1], abs=1e-9)
+    assert end["flight[2].x"] - end["flight[1].x"] == pytest.approx(0.2, abs=1e-9)
+    assert end["lying.x"] - 0.15 - end["flight[2].x"] == pytest.approx(0.1, abs=1e-9)
+    assert all(abs(end[name]) < 1e-9 for name in end if name.startswith("der("))
+
+
 def test_falling_box() -> None:
     """First the lowest corner hits; in the end four corners hold the weight, which no longer falls."""
     turn = Rotation.from_euler("x", 0.4) * Rotation.from_euler("y", 0.3)

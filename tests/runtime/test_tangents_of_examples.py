@@ -45,6 +45,7 @@ SPECIAL = {
     "cart_servo": Special("differences step over lines of its encoder", values={"encoder.resolution": 10.0}),
     "geared_servo": Special("rests later, where rounding decides when teeth slip", stop=1.5),
     "balls_on_a_box": Special("corners come to rest at once later, whose order a change decides", stop=0.2),
+    "balls_in_a_box": Special("a ball pushes the crate later, and rests on it at that instant", stop=0.3),
     "wheelset_hunting": Special("begins where its rates bend", values={"y": 5.5e-3}, stop=0.05),
     "four_wheels": Special(
         "its rack begins to move later, at a kink of time after which derivatives are wrong",

@@ -77,7 +77,7 @@ def row_plans(
                 -1 if mode.sign is None else place[mode.sign],
                 place[impulse_of(row)],
                 -1 if mode.enabled is None else place[mode.enabled],
-                row.constraint.origin.span,
+                row.constraint.origin.shown,
             )
         )
     plans += [RowPlan("step", "potential", s.switch, -1, -1, place[s.impulse], -1) for s in steps]
@@ -108,7 +108,7 @@ def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bo
             reporter.error(
                 "E0717",
                 f'impacts are "sequential" or "simultaneous", not "{law}"',
-                contact.origin.span,
+                contact.origin.shown,
             )
         laws.add(str(law))
     return "simultaneous" in laws

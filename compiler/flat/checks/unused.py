@@ -14,8 +14,10 @@ def warn_of_unused(instance: Instance, inside: Sequence[Inside]) -> None:
     """Warn of parameters and inputs that the model declares itself and that none of its statements names.
 
     What is said under conditions counts, whether they hold or not. Bases and components are not asked: those of a
-    library offer more than each of their users needs.
+    library offer more than each of their users needs. The parameters of a shape are for its contacts.
     """
+    if instance.cls.model.shape:
+        return
     used = {name for found in inside for name in _names(found.references, found.modifications)}
     for inherited in instance.cls.inherited:
         references, modifications, *_ = listed(inherited.modification)

@@ -44,7 +44,7 @@ def target_of(scope: Scope, expression: Expression) -> Target | None:
                 expression = base
             case Name(name=name):
                 member = scope.flattening.variables.get(name)
-                if member is None or member.structural or (member.role is Role.INPUT and member.modifiers):
+                if member is None or member.structural or member.stands_for_value:
                     return None
                 whole = type_of(member)
                 return Target(name, indices, member.role, rate, _element(whole, indices), whole, member)

@@ -16,7 +16,7 @@ from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
 from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of
 from .kinematics import in_frame, position_argument
-from .references import CONSTRAINING, find_instance, find_label, question_of
+from .references import CONSTRAINING, contacts_of, find_instance, find_label, question_of
 from .signature import ElaboratedCall
 
 
@@ -81,6 +81,12 @@ def _per(call: ElaboratedCall, dimension: Dimension, per: Dimension) -> Dimensio
 
 def _multiplier(call: ElaboratedCall) -> Expression:
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
+    if isinstance(label.statement, ast.ContactOfShapes):
+        return _of_rows(call, label, "add", lambda row: _multiplier_of(call, row))
+    return _multiplier_of(call, label)
+
+
+def _multiplier_of(call: ElaboratedCall, label: LabelMember) -> Expression:
     type, of_rates = constraint_dimension(label)
     interval = call.scope.flattening.interval
     if interval is not None:
@@ -113,7 +119,29 @@ def _closed(call: ElaboratedCall) -> Expression:
             labels=(Label(statement.span, "its law is smooth"),),
             help=f"its output 'creep({label.name})' is the speed where it ought to stick",
         )
+    if isinstance(statement, ast.ContactOfShapes):
+        return _of_rows(call, label, "or", lambda row: _query(call, types.BOOLEAN, row.name))
     return _query(call, types.BOOLEAN, label.name)
+
+
+def _of_rows(
+    call: ElaboratedCall, label: LabelMember, operator: str, ask: Callable[[LabelMember], Expression]
+) -> Expression:
+    """Return what is asked of all contacts of the points of a contact of shapes: a sum, or whether any is so."""
+    values = [ask(row) for row in contacts_of(label)]
+    while len(values) > 1:  # in pairs, so that no formula is deep
+        values = [
+            values[k]
+            if k + 1 == len(values)
+            else Apply(
+                type=values[k].type,
+                span=call.node.span,
+                function=operator,
+                arguments=(values[k], values[k + 1]),
+            )
+            for k in range(0, len(values), 2)
+        ]
+    return values[0]
 
 
 def _given(call: ElaboratedCall) -> Expression:

@@ -386,6 +386,28 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
     return label
 
 
+def contacts_of(label: LabelMember) -> list[LabelMember]:
+    """Return the named contacts that a contact of shapes consists of: those of all points of all pairs."""
+    assert label.made is not None
+    found: list[LabelMember] = []
+    pending = list(instances_of(label.made).values())
+    while pending:
+        at = pending.pop(0)
+        for item in expand(at):
+            if isinstance(item.statement, ast.Contact) and item.statement.label is None:
+                raise item.scope.fail(
+                    "E0212",
+                    f"'{label.name}' is asked about, and this contact of it has no name",
+                    item.statement.span,
+                    help="write 'contact touch: ..'",
+                )
+        found += [one for one in at.labels.values() if isinstance(one.statement, ast.Contact)]
+        for member in at.members.values():
+            if isinstance(member, ComponentMember) and member.statement is None:
+                pending += instances_of(member).values()
+    return found
+
+
 def find_instance(scope: Scope, node: ast.Reference) -> Instance | None:
     """Return the component that a reference means, if it means one."""
     instance = scope.instance

@@ -43,7 +43,10 @@ def instances_of(member: ComponentMember) -> dict[Index, Instance]:
         raise scope.fail("E0207", f"'{declaration.name}' depends on itself", declaration.name_span)
     member.progress = ElaborationProgress.OPEN
     try:
-        _instantiate(member, declaration, scope)
+        if member.statement is None:
+            _instantiate(member, declaration, scope)
+        else:
+            scope.flattening.make(member)
     except Poisoned:
         member.progress = ElaborationProgress.WRONG
         raise
@@ -61,23 +64,24 @@ def _instantiate(member: ComponentMember, declaration: ast.Component, scope: Sco
     parent = scope.instance
     assert parent is not None
     named = any(d.name for d in declaration.dimensions)
-    shared = None if named else _modifiers(declaration, cls, scope)
+    shared = None if named else modifiers_of(declaration, cls, scope)
     for index in subscripts(member.extents):
         own = shared
         if own is None:
-            own = _modifiers(declaration, cls, element_scope(scope, declaration.dimensions, index))
-        given = [*own, *_handed_on(member, index)]
+            own = modifiers_of(declaration, cls, element_scope(scope, declaration.dimensions, index))
+        given = [*own, *handed_on(member, index)]
         if member.extents:
-            given = [_picked(m, member.extents, index) for m in given]
+            given = [as_element(m, member.extents, index) for m in given]
         path = element_name(member.name, index)
         member.instances[index] = make_instance(scope.flattening, cls, path, parent, declaration, given)
 
 
-def _picked(modifier: Modifier, sizes: tuple[int, ...], index: Index) -> Modifier:
+def as_element(modifier: Modifier, sizes: tuple[int, ...], index: Index) -> Modifier:
+    """Return a modification of an array of components on its way into one of them."""
     return replace(modifier, picks=(*modifier.picks, Pick(sizes, index)))
 
 
-def _handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
+def handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
     """Return the outer modifications that go into one element of a component."""
     result = []
     for modifier in member.modifiers:
@@ -142,8 +146,12 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
             caption="unknown model" if found is None else f"'{declaration.type}' is no model",
             help=f"did you mean '{near}'?" if near else _where_models_are(scope),
         )
-    model = found.definition
-    cls = scope.flattening.classes.of(model, found.namespace)
+    return class_in_use(scope, scope.flattening.classes.of(found.definition, found.namespace), declaration)
+
+
+def class_in_use(scope: Scope, cls: Class, declaration: ast.Component) -> Class:
+    """Return a class; refuse what cannot be instantiated here."""
+    model, span = cls.model, declaration.span
     if model.partial:
         raise scope.fail(
             "E0407",
@@ -216,7 +224,7 @@ def _declared(cls: Class, name: str) -> ast.Statement | None:
     return None if found is None else found.statement
 
 
-def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Modifier]:
+def modifiers_of(declaration: ast.Component, cls: Class, scope: Scope) -> list[Modifier]:
     """Return what the parentheses of a component say; ``A -> B`` binds the first two interface frames, or, where there are none, the
     inputs ``from`` and ``to``."""
     result: list[Modifier] = []

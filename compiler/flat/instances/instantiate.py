@@ -11,7 +11,7 @@ from mechc.suggest import closest
 
 from .. import types
 from ..model import Expression, Literal, Role
-from ..names.classes import Class, Stated
+from ..names.classes import Class, Stated, component_of
 from ..names.instance import (
     EXTENDED,
     AnyMember,
@@ -231,9 +231,13 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
                 _declare(instance, statement, scope)
                 result.append(Expanded(statement, scope))
             case _:
+                label = None
                 if isinstance(statement, Labelled) and statement.label is not None:
-                    _register(instance, statement, statement.label, scope)
-                result.append(Expanded(statement, scope))
+                    label = _register(instance, statement, statement.label, scope)
+                made = None
+                if isinstance(statement, ast.Shape | ast.ContactOfShapes):
+                    made = _make(instance, statement, label, scope)
+                result.append(Expanded(statement, scope, made))
     except Poisoned:
         return
 
@@ -251,12 +255,34 @@ def _declare(instance: Instance, declaration: ast.Declaration, scope: Scope) -> 
     instance.members[declaration.name] = _member(instance, declaration, scope)
 
 
-def _register(instance: Instance, statement: Labelled, label: ast.LabelName, scope: Scope) -> None:
+def _make(
+    instance: Instance,
+    statement: ast.Shape | ast.ContactOfShapes,
+    label: LabelMember | None,
+    scope: Scope,
+) -> ComponentMember | None:
+    """Return the component of a ``shape`` or of a contact of shapes; None for the shape of a pair, which is known already."""
+    declaration = component_of(statement)
+    if isinstance(statement, ast.Shape) and statement.on is None and declaration.name in instance.members:
+        return None
+    modifiers = instance.modifiers.get(declaration.name, []) if label is not None else []
+    name = instance.full_name(declaration.name) if label is None else label.name
+    made = ComponentMember(declaration, scope, name, modifiers, statement=statement)
+    if label is not None:
+        label.made = made
+        if statement.label is not None and not statement.label.indices:
+            instance.members[declaration.name] = made
+    return made
+
+
+def _register(instance: Instance, statement: Labelled, label: ast.LabelName, scope: Scope) -> LabelMember:
     index = tuple(whole_number(scope, i, "the index of a name") for i in label.indices)
     text = f"{label.name}[{','.join(map(str, index))}]" if index else label.name
     key = (label.name, index)
     first = instance.labels.get(key)
     declared = instance.members.get(label.name)
+    if instance.pair and isinstance(statement, ast.Shape):
+        declared = None  # the contact that the instance is of has named its shapes
     if first is not None or declared is not None:
         other = first.statement.label if first is not None else None
         span = other.span if other is not None else declared.declaration.name_span if declared else label.span
@@ -271,7 +297,10 @@ def _register(instance: Instance, statement: Labelled, label: ast.LabelName, sco
             else "",
         )
     kind = statement.kind if isinstance(statement, ast.Load) else type(statement).__name__.lower()
-    instance.labels[key] = LabelMember(kind, instance.full_name(text), statement, scope)
+    if isinstance(statement, ast.ContactOfShapes):
+        kind = "contact"
+    found = instance.labels[key] = LabelMember(kind, instance.full_name(text), statement, scope)
+    return found
 
 
 # ---------------------------------------------------------------- arrays

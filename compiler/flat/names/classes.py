@@ -52,6 +52,8 @@ class Class(Struct):
     declarations: dict[str, Stated] = field(default_factory=dict)
     conditional: dict[str, ast.Declaration] = field(default_factory=dict)
     inherited: list[Inherited] = field(default_factory=list)
+    lineage: dict[int, int] = field(default_factory=dict)
+    """How many steps of inheritance lead to a model, by its ``id``; 0 to the model itself."""
     experiments: dict[str, Stated] = field(default_factory=dict)
     studies: dict[str, Stated] = field(default_factory=dict)
     interface: tuple[str, ...] = ()
@@ -101,11 +103,12 @@ class Classes(Struct):
         if id(model) in seen:  # a base shared by two bases counts once
             return
         seen.add(id(model))
+        result.lineage[id(model)] = level
         namespace.resolve()
         for statement in model.body:
             if not isinstance(statement, ast.Extends):
                 continue
-            base = self._base(statement, namespace)
+            base = self._base(statement, namespace, model.shape)
             if base is None:
                 result.broken = True
                 continue
@@ -116,15 +119,18 @@ class Classes(Struct):
             if not isinstance(statement, ast.Extends | ast.Import | ast.Function | ast.Type):
                 result.statements += [Stated(s, namespace, level, model) for s in ast.single(statement)]
 
-    def _base(self, statement: ast.Extends, namespace: Namespace) -> tuple[ast.Model, Namespace] | None:
-        found = namespace.look_up(statement.base, statement.span)
+    def _base(
+        self, statement: ast.Extends, namespace: Namespace, shape: bool
+    ) -> tuple[ast.Model, Namespace] | None:
+        look_up = namespace.look_up_shape if shape else namespace.look_up
+        found = look_up(statement.base, statement.span)
         if found is not None and isinstance(found.definition, ast.Model):
             return found.definition, found.namespace
         if found is not None or not namespace.broken:
-            near = closest(statement.base, namespace.names())
+            near = closest(statement.base, namespace.shapes() if shape else namespace.names())
             self.reporter.error(
                 "E0203",
-                f"there is no model '{statement.base}'",
+                f"there is no {'shape ' if shape else ''}model '{statement.base}'",
                 statement.span,
                 help=f"did you mean '{near}'?" if near else "",
             )
@@ -150,10 +156,14 @@ def _finish(result: Class, reporter: Reporter) -> None:
                 _add_study(result, stated, statement, reporter)
             case ast.Place():
                 places.append(statement)
+            case ast.Shape() | ast.ContactOfShapes():
+                _name(result, statement, reporter)
             case ast.If():
                 for inner in _inside(statement, reporter):
                     if isinstance(inner, ast.Place):
                         places.append(inner)
+                    elif isinstance(inner, ast.Shape | ast.ContactOfShapes):
+                        _name(result, inner, reporter)
                     else:
                         _check_name(inner, reporter)
                         result.conditional.setdefault(inner.name, inner)
@@ -226,12 +236,37 @@ def _add_study(result: Class, stated: Stated, statement: ast.Study, reporter: Re
     result.studies[statement.name] = stated
 
 
-def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration | ast.Place]:
+def component_of(statement: ast.Shape | ast.ContactOfShapes) -> ast.Component:
+    """Return the component that a statement makes."""
+    shape = statement if isinstance(statement, ast.Shape) else None
+    label = statement.label
+    return ast.Component(
+        name=label.name if label is not None else "shape" if shape else "contact",
+        name_span=statement.span if label is None else label.span,
+        type=shape.type if shape else "contact",
+        modifications=shape.modifications if shape else (),
+        doc=statement.doc,
+        span=statement.span,
+    )
+
+
+def _name(result: Class, statement: ast.Shape | ast.ContactOfShapes, reporter: Reporter) -> None:
+    """Enter the name that a statement gives to the component which it makes."""
+    if statement.label is not None and not statement.label.indices:
+        declaration = component_of(statement)
+        _check_name(declaration, reporter)
+        result.conditional.setdefault(declaration.name, declaration)
+
+
+_Named = ast.Declaration | ast.Place | ast.Shape | ast.ContactOfShapes
+
+
+def _inside(statement: ast.If, reporter: Reporter) -> Iterator[_Named]:
     """Yield what stands under a structural condition and must be known before it is decided."""
     bodies = [branch.body for branch in statement.branches] + [statement.otherwise]
     for body in bodies:
         for inner in chain.from_iterable(map(ast.single, body)):
-            if isinstance(inner, ast.Declaration | ast.Place):
+            if isinstance(inner, _Named):
                 yield inner
             elif isinstance(inner, _ALWAYS):
                 _refuse(inner, "if", reporter)

@@ -110,6 +110,17 @@ class VariableMember(InstanceMember, eq=False):
     value: Expression | None = None
     bound: Expression | None = None
 
+    @property
+    def stands_for_value(self) -> bool:
+        """Whether it is another name of its value: an input that is given from outside, and a parameter of a contact of two shapes."""
+        within, declaration = self.scope.instance, self.declaration
+        if self.role is Role.INPUT:
+            return bool(self.modifiers)
+        if self.role is not Role.PARAMETER or self.structural or within is None or not within.pair:
+            return False
+        guessed = isinstance(declaration, ast.Parameter) and declaration.found
+        return not guessed and all(m.kind == "=" for m in self.modifiers)
+
 
 class DefinitionMember(InstanceMember, eq=False):
     """A ``let`` or ``output``; ``guess`` of one that equations determine."""
@@ -133,8 +144,12 @@ class PlaceMember(InstanceMember, eq=False):
 
 
 class ComponentMember(InstanceMember, eq=False):
-    """A component; ``instances`` by index, none where its condition is false."""
+    """A component; ``instances`` by index, none where its condition is false.
 
+    ``statement``: the ``shape`` or the ``contact`` of shapes that makes it.
+    """
+
+    statement: ast.Shape | ast.ContactOfShapes | None = None
     extents: tuple[int, ...] = ()
     instances: dict[Index, Instance] = field(default_factory=dict)
 
@@ -142,25 +157,36 @@ class ComponentMember(InstanceMember, eq=False):
 AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
 
 
-Labelled = ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Contact
+Labelled = (
+    ast.Load
+    | ast.Damping
+    | ast.Friction
+    | ast.Constraint
+    | ast.Inequality
+    | ast.Contact
+    | ast.ContactOfShapes
+    | ast.Shape
+)
 """Statements that may have a name."""
 
 
 class LabelMember(Struct, eq=False):
-    """A named statement: ``kind`` is force, torque, damping, friction, constraint or contact."""
+    """A named statement: ``kind`` is force, torque, damping, friction, constraint, contact or shape. ``made``: what it makes."""
 
     kind: str
     name: str
     statement: Labelled
     scope: Scope
+    made: ComponentMember | None = None
     progress: ElaborationProgress = ElaborationProgress.NEW
 
 
 class Expanded(Struct, eq=False):
-    """A statement of an instance after ``for`` and ``if``."""
+    """A statement of an instance after ``for`` and ``if``; ``made``: the component that a shape or a contact of shapes is."""
 
     statement: ast.Statement
     scope: Scope
+    made: ComponentMember | None = None
 
 
 class Instance(Struct, eq=False):
@@ -181,6 +207,12 @@ class Instance(Struct, eq=False):
     gravity_field: tuple[Scope, ast.Reference] | None = None
     """A function of the place that is the field, in the scope where it is stated."""
     gravity_span: Span | None = None
+    unnamed: int = 0
+    """How many of its shapes have no name of their own."""
+    pair: bool = False
+    """It is a contact of two shapes, whose parameters are names of their values: of a heap there are thousands."""
+    options: tuple[tuple[ast.Option, Scope], ...] = ()
+    """Of the contacts that it has."""
 
     @property
     def made_at(self) -> Span | None:
@@ -193,6 +225,27 @@ class Instance(Struct, eq=False):
 
     def full_name(self, name: str) -> str:
         return f"{self.path}.{name}" if self.path else name
+
+
+class SetShape(Struct, eq=False):
+    """A shape of the whole model. ``frames``: the names of those on which it sits, each fixed to the one before, the nearest first;
+    ``body``: the last one, through rigid connections, the same for all shapes of one rigid body; ``name``: its own, that of what
+    carries it, or where that carries several ``crate.shape[2]``."""
+
+    instance: Instance
+    frames: tuple[str, ...]
+    body: str
+    name: str
+
+
+class Shapes(Struct, eq=False):
+    """All shapes of a model, the frames by their names, and for what a joint or weld holds rigidly its pose; ``wrong`` where some
+    are missing, since they were reported."""
+
+    all: list[SetShape] = field(default_factory=list)
+    frames: dict[str, tuple[PlaceMember, Index]] = field(default_factory=dict)
+    rigid: dict[str, Expression] = field(default_factory=dict)
+    wrong: bool = False
 
 
 def let_go(instance: Instance) -> None:

@@ -18,6 +18,15 @@ from .files import find, importable, load
 
 Definition = ast.Model | ast.Function | ast.Type
 
+_SHAPE = "shape "
+"""Before the names of shape models: only statements ``shape`` use them, so that a body may have the name of a shape."""
+
+
+def key_of(definition: Definition) -> str:
+    """Return under which word a namespace knows a definition."""
+    shape = isinstance(definition, ast.Model) and definition.shape
+    return f"{_SHAPE}{definition.name}" if shape else definition.name
+
 
 class FoundDefinition(Struct, frozen=True):
     """A definition together with the names that its own text sees."""
@@ -70,7 +79,7 @@ class Namespace:
 
     def _define(self, item: Definition) -> None:
         reporter = self._library.reporter
-        first = self._own.get(item.name)
+        first = self._own.get(item.name) or self._own.get(f"{_SHAPE}{item.name}")
         if first is not None:
             reporter.error(
                 "E0204",
@@ -88,7 +97,7 @@ class Namespace:
                 item.name_span,
                 help="choose another name",
             )
-        self._own[item.name] = item
+        self._own[key_of(item)] = item
 
     def inside(self, items: tuple[ast.Statement, ...]) -> Namespace:
         """Return the namespace of a model's body, which may import and define too."""
@@ -98,8 +107,8 @@ class Namespace:
 
     @property
     def models(self) -> tuple[ast.Model, ...]:
-        """The models that this file defines itself, in order."""
-        return tuple(item for item in self._own.values() if isinstance(item, ast.Model))
+        """The models that this file defines itself, in order; shape models are apart."""
+        return tuple(item for item in self._own.values() if isinstance(item, ast.Model) and not item.shape)
 
     def imported_models(self) -> Iterator[ast.Model]:
         """Yield the models that imports bring into reach by their names alone."""
@@ -107,8 +116,22 @@ class Namespace:
         for namespace, _ in self._open:
             yield from namespace.models
         for found in explicit.values():
+            model = found.definition if isinstance(found, FoundDefinition) else None
+            if isinstance(model, ast.Model) and not model.shape:
+                yield model
+
+    def models_in_reach(self) -> Iterator[tuple[int, ast.Model, Namespace]]:
+        """Yield the models that this text may use, with what they see: its own (0), those imported by name (1), all others that
+        imports bring (2)."""
+        explicit = self._resolve_imports()
+        yield from ((0, model, self) for model in self.models)
+        for found in explicit.values():
             if isinstance(found, FoundDefinition) and isinstance(found.definition, ast.Model):
-                yield found.definition
+                yield 1, found.definition, found.namespace
+        for namespace, _ in self._open:
+            yield from ((2, model, namespace) for model in namespace.models)
+        if self._parent is not None:
+            yield from self._parent.models_in_reach()
 
     @property
     def broken(self) -> bool:
@@ -135,6 +158,15 @@ class Namespace:
             return found
         return self._parent.look_up(name, span) if self._parent else None
 
+    def look_up_shape(self, name: str, span: Span) -> FoundDefinition | None:
+        """Return the shape model that a dotted name means; None if none."""
+        path, dot, last = name.rpartition(".")
+        return self.look_up(f"{path}{dot}{_SHAPE}{last}", span)
+
+    def shapes(self) -> Iterator[str]:
+        """Yield the names of the shape models in reach."""
+        yield from (name.removeprefix(_SHAPE) for name in self._all_names() if name.startswith(_SHAPE))
+
     def exported(self, name: str) -> FoundDefinition | None:
         """Return what a name of this file's own definitions means."""
         definition = self._own.get(name)
@@ -154,13 +186,14 @@ class Namespace:
             if other is None or (found is not None and other.definition is found.definition):
                 continue
             if found is not None and by is not None:
+                plain = name.removeprefix(_SHAPE)
                 self._library.reporter.error(
                     "E0208",
-                    f"'{name}' comes from two imports",
+                    f"'{plain}' comes from two imports",
                     span,
                     caption="which one is meant?",
                     labels=(Label(by.span, "from here"), Label(statement.span, "and from here")),
-                    help=f"import it by name, as in 'import {by.path}.{{{name}}};'",
+                    help=f"import it by name, as in 'import {by.path}.{{{plain}}};'",
                 )
                 break
             found, by = other, statement
@@ -168,12 +201,15 @@ class Namespace:
 
     def names(self) -> Iterator[str]:
         """Yield every name that means something here, for "did you mean"."""
+        yield from (name for name in self._all_names() if not name.startswith(_SHAPE))
+
+    def _all_names(self) -> Iterator[str]:
         yield from self._own
         yield from self._resolve_imports()
         for namespace, _ in self._open:
             yield from namespace._own
         if self._parent is not None:
-            yield from self._parent.names()
+            yield from self._parent._all_names()
 
     # ------------------------------------------------------------ imports
 
@@ -219,10 +255,12 @@ class Namespace:
                 self._paths[statement.path] = namespace
             return
         for name in names:
-            found = namespace.exported(name)
-            if found is None:
+            found = {
+                kind: one for kind in ("", _SHAPE) if (one := namespace.exported(f"{kind}{name}")) is not None
+            }
+            if not found:
                 self._broken = True
-                near = closest(name, namespace._own)
+                near = closest(name, (own.removeprefix(_SHAPE) for own in namespace._own))
                 library.reporter.error(
                     "E0206",
                     f"'{path.name}' defines no '{name}'",
@@ -230,7 +268,8 @@ class Namespace:
                     help=f"did you mean '{near}'?" if near else "",
                 )
                 continue
-            explicit[statement.alias or name] = found
+            for kind, one in found.items():
+                explicit[f"{kind}{statement.alias or name}"] = one
 
 
 _LOOSE = (

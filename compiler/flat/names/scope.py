@@ -21,7 +21,7 @@ from .namespace import Namespace, SourceLibrary
 if TYPE_CHECKING:
     from ..model import ReadFile
     from ..moments import Moments
-    from .instance import DefinitionMember, Instance, VariableMember
+    from .instance import ComponentMember, DefinitionMember, Instance, Shapes, VariableMember
 
 Constant = Fraction | bool | str
 
@@ -96,12 +96,13 @@ class Interval(Struct):
 
 
 class Flattening(Struct):
-    """The state of one compilation that all passes share."""
+    """The state of one compilation that all passes share; ``make`` makes the instances of shapes and of their contacts."""
 
     reporter: Reporter
     library: SourceLibrary
     classes: Classes
     elaborate: Callable[[ast.Expression, Scope], Expression]
+    make: Callable[[ComponentMember], None]
     overrides: Mapping[str, Constant]
     dimensionless: bool = False
     independent: str = "time"
@@ -116,6 +117,8 @@ class Flattening(Struct):
     numbers: dict[tuple[str, str], Expression] = field(default_factory=dict)
     files: dict[str, ReadFile] = field(default_factory=dict)
     data: dict[str, TableData] = field(default_factory=dict)
+    shapes: Shapes | None = None
+    touching: dict[frozenset[int], Span] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)

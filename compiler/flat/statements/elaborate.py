@@ -16,10 +16,18 @@ from ..instances.instantiate import expand
 from ..instances.members import definition_value, parameter_value, type_of
 from ..instances.modifications import cannot_modify
 from ..model import DefinitionRole, Expression, Role
-from ..names.instance import ComponentMember, DefinitionMember, Instance, PlaceMember, VariableMember
+from ..names.instance import (
+    ComponentMember,
+    DefinitionMember,
+    Expanded,
+    Instance,
+    PlaceMember,
+    VariableMember,
+)
 from ..names.scope import Poisoned, Scope
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
+from .contacts_of_shapes import made_by
 from .drawings import audible
 from .energies import energy, gravities, inertia, mass
 from .events import when
@@ -40,14 +48,15 @@ def run(instance: Instance, record: StatementRecord) -> None:
     drawn = len(record.draws)
     for item in statements:
         try:
-            _statement(item.statement, item.scope, record, parts)
+            _statement(item, item.scope, record, parts)
         except Poisoned:
             continue
     _joints(parts, record)
     record.draws[drawn:] = audible(record.draws[drawn:], instance)
 
 
-def _statement(statement: ast.Statement, scope: Scope, record: StatementRecord, parts: JointParts) -> None:
+def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: JointParts) -> None:
+    statement = item.statement
     if scope.flattening.interval:
         refuse(scope, statement)
     match statement:
@@ -67,6 +76,10 @@ def _statement(statement: ast.Statement, scope: Scope, record: StatementRecord, 
             friction(scope, statement, record)
         case ast.Contact():
             contact(scope, statement, record)
+        case ast.Shape() | ast.ContactOfShapes():
+            if item.made is not None:
+                for instance in made_by(item.made):
+                    run(instance, record)
         case ast.Constraint():
             constraint(scope, statement, record)
         case ast.Drive():
@@ -145,7 +158,7 @@ def _variable(member: VariableMember, record: StatementRecord) -> None:
         return
     if member.role is Role.PARAMETER:
         check_parameter(member, member.value)
-    elif member.role is Role.INPUT and member.modifiers:
+    if member.stands_for_value:
         member.bound = member.value
         record.variables.pop()
         _define(member, DefinitionRole.LET, member.name, member.value, record)
@@ -157,7 +170,10 @@ def _definition(member: DefinitionMember, record: StatementRecord) -> None:
     for modifier in member.modifiers:
         noun = "an abbreviation" if isinstance(member.declaration, ast.Let) else "an output"
         cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
-    role = DefinitionRole.LET if isinstance(member.declaration, ast.Let) else DefinitionRole.OUTPUT
+    within = member.scope.instance
+    asked = member.guess is not None or within is None or not within.pair  # a heap has thousands of pairs
+    output = isinstance(member.declaration, ast.Output) and asked
+    role = DefinitionRole.OUTPUT if output else DefinitionRole.LET
     _define(member, role, member.name, definition_value(member), record)
     if member.guess is not None:
         origin = member.scope.origin(member.declaration.span)

@@ -9,7 +9,7 @@ from mechc.lang.diagnostics import Label
 
 from .. import model
 from ..expressions.coordinates import target_of
-from ..expressions.references import find_instance, find_label
+from ..expressions.references import contacts_of, find_instance, find_label
 from ..instances.declared_types import fit
 from ..model import Role
 from ..names.instance import ROLE_WORDS
@@ -28,14 +28,25 @@ def when(scope: Scope, statement: ast.When, record: StatementRecord) -> None:
         actions = []
         for action in branch.actions:
             try:
-                actions.append(_action(inner, action))
+                actions += _actions(inner, action)
             except Poisoned:
                 continue
         branches.append(model.EventBranch(condition, tuple(actions), scope.origin(branch.span)))
     record.events.append(model.Event(tuple(branches), scope.origin(statement.span)))
 
 
-def _action(scope: Scope, action: ast.Action) -> model.Action:
+def _actions(scope: Scope, action: ast.Action) -> list[model.Action]:
+    """Return an action; of a contact of shapes, one for each contact that it consists of."""
+    if isinstance(action, ast.Release | ast.Engage):
+        word = "release" if isinstance(action, ast.Release) else "engage"
+        names = _switched(scope, action.target, word)
+        return [model.Switch(name, word == "engage", scope.origin(action.span)) for name in names]
+    return [_action(scope, action)]
+
+
+def _action(
+    scope: Scope, action: ast.Reinit | ast.Assign | ast.Terminate | ast.Impulse | ast.Assert
+) -> model.Action:
     origin = scope.origin(action.span)
     match action:
         case ast.Reinit():
@@ -46,10 +57,6 @@ def _action(scope: Scope, action: ast.Action) -> model.Action:
             return model.Terminate(message, origin)
         case ast.Impulse():
             return model.Impulse(make_load(scope, action, "impulse", ""), origin)
-        case ast.Release(target=target):
-            return model.Switch(_switched(scope, target, "release"), False, origin)
-        case ast.Engage(target=target):
-            return model.Switch(_switched(scope, target, "engage"), True, origin)
         case ast.Assert():
             return assertion(scope, action)
         case _:
@@ -102,20 +109,22 @@ def _assign(scope: Scope, action: ast.Assign) -> model.Assign:
     return model.Assign(left, value, scope.origin(action.span))
 
 
-def _switched(scope: Scope, node: ast.Reference, word: str) -> str:
-    """Return the name of what is released or engaged: a constraint, contact, driven coordinate or cut joint."""
+def _switched(scope: Scope, node: ast.Reference, word: str) -> list[str]:
+    """Return the names of what is released or engaged: a constraint, contact, driven coordinate or cut joint."""
     label = find_label(scope, node)
     if label is not None and label.kind in ("constraint", "contact"):
-        return label.name
+        if isinstance(label.statement, ast.ContactOfShapes):
+            return [contact.name for contact in contacts_of(label)]
+        return [label.name]
     instance = find_instance(scope, node) if label is None else None
     if instance is not None:
         if instance.cls.places:
-            return instance.path
+            return [instance.path]
         raise _not_switched(scope, node, word, f"'{instance.path}' is no joint")
     if label is None:
         target = target_of(scope, scope.elaborate(node))
         if target is not None and target.role is Role.COORDINATE and not target.indices:
-            return target.name
+            return [target.name]
     raise _not_switched(scope, node, word, "")
 
 

@@ -248,7 +248,7 @@ def damping(scope: Scope, statement: ast.Damping, record: StatementRecord) -> No
 # ---------------------------------------------------------------- friction and contact
 
 _FRICTION_OPTIONS = ("law", "v_stick")
-_CONTACT_OPTIONS = ("rest", "impacts", "law", "v_stick")
+CONTACT_OPTIONS = ("rest", "impacts", "law", "v_stick")
 _LAWS = ("stick", "regularized")
 
 
@@ -352,10 +352,21 @@ def contact(scope: Scope, statement: ast.Contact, record: StatementRecord) -> No
     static = _number(scope, statement.static, "a coefficient of friction")
     along = None if statement.along is None else _slip(scope, statement.along)
     speed = types.real(gap.type.dimension / scope.flattening.time_type.dimension)
-    options = _options(scope, statement.options, _CONTACT_OPTIONS, speed, "contact")
+    options = _options(scope, statement.options, CONTACT_OPTIONS, speed, "contact")
+    for option, outer in _options_of_pair(scope):
+        if option.name not in options:
+            options |= _options(outer, (option,), CONTACT_OPTIONS, speed, "contact")
     name = label_name(scope, statement.label, "contact", record)
     origin = scope.origin(statement.span)
     record.contacts.append(model.Contact(name, gap, restitution, coefficient, static, along, options, origin))
+
+
+def _options_of_pair(scope: Scope) -> tuple[tuple[ast.Option, Scope], ...]:
+    """Return the options that the contact of two shapes has, of which a contact is part."""
+    instance = scope.instance
+    while instance is not None and not instance.pair:
+        instance = instance.parent
+    return () if instance is None else instance.options
 
 
 def _number(scope: Scope, node: ast.Expression | None, what: str) -> Expression | None:

@@ -12,6 +12,7 @@ from mechc.compiler.flat.expressions.elaborate import elaborate
 from mechc.compiler.flat.model import Literal
 from mechc.compiler.flat.names.scope import Flattening, Scope
 from mechc.compiler.flat.show import type_text
+from mechc.compiler.flat.statements.contacts_of_shapes import make
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import SourceFile, Span
@@ -378,7 +379,7 @@ def test_a_torque_is_told_in_newton_metres() -> None:
 def test_numbers_of_nodes_that_are_gone_are_not_those_of_others() -> None:
     """Formulas that are made while compiling are let go, and the next ones lie in the same memory."""
     library, classes = cast("Any", None), cast("Any", None)
-    scope = Scope(Flattening(Reporter(), library, classes, elaborate, {}), None, library)
+    scope = Scope(Flattening(Reporter(), library, classes, elaborate, make, {}), None, library)
     span = Span(SourceFile("m.mech", "0"), 0, 1)
     for k in range(100):
         node = ast.Number(value=Fraction(k), text=str(k), span=span)

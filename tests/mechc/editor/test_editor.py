@@ -399,3 +399,14 @@ def test_names_for_several_results_are_in_the_outline() -> None:
     (_, both) = symbols(document(ROUTINE))
     assert {"radius", "angle", "polar"} <= {child.name for child in both.children}
     assert (1, 8) in folds(document(ROUTINE))
+
+
+def test_shapes_are_offered_and_explained_where_they_are_set() -> None:
+    text = "import mech.planar.*;\nimport mech.shapes.*;\nmodel M\n  Sphere ball;\n  shape skin: Sphere(r = 1 m) on ball;\nend M;\n"
+    doc = document(text)
+    body, shape = hover(doc, text.index("Sphere ball") + 1), hover(doc, text.index("Sphere(r") + 1)
+    assert body is not None and "hollow" in str(body)
+    assert shape is not None and "shape model Sphere" in str(shape)
+    begun = text.replace("Sphere(r = 1 m) on ball", "Sph")
+    assert "Capsule" in {o.label for o in completions(document(begun), begun.index("Sph;") + 3)}
+    assert "Revolute" not in {o.label for o in completions(document(begun), begun.index("Sph;") + 3)}

@@ -1,0 +1,216 @@
+"""Contacts of shapes: the motions of the same scenes with gaps written out by other formulas, and closed forms."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechc
+
+PLANAR = """
+import mech.planar.*;
+import mech.shapes.*;
+model M
+  gravity {0, -9.81} m/s^2;
+  parameter mu = 0.3;
+  Disk ball[3](m = {0.1, 0.2, 0.3} kg, r = {5, 6, 7} cm);
+  Free free[i in 1:3](world -> ball[i].a, x = 0.1 m*i, y = 0.2 m*i, angle = 0 rad, der(x) = 0.2 m/s*(3 - i), der(y) = 0 m/s, der(angle) = 2 rad/s);
+  frame slope = world * rot(-10 deg);
+  shape Sphere(r = {5, 6, 7} cm) on ball;
+  shape floor: Plane on slope at {0, -3} cm;
+  shape wall: Plane on world * trans({0.5, 0} m) * rot(90 deg);
+  contact ball with ball, floor, wall friction mu restitution 0.5;
+  experiment(stop = 0.7 s, tolerance = 1e-11);
+end M;
+"""
+
+BY_HAND = """
+model M
+  parameter mu = 0.3;
+  parameter m[3] = {0.1, 0.2, 0.3} kg;
+  parameter r[3] = {5, 6, 7} cm;
+  coordinate Length x[3] = {0.1, 0.2, 0.3} m;
+  coordinate Length y[3] = {0.2, 0.4, 0.6} m;
+  coordinate Angle a[3] = {0, 0, 0} rad;
+  initial der(x) = {0.4, 0.2, 0} m/s;
+  initial der(y) = {0, 0, 0} m/s;
+  initial der(a) = {2, 2, 2} rad/s;
+  let s = sin(10 deg);
+  let c = cos(10 deg);
+  for i in 1:3 loop
+    kinetic 1/2*m[i]*(der(x[i])^2 + der(y[i])^2 + 1/2*r[i]^2*der(a[i])^2);
+    potential m[i]*9.81 m/s^2*y[i];
+    for j in i + 1:3 loop
+      contact h[i, j]: sqrt((x[i] - x[j])^2 + (y[i] - y[j])^2) - r[i] - r[j] restitution 0.5 friction mu
+        along ((x[j] - x[i])*(der(y[j]) - der(y[i])) - (y[j] - y[i])*(der(x[j]) - der(x[i])))/sqrt((x[i] - x[j])^2 + (y[i] - y[j])^2)
+          - r[i]*der(a[i]) - (sqrt((x[i] - x[j])^2 + (y[i] - y[j])^2) - r[i])*der(a[j]);
+    end for;
+    contact f[i]: s*x[i] + c*y[i] + 3 cm - r[i] restitution 0.5 friction mu along c*der(x[i]) - s*der(y[i]) + r[i]*der(a[i]);
+    contact w[i]: 0.5 m - x[i] - r[i] restitution 0.5 friction mu along der(y[i]) + r[i]*der(a[i]);
+  end for;
+  experiment(stop = 0.7 s, tolerance = 1e-11);
+end M;
+"""
+
+NAMES = {
+    f"free[{i}].{ours}": f"{theirs}[{i}]"
+    for i in (1, 2, 3)
+    for ours, theirs in (("x", "x"), ("y", "y"), ("angle", "a"))
+}
+
+
+@pytest.mark.parametrize("method", ["", ', method = "moreau", step = 1 ms'])
+def test_balls_move_as_by_formulas_of_ones_own(method: str) -> None:
+    """Balls meet each other, a slope and a wall: impacts of every kind of pair, slip and stick."""
+    texts = [
+        text.replace(", tolerance = 1e-11", method or ", tolerance = 1e-11") for text in (PLANAR, BY_HAND)
+    ]
+    shapes, hand = (mechc.loads(text).simulate(estimate_error=False) for text in texts)
+    assert shapes.outcome.value == hand.outcome.value == "completed"
+    if not method:
+        kinds = {e.name.partition(".")[0] for e in shapes.events if e.kind == "impact"}
+        pairs = ("ball[1]-ball[2]", "ball[1]-ball[3]", "ball[2]-ball[3]", "ball[3]-floor", "ball[2]-wall")
+        assert kinds >= {*pairs, "ball[1]-floor", "ball[2]-floor"}
+    for ours, theirs in NAMES.items():
+        assert shapes[ours][-1] == pytest.approx(hand[theirs][-1], abs=1e-9)
+        assert shapes[f"der({ours})"][-1] == pytest.approx(hand[f"der({theirs})"][-1], abs=1e-8)
+
+
+CRATE = """
+import mech.SPACE.*;
+import mech.shapes.*;
+model M
+  gravity DOWN m/s^2;
+  Box crate(size = EDGES m, density = 700 kg/m^3);
+  Free free(world * TURN -> crate.a, AT);
+  initial der(free.position[1]) = -1 m/s;
+  shape Box(size = crate.size) on crate;
+  shape Plane on world * TURN;
+  contact c: crate with world friction 0.5;
+  output Force load = multiplier(c);
+  output pressed = if closed(c) then 1 else 0;
+  output Length low = min(c.gap);
+  experiment(stop = 1 s);
+end M;
+"""
+SPACES = {
+    "planar": (
+        "{0.4, 0.2}",
+        "rot(-20 deg)",
+        "y = 0.1 m, x = 0 m, der(x) = -1 m/s, angle = 0 rad",
+        "{0, -9.81}",
+        700 * 0.4 * 0.2,
+    ),
+    "spatial": (
+        "{0.4, 0.3, 0.2}",
+        "roty(20 deg)",
+        "position = {0, 0, 0.1} m",
+        "{0, 0, -9.81}",
+        700 * 0.4 * 0.3 * 0.2,
+    ),
+}
+
+
+@pytest.mark.parametrize("space", ["planar", pytest.param("spatial", marks=pytest.mark.slow)])
+def test_a_crate_slides_up_a_slope_and_stays(space: str) -> None:
+    """v^2/(2 g (sin + mu cos)) far, since mu > tan; then its weight rests on its corners."""
+    edges, turn, at, down, mass = SPACES[space]
+    text = CRATE
+    for word, value in (("SPACE", space), ("EDGES", edges), ("TURN", turn), ("AT", at), ("DOWN", down)):
+        text = text.replace(word, value)
+    if space == "planar":
+        text = text.replace("  initial der(free.position[1]) = -1 m/s;\n", "")
+    s = mechc.loads(text).simulate()
+    a, g = math.radians(20), 9.81
+    far = 1 / (2 * g * (math.sin(a) + 0.5 * math.cos(a)))
+    place = "free.x" if space == "planar" else "free.position[1]"
+    assert s[place][-1] == pytest.approx(-far, abs=1e-9)
+    assert s["load"][-1] == pytest.approx(mass * g * math.cos(a), rel=1e-9)
+    assert s["pressed"][-1] == 1
+    assert abs(s["low"][-1]) < 1e-9
+
+
+def test_balls_thrown_into_a_box_of_planes_keep_their_momenta() -> None:
+    """Two balls collide in the middle without restitution lost: they exchange their velocities along the line of centres."""
+    s = mechc.loads(
+        """
+import mech.spatial.*;
+import mech.shapes.*;
+model M
+  Body ball[2](m = 1 kg, J = 0.004*identity(3) kg.m^2);
+  Free free[i in 1:2](world -> ball[i].a, position = {0.5*(2*i - 3), 0.06*(2*i - 3), 0} m);
+  initial der(free[1].position) = {1, 0, 0} m/s;
+  initial der(free[2].position) = {-1, 0, 0} m/s;
+  shape Sphere(r = 0.1 m) on ball;
+  contact ball with ball restitution 1;
+  experiment(stop = 0.8 s);
+end M;
+"""
+    ).simulate()
+    (hit,) = (e for e in s.events if e.kind == "impact")
+    along = np.array([0.16, 0.12]) / 0.2
+    assert hit.time == pytest.approx((1 - 0.16) / 2, abs=1e-12)
+    for k, sign in ((1, 1), (2, -1)):
+        v = sign * (np.array([1, 0]) - 2 * along * along[0])
+        found = [s[f"der(free[{k}].position[{i}])"][-1] for i in (1, 2)]
+        assert found == pytest.approx(v, abs=1e-11)
+
+
+def test_the_contact_of_a_part_can_be_switched() -> None:
+    """Released at 0.2 s, the floor lets both balls through, which would have landed at 0.30 s."""
+    s = mechc.loads(
+        """
+import mech.planar.*;
+import mech.shapes.*;
+model M
+  gravity {0, -9.81} m/s^2;
+  Disk ball[2](r = 5 cm);
+  Free free[i in 1:2](world -> ball[i].a, x = 1 m*i, y = 0.5 m);
+  shape Sphere(r = 5 cm) on ball;
+  shape floor: Plane on world;
+  contact c: ball with floor;
+  when time > 0.2 s then release c; end when;
+  experiment(stop = 0.5 s);
+end M;
+"""
+    ).simulate()
+    assert not [e for e in s.events if e.kind == "impact"]
+    assert s["free[2].y"][-1] == pytest.approx(0.5 - 9.81 / 8, abs=1e-10)
+
+
+THROWN = """
+import mech.planar.*;
+import mech.shapes.*;
+model M
+  gravity {0, -9.81} m/s^2;
+  parameter e = 0.6;
+  parameter Length rad = 5 cm;
+  Disk ball[2](r = rad, m = 1 kg);
+  Free free[i in 1:2](world -> ball[i].a, x = 0.02 m*i, y = 0.2 m*i, der(x) = 0.5 m/s);
+  shape Sphere(r = rad) on ball;
+  shape floor: Plane on world;
+  contact ball with ball, floor friction 0.3 restitution e;
+  output Length far = free[2].x;
+  experiment(stop = 0.45 s, tolerance = 1e-11);
+end M;
+"""
+
+
+def test_derivatives_and_ensembles_go_through_contacts_of_shapes(tmp_path: Path) -> None:
+    """Of a distance after five impacts, in restitution and radius: against differences, whose error is 1e-6."""
+    model = mechc.loads(THROWN)
+    path = tmp_path / "members.csv"
+    steps = {"e": 1e-5, "rad": 1e-6}
+    rows = [
+        (0.6 + d * (p == "e"), 0.05 + d * (p == "rad")) for p, step in steps.items() for d in (step, -step)
+    ]
+    path.write_text("e,rad\n" + "".join(f"{e!r},{r!r}\n" for e, r in rows), encoding="utf-8")
+    far = model.ensemble(str(path), keep="final(far)", errors=False)["final(far)"]
+    s = model.simulate(sensitivity=["e", "rad"], estimate_error=False)
+    assert len([e for e in s.events if e.kind == "impact"]) == 5
+    for k, (p, step) in enumerate(steps.items()):
+        difference = (far[2 * k] - far[2 * k + 1]) / 2 / step
+        assert s.sensitivity("far", p).values[-1] == pytest.approx(difference, abs=1e-6)
