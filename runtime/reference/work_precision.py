@@ -146,16 +146,10 @@ def _point(task: Task, method: Method, setting: float) -> WorkPrecisionPoint:
 
 
 def _peer(task: Task, method: str, setting: float, runs: Peer) -> WorkPrecisionPoint:
-    problem, reference = task.case.problem, task.reference
-    accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
+    reference = task.reference
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
-        options = SolverOptions(method, setting, task.nominal, seconds=seconds)
-        done = runs(case, options)
-        if problem.hybrid is not None and len(done.y) == len(reference.t):
-            # what impacts dissipate is booked by the kernel alone
-            done.y[:, accounts] = reference.high[:, accounts]
-        return done
+        return runs(case, SolverOptions(method, setting, task.nominal, seconds=seconds))
 
     alone = replace(task.case, grid=task.case.grid[:1])
     # Looking at the clock costs time: only the run that is not timed does it.
