@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...runtime.outcome import SimulationError
-from .shared import LATE, Library, found, refuse_inputs, times_of
+from .shared import LATE, Library, found, refuse, times_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,9 +46,9 @@ class Diffrax:
         return names
 
     def __call__(self, case: Case, options: SolverOptions) -> Trajectory:
-        refuse_inputs(case.problem)
-        if case.problem.hybrid is not None or case.problem.constraints:
-            raise SimulationError("is compared on models without events and constraints, of which mechc writes a module for JAX")
+        refuse(case, events=True)
+        if case.problem.constraints:
+            raise SimulationError("is compared on models without constraints")
         import jax
 
         names = self._module

@@ -12,7 +12,7 @@ from ...compiler.pipeline import program_with
 from ...compiler.program.slots import NoSeries, SlotGraph, rates_of
 from ...runtime.outcome import SimulationError
 from .exchange import Exchange, Stopped
-from .shared import LATE, Library, found, refuse_inputs, times_of
+from .shared import LATE, Library, found, refuse, times_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,8 +50,10 @@ class Diffsol:
     def __call__(self, case: Case, options: SolverOptions) -> Trajectory:
         import pydiffsol
 
-        refuse_inputs(case.problem)
-        unit = self._exchange.unit(case, options, multi_step=True) if case.problem.hybrid is not None else None
+        refuse(case, constraints=True)
+        unit = (
+            self._exchange.unit(case, options, multi_step=True) if case.problem.hybrid is not None else None
+        )
         sizes = np.ascontiguousarray(options.nominal)
         key = sizes.tobytes()
         if key not in self._made:
@@ -179,5 +181,5 @@ DIFFSOL = Library(
     "equations as mechc forms them in its own language, compiled by LLVM with derivatives of its own, dense matrices; states over their "
     "nominal values, as it knows one absolute tolerance",
     _runs,
-    by_unit="its own stop conditions, where its runs end and begin again; no way back onto constraints",
+    by_unit="its own stop conditions, where its runs end and begin again",
 )

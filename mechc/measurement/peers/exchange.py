@@ -17,7 +17,6 @@ from ...lang.diagnostics import CompileError
 from ...runtime.methods import SOLVING_CONTACTS
 from ...runtime.native.build import build_shared, kernel_flags
 from ...runtime.outcome import SimulationError
-from .shared import refuse_inputs
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,9 +39,10 @@ REACHED, HAPPENS, RUNNING = 0, 1, 3
 
 
 def exchanged(case: Case) -> bool:
-    """Return whether peers get a model as a unit: it has events, or passes singular positions, where a state that has left its
-    constraints a little goes on elsewhere. Other constraints hold as well as the method integrates their second derivatives."""
-    return case.problem.hybrid is not None or bool(case.functions.struct.closeness)
+    """Return whether peers get a model as a unit: it has events, or inputs, or passes singular positions, where a state that has left
+    its constraints a little goes on elsewhere. Other constraints hold as well as the method integrates their second derivatives."""
+    problem = case.problem
+    return problem.hybrid is not None or bool(problem.inputs) or bool(case.functions.struct.closeness)
 
 
 class Stopped(Exception):
@@ -80,8 +80,10 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "peer_unit_modes": (None, (c_void_p, c_int, *(c_void_p,) * 3)),
     "peer_unit_advance": (
         c_int,
-        (c_void_p, POINTER(CvodeStruct), c_double, POINTER(c_double), c_long, c_void_p, c_long)
-        + (POINTER(c_long), c_void_p),
+        (
+            *(c_void_p, POINTER(CvodeStruct), c_double, POINTER(c_double), c_long, c_void_p, c_long),
+            *(POINTER(c_long), c_void_p),
+        ),
     ),
 }
 
@@ -111,7 +113,8 @@ class Exchange:
         from ...fmu.export import equations_for
 
         model, problem = self._model, case.problem
-        refuse_inputs(problem)
+        if any(np.ptp(table.values) > 0 for table in case.tables.values()):
+            raise SimulationError("is compared on models whose inputs no table moves")
         if case.functions.struct.hybrid and "delays" in model.compilation.equations.needs:
             raise SimulationError("cannot run delays, which look back at the motion")
         if model.method(case.experiment) in SOLVING_CONTACTS:
@@ -128,7 +131,9 @@ class Exchange:
             parts=model.compilation.parts,
         )
         folder = "sources/"
-        texts = {name.removeprefix(folder): data for name, data in package.files.items() if name.startswith(folder)}
+        texts = {
+            name.removeprefix(folder): data for name, data in package.files.items() if name.startswith(folder)
+        }
         sources = {name: data.decode() for name, data in texts.items()}
         own = {SOURCE.name: SOURCE.read_text(encoding="utf-8")}
         library = ctypes.CDLL(str(build_shared(sources | own, kernel_flags(), name="peer-unit")))
@@ -208,13 +213,18 @@ class Unit:
     def modes(self) -> tuple[Array, Array, Array]:
         """Return discrete variables, then sign of each indicator and what is added to it."""
         z, sign, added = np.zeros(self._case.z.size), np.ones(self.count), np.zeros(self.count)
-        self.library.peer_unit_modes(
-            self.address, z.size, z.ctypes.data, sign.ctypes.data, added.ctypes.data
-        )
+        self.library.peer_unit_modes(self.address, z.size, z.ctypes.data, sign.ctypes.data, added.ctypes.data)
         return z, sign, added
 
     def advance(
-        self, cvode: CvodeStruct, end: float, t: c_double, steps: int, times: Array, written: c_long, rows: Array
+        self,
+        cvode: CvodeStruct,
+        end: float,
+        t: c_double,
+        steps: int,
+        times: Array,
+        written: c_long,
+        rows: Array,
     ) -> int:
         """Take CVODE on: REACHED, HAPPENS, RUNNING, or what it returned."""
         status: int = self.library.peer_unit_advance(
@@ -229,5 +239,3 @@ class Unit:
             rows.ctypes.data,
         )
         return status
-
-

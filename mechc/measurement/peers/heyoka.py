@@ -13,7 +13,7 @@ from ...compiler.pipeline import program_with
 from ...compiler.program.slots import NoSeries, SlotGraph, rates_of
 from ...runtime.outcome import SimulationError
 from .exchange import Exchange, Stopped, Unit, exchanged
-from .shared import LATE, STEPS, Library, found, refuse_inputs, times_of
+from .shared import LATE, STEPS, Library, found, refuse, times_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -57,7 +57,7 @@ class Heyoka:
         """Return the integrator of a tolerance, at the start of a case. Raises SimulationError."""
         import heyoka as hy
 
-        refuse_inputs(case.problem)
+        refuse(case)
         if tolerance not in self._made:
             system, compact = self._system
             events = []

@@ -9,18 +9,18 @@ from __future__ import annotations
 import functools
 import math
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from ...runtime.case import Case
 from ...runtime.integrate.solver_options import SolverOptions
 from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
 from ...runtime.native import contract
-from ...runtime.outcome import Failure, SimulationError, given_up, step_too_small
+from ...runtime.outcome import Failure, given_up, step_too_small
 from ...runtime.problem import Array
 from .exchange import Exchange, Stopped, Unit, exchanged
 from .shared import Library, failure_of
@@ -137,7 +137,7 @@ def _solve(case: Case, options: SolverOptions, watch: _Watch | None, unit: Unit 
     times, rows, evaluations = [], [], 0
     failure = None
     grid = case.grid.size > 1
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), warnings.catch_warnings(action="ignore"):  # its failures are told
         while t < case.stop and not (unit is not None and unit.ended):
             end = case.stop if unit is None else unit.next
             here = case.grid[(case.grid >= t) & (case.grid <= end)]

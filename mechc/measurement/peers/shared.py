@@ -22,7 +22,7 @@ from ...runtime.reference.work_precision import Peer
 if TYPE_CHECKING:
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.problem import Array, Problem
+    from ...runtime.problem import Array
 
 RATES = Path(__file__).parent / "rates.c"
 SLICE = 20_000
@@ -63,15 +63,20 @@ def rates() -> ctypes.CDLL:
     return ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="peer")))
 
 
-def refuse_inputs(problem: Problem) -> None:
-    """Refuse what no peer is compared on. Raises SimulationError."""
-    if problem.inputs:
+def refuse(case: Case, *, events: bool = False, constraints: bool = False) -> None:
+    """Refuse a case with inputs; ``events``, ``constraints``: one with these, too. Raises SimulationError."""
+    if case.problem.inputs:
         raise SimulationError("is compared on models without inputs")
+    if events and case.problem.hybrid is not None:
+        raise SimulationError("is compared on models without events")
+    if constraints and case.functions.struct.closeness:
+        raise SimulationError(
+            "has no way back onto constraints, which a motion through singular positions needs"
+        )
 
 
 def peer_model(case: Case, nominal: Array) -> tuple[PeerModel, list[Array]]:
-    """Return a model as rates.c reads it, and the arrays that must stay alive with it. Raises SimulationError."""
-    refuse_inputs(case.problem)
+    """Return a model as rates.c reads it, and the arrays that must stay alive with it."""
     struct = case.functions.struct
     sizes, state, values = np.ascontiguousarray(nominal), np.empty(case.y0.size), np.empty(struct.n_jacobian)
     made = PeerModel(

@@ -70,10 +70,17 @@ def _sundials() -> ctypes.CDLL:
     library.CVodeRootInit.argtypes = (c_void_p, c_int, c_void_p)
     library.CVodeSetRootDirection.argtypes = (c_void_p, c_void_p)
     library.CVodeSetNoInactiveRootWarn.argtypes = (c_void_p,)
+    library.CVodeSetMaxHnilWarns.argtypes = (c_void_p, c_int)
     library.CVodeReInit.argtypes = (c_void_p, c_double, c_void_p)
     library.CVodeSetStopTime.argtypes = library.CVodeSetMaxStep.argtypes = (c_void_p, c_double)
     library.CVodeSetMaxNumSteps.argtypes = (c_void_p, c_long)
-    for name in ("CVodeSetUserData", "CVodeSetNonlinearSolver", "CVodeSetJacFn", "CVodeSetProjFn", "CVodeGetNumSteps"):
+    for name in (
+        "CVodeSetUserData",
+        "CVodeSetNonlinearSolver",
+        "CVodeSetJacFn",
+        "CVodeSetProjFn",
+        "CVodeGetNumSteps",
+    ):
         getattr(library, name).argtypes = (c_void_p, c_void_p)
     library.CVodeSetLinearSolver.argtypes = (c_void_p,) * 3
     library.SUNContext_Create.argtypes = (c_int, c_void_p)
@@ -120,6 +127,7 @@ def _cvode(kind: int, exchange: Exchange, case: Case, options: SolverOptions) ->
     _done(lib.CVodeSetUserData(memory, user))
     _done(lib.CVodeSetMaxStep(memory, case.max_step))
     _done(lib.CVodeSetMaxNumSteps(memory, SLICE))
+    _done(lib.CVodeSetMaxHnilWarns(memory, -1))  # of steps below rounding
     matrix = solver = None
     if kind == ADAMS:
         solver = lib.SUNNonlinSol_FixedPoint(state, 0, context)
@@ -151,9 +159,7 @@ def _cvode(kind: int, exchange: Exchange, case: Case, options: SolverOptions) ->
         rows, reached, end = _by_events(lib, calls, unit, y, case, options, begun)
     taken = time.thread_time() - begun
     lib.CVodeGetNumSteps(memory, ctypes.byref(steps))
-    count, evaluations = (
-        (steps.value, model.evaluations) if unit is None else (unit.steps, unit.evaluations)
-    )
+    count, evaluations = (steps.value, model.evaluations) if unit is None else (unit.steps, unit.evaluations)
     lib.CVodeFree(ctypes.byref(memory))
     (lib.SUNNonlinSolFree if kind == ADAMS else lib.SUNLinSolFree)(solver)
     if matrix is not None:
