@@ -188,7 +188,7 @@ def benchmark(
     points = tuple(p if p.method in beside else _with_claim(p, task, options) for p in points)
     points = _in_turns(points, truth, task, beside)
     closed = _agreement(exact, truth, nominal)
-    modes = modes_of(beside, exchanged(case))
+    modes = modes_of({p.method for p in points}, exchanged(case))
     skipped = (*skipped, *left_out(against).items())
     return Benchmark(
         model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended, modes, softened

@@ -32,7 +32,7 @@ OTHERS = {
 """Why others are not among them."""
 LIBRARY_OF = {"cvode": "sundials"}
 """Libraries by names of their methods."""
-UNIT = "what happens at an event, and what brings a state back onto constraints, is the FMU's for Model Exchange that mechc writes"
+UNIT = "integrates and finds events itself; what happens at one, and what brings a state back onto constraints, it asks the FMU for Model Exchange that mechc writes"
 
 
 def installed(library: Library) -> bool:
@@ -98,7 +98,8 @@ def peers(
 
 def modes_of(methods: Iterable[str], by_unit: bool) -> dict[str, str]:
     """Return how the libraries of methods are set up; ``by_unit``: of a model that they get as one (exchange.py)."""
-    return {
-        row.name: f"{row.mode}; {row.by_unit}; {UNIT}" if by_unit and row.by_unit else row.mode
-        for row in libraries_of(methods)
-    }
+    rows = libraries_of(methods)
+    if not by_unit:
+        return {row.name: row.mode for row in rows}
+    modes = {row.name: f"{row.mode}; {row.by_unit}" if row.by_unit else row.mode for row in rows}
+    return modes | ({"each of them": UNIT} if modes else {})

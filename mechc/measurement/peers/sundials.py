@@ -26,6 +26,11 @@ if TYPE_CHECKING:
 ADAMS, BDF = 1, 2
 NORMAL, TOO_MUCH_WORK = 1, -1
 """Constants of cvode.h."""
+WORDS = {
+    -3: "the error test fails again and again, or with the smallest step",
+    -4: "the corrector does not converge, or not with the smallest step",
+}
+"""What it returns where it gives up (CV_ERR_FAILURE, CV_CONV_FAILURE)."""
 METHODS = {"Adams": ADAMS, "BDF": BDF}
 
 
@@ -187,7 +192,7 @@ def _smooth(
             status = lib.CVode(memory, t, state, ctypes.byref(reached), NORMAL)
             end = LATE if status == TOO_MUCH_WORK and time.thread_time() - begun > options.seconds else ""
         if end or status < 0:
-            end = end or f"CVode returned {status}"
+            end = end or WORDS.get(status, f"CVode returned {status}")
             break
         rows[k] = y
         count = k + 1
@@ -211,7 +216,7 @@ def _by_events(
         _done(lib.CVodeSetStopTime(memory, unit.next))
         status = unit.advance(calls, unit.next, reached, SLICE, times, written, rows)
         if status < 0:
-            end = f"CVode returned {status}"
+            end = WORDS.get(status, f"CVode returned {status}")
         elif time.thread_time() - begun > options.seconds:
             end = LATE
         elif status != RUNNING and reached.value < case.stop:
