@@ -288,11 +288,22 @@ def _in_turns(
 
 
 class _Time(Struct, frozen=True):
-    """How long a method takes to reach an error: the median and the quartiles of repeated runs, in seconds."""
+    """How long a method takes to reach an error, in seconds: the median and the quartiles of repeated runs, and the rounds in which it
+    was timed in turns with others."""
 
     seconds: float
     low: float
     high: float
+    rounds: tuple[float, ...] = ()
+
+    def over(self, other: _Time) -> tuple[float, float]:
+        """Return how many times as long as another one this takes, at least and at most: the middle half of the rounds in which both
+        were timed, and what two measurements differ by."""
+        low, high = self.low / other.high, self.high / other.low
+        if self.rounds and len(self.rounds) == len(other.rounds):
+            ratios = [a / b for a, b in zip(self.rounds, other.rounds, strict=True)]
+            low, high = np.percentile(ratios, (25, 75)).tolist()
+        return low / ALIKE, high * ALIKE
 
 
 def conclusion(made: Benchmark) -> str:
@@ -315,7 +326,7 @@ def conclusion(made: Benchmark) -> str:
             f"; none of the peers gets there; for {_power(reached)} {take} takes {duration(best.seconds)}"
         )
     peer, other = _fastest(theirs, reached)
-    least, most = other.low / best.high / ALIKE, other.high / best.low * ALIKE
+    least, most = other.over(best)
     if most < 1:
         return (
             f"for {_power(reached)} take {peer}: {duration(other.seconds)}; the fastest of mechc, {take}, needs "
@@ -337,7 +348,7 @@ def _fastest(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) 
 def _alike(times: Mapping[str, _Time]) -> list[str]:
     """Return the methods that the spread does not tell from the fastest."""
     best = min(times.values(), key=lambda t: t.seconds)
-    return [name for name, t in times.items() if t.low <= ALIKE * best.high]
+    return [name for name, t in times.items() if t.over(best)[0] <= 1]
 
 
 def _span(least: float, most: float) -> str:
@@ -358,10 +369,14 @@ def _spans_to_reach(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: 
     found = {}
     for name, points in methods.items():
         near = around(points, level)
-        seconds = time_between(near, level)
-        if seconds is not None:
-            low, high = (time_between(near, level, k) or seconds for k in (0, 1))
-            found[name] = _Time(seconds, min(low, seconds), max(high, seconds))
+        seconds = time_between(near, level, [p.seconds for p in near])
+        if seconds is None:
+            continue
+        ends = [[(p.quartiles or (p.seconds, p.seconds))[k] for p in near] for k in (0, 1)]
+        low, high = (time_between(near, level, end) or seconds for end in ends)
+        count = min(len(p.rounds) for p in near)
+        rounds = (time_between(near, level, [p.rounds[k] for p in near]) or seconds for k in range(count))
+        found[name] = _Time(seconds, min(low, seconds), max(high, seconds), tuple(rounds))
     return found
 
 

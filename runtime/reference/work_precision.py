@@ -69,6 +69,8 @@ class WorkPrecisionPoint(Struct, frozen=True):
     """The error that a run with this setting estimates itself, the largest over its time, and what it truly is at the measured times;
     None where no such run was made."""
     claimed_of: float | None = None
+    rounds: tuple[float, ...] = ()
+    """Seconds of each round in which the point was timed in turns with others."""
 
 
 Peer = Callable[[Case, SolverOptions], Trajectory]
@@ -174,7 +176,8 @@ def timed_in_turns(
 def _with_times(p: WorkPrecisionPoint, seconds: Sequence[float]) -> WorkPrecisionPoint:
     taken = statistics.median(seconds)
     low, high = np.percentile(seconds, (25, 75)).tolist()
-    return replace(p, seconds=taken, quartiles=(low, high), spread=(high - low) / taken if taken > 0 else 0.0)
+    spread = (high - low) / taken if taken > 0 else 0.0
+    return replace(p, seconds=taken, quartiles=(low, high), spread=spread, rounds=tuple(seconds))
 
 
 def _peer(task: Task, method: str, setting: float, runs: Peer) -> WorkPrecisionPoint:
@@ -256,18 +259,16 @@ def around(points: Sequence[WorkPrecisionPoint], error: float) -> list[WorkPreci
 def time_to_reach(points: Sequence[WorkPrecisionPoint], error: float) -> float | None:
     """Seconds of one method at which its error is ``error``: between two runs, on the line through their
     logarithms; None where no run is as accurate. An error of zero counts as one below rounding."""
-    return time_between(around(points, error), error)
+    near = around(points, error)
+    return time_between(near, error, [p.seconds for p in near])
 
 
 def time_between(
-    points: Sequence[WorkPrecisionPoint], error: float, quartile: int | None = None
+    points: Sequence[WorkPrecisionPoint], error: float, seconds: Sequence[float]
 ) -> float | None:
-    """Return the same of the points that ``around`` gives; ``quartile``: by the lower (0) or upper (1) one of their times."""
-    if not points:
-        return None
-    seconds = [p.quartiles[quartile] if quartile is not None and p.quartiles else p.seconds for p in points]
-    if len(points) == 1:
-        return seconds[0]
+    """Return the same of the points that ``around`` gives, with such times of them."""
+    if len(points) < 2:
+        return next(iter(seconds), None)
     low, high = (max(p.error or 0.0, EXACT) for p in points)
     share = np.log(error / low) / np.log(high / low)
     return float(np.exp(np.log(seconds[0]) + share * np.log(seconds[1] / seconds[0])))

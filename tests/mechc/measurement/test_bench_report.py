@@ -154,9 +154,27 @@ def test_the_spread_decides_which_methods_are_called_alike(made: Benchmark) -> N
     )
 
 
+def test_rounds_are_compared_in_pairs(made: Benchmark) -> None:
+    """A machine that slows down in the middle changes both: taylor takes 1.5 times as long in each round."""
+    rounds = (1e-3, 1e-3, 2e-3, 2e-3, 4e-3)
+    points = [
+        replace(
+            _point(name, 1e-10, 2e-3 * f), quartiles=(1e-3 * f, 2e-3 * f), rounds=tuple(f * t for t in rounds)
+        )
+        for name, f in (("dop853", 1.0), ("taylor", 1.5), ("heyoka:Taylor", 3.0))
+    ]
+    words = conclusion(replace(made, points=tuple(points)))
+    assert (
+        words == "for 1e-9 take dop853: 2 ms; the fastest peer, heyoka:Taylor, needs 2.7 to 3.3 times as long"
+    )
+
+
 def test_times_on_which_the_conclusion_rests_are_measured_in_turns(made: Benchmark) -> None:
-    again = [p for p in made.points if p.quartiles is not None and p.method == "scipy:DOP853"]
-    assert again and conclusion(made).startswith("for 1e-9 take")
+    ours, theirs = (
+        [p for p in made.points if p.rounds and (p.method in KERNEL_METHODS) is own] for own in (True, False)
+    )
+    assert ours and theirs and len({len(p.rounds) for p in made.points if p.rounds}) == 1
+    assert conclusion(made).startswith("for 1e-9 take")
 
 
 def test_peers_are_named_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
