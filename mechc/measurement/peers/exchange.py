@@ -95,7 +95,7 @@ class Exchange:
         self._model = model
         self._built: dict[str, ctypes.CDLL | SimulationError] = {}
 
-    def unit(self, case: Case, options: SolverOptions, *, multi_step: bool) -> Unit:
+    def unit(self, case: Case, options: SolverOptions, *, multi_step: bool) -> ExchangeUnit:
         """Return a unit at the start of a case. Raises SimulationError for a model that no importer can integrate."""
         if case.experiment not in self._built:
             try:
@@ -107,7 +107,7 @@ class Exchange:
         library = self._built[case.experiment]
         if isinstance(library, SimulationError):
             raise library
-        return Unit(library, case, options, ROOM if multi_step else 1.0)
+        return ExchangeUnit(library, case, options, ROOM if multi_step else 1.0)
 
     def _library(self, case: Case, nominal: Array) -> ctypes.CDLL:
         from ...fmu.export import equations_for
@@ -143,7 +143,7 @@ class Exchange:
         return library
 
 
-class Unit:
+class ExchangeUnit:
     """One unit at a time of its run."""
 
     def __init__(self, library: ctypes.CDLL, case: Case, options: SolverOptions, room: float) -> None:

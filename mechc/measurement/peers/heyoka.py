@@ -12,7 +12,7 @@ from ...compiler.graph import operations as ops
 from ...compiler.pipeline import program_with
 from ...compiler.program.slots import NoSeries, SlotGraph, rates_of
 from ...runtime.outcome import SimulationError
-from .exchange import Exchange, Stopped, Unit, exchanged
+from .exchange import Exchange, ExchangeUnit, Stopped, exchanged
 from .shared import LATE, STEPS, Library, found, refuse, times_of
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Heyoka:
         except (NoSeries, AttributeError) as missing:
             raise SimulationError(f"has no series: {missing}") from None
 
-    def integrator(self, case: Case, tolerance: float, unit: Unit | None = None) -> Any:
+    def integrator(self, case: Case, tolerance: float, unit: ExchangeUnit | None = None) -> Any:
         """Return the integrator of a tolerance, at the start of a case. Raises SimulationError."""
         import heyoka as hy
 
@@ -131,7 +131,7 @@ def _stopped_at_event(outcome: Any, made: Any) -> bool:
     return bool(made.with_events and -len(made.t_events) <= int(outcome) < 0)
 
 
-def _put_modes(made: Any, case: Case, unit: Unit) -> None:
+def _put_modes(made: Any, case: Case, unit: ExchangeUnit) -> None:
     """Give the integrator the discrete variables, and signs and amounts of indicators, behind the parameters."""
     if not unit.count:
         return

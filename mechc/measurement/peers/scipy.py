@@ -22,7 +22,7 @@ from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_ro
 from ...runtime.native import contract
 from ...runtime.outcome import Failure, given_up, step_too_small
 from ...runtime.problem import Array
-from .exchange import Exchange, Stopped, Unit, exchanged
+from .exchange import Exchange, ExchangeUnit, Stopped, exchanged
 from .shared import Library, failure_of
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class _Steps(Struct):
     wanted: bool = False
 
 
-def _solve(case: Case, options: SolverOptions, watch: _Watch | None, unit: Unit | None) -> _Run:
+def _solve(case: Case, options: SolverOptions, watch: _Watch | None, unit: ExchangeUnit | None) -> _Run:
     from scipy.integrate import solve_ivp
 
     problem = case.problem
@@ -172,7 +172,7 @@ def _solve(case: Case, options: SolverOptions, watch: _Watch | None, unit: Unit 
     return _Run(t_rows[first], y_rows[first], steps.count, evaluations, failure)
 
 
-def _stepping(method: str, steps: _Steps, unit: Unit | None) -> type:
+def _stepping(method: str, steps: _Steps, unit: ExchangeUnit | None) -> type:
     """Return a method of scipy that notes its steps, and ends where the unit wants to be told."""
     import scipy.integrate
 
@@ -188,7 +188,7 @@ def _stepping(method: str, steps: _Steps, unit: Unit | None) -> type:
     return Stepping
 
 
-def _events(unit: Unit) -> list[Callable[..., float]] | None:
+def _events(unit: ExchangeUnit) -> list[Callable[..., float]] | None:
     """Return one terminal event for each indicator of a unit; those of one place are asked for together."""
     known: dict[str, Any] = {"t": math.nan, "y": EMPTY}
     values = np.empty(unit.count)
@@ -212,7 +212,7 @@ def _events(unit: Unit) -> list[Callable[..., float]] | None:
     return [event(k) for k in range(unit.count)] or None
 
 
-def _rates_of(unit: Unit) -> Rates:
+def _rates_of(unit: ExchangeUnit) -> Rates:
     """Return dy/dt of a unit for scipy, called through ctypes into an array made before."""
     call, address = unit.library.peer_unit_rates, unit.address
     state, out = np.empty(unit.y.size), np.empty(unit.y.size)

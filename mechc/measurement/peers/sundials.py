@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from .exchange import RUNNING, CvodeStruct, Exchange, Stopped, Unit, exchanged
+from .exchange import RUNNING, CvodeStruct, Exchange, ExchangeUnit, Stopped, exchanged
 from .shared import LATE, SLICE, Library, found, peer_model, rates, times_of
 
 if TYPE_CHECKING:
@@ -202,7 +202,7 @@ def _smooth(
 def _by_events(
     lib: ctypes.CDLL,
     calls: CvodeStruct,
-    unit: Unit,
+    unit: ExchangeUnit,
     y: Array,
     case: Case,
     options: SolverOptions,
