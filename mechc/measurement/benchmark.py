@@ -271,9 +271,9 @@ def _in_turns(
     """Measure again, in turns, the times on which the conclusion rests."""
     ours, theirs = _by_side(points)
     levels = [level for level in _levels(truth) if _times_to_reach(ours, level)]
-    reached = next((level for level in levels if _times_to_reach(theirs, level)), None)
+    reached = [level for level in levels if _times_to_reach(theirs, level)]
     contending: dict[int, WorkPrecisionPoint] = {}
-    for level in {*levels[:1], reached} - {None}:
+    for level in {*levels[:1], *reached[:1]}:
         for side in (ours, theirs):
             times = _times_to_reach(side, level)
             best = min(times.values(), default=0.0)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..presentation.numbers import duration
 from ..runtime.methods import KERNEL_METHODS
+from ..runtime.reference.high_precision import ladder_of
 from .benchmark import conclusion
 from .machine import described
 
@@ -58,6 +59,9 @@ def _horizon_line(made: Benchmark) -> str:
     chaotic = "the motion is too chaotic for a reference"
     if made.softened:
         chaotic = "the motion through singular positions is known too little"
+    tolerances = ladder_of(made.reference.precision, made.reference.method)
+    if tolerances and made.reference.tolerance > tolerances[-1]:
+        chaotic = "the reference had no time to be exact enough (--seconds)"
     why = "the model ends its run" if made.ended else chaotic
     return f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, {why}"
 

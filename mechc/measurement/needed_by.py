@@ -27,7 +27,7 @@ def lines(flat: FlatModel) -> dict[str, str]:
 
 def derived_lines(equations: Equations) -> dict[str, str]:
     """Return the same of what follows from the equations: assertions, and motions that move no mass."""
-    rows = [(a.message, a.origin) for a in equations.assertions]
+    rows = [(a.message, a.origin) for a in equations.assertions if a.origin is not None]
     weightless = [origin for message, origin in rows if "moves no mass" in message]
     found = {"assertions": [origin for _, origin in rows], "massless": weightless}
     return {fact: f"line {o.line}: {o.text.strip()}" for fact, origins in found.items() for o in origins[:1]}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...compiler.graph import Node
 from ...compiler.graph import operations as ops
 from ...compiler.pipeline import program_with
 from ...compiler.program.slots import NoSeries, SlotGraph, rates_of
@@ -138,7 +139,7 @@ def text(program: Program, places: Sequence[int] = ()) -> str:
     )
 
 
-def _written(form: SlotGraph, nodes: Sequence[int], rows: list[str]) -> list[str]:
+def _written(form: SlotGraph, nodes: Sequence[Node], rows: list[str]) -> list[str]:
     """Write nodes, one row each, and return their names. Raises SimulationError."""
     graph = form.graph
     places = {n: key for key, n in form.symbols.items()}

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...compiler.graph import Node
 from ...compiler.graph import operations as ops
 from ...compiler.pipeline import program_with
 from ...compiler.program.slots import NoSeries, SlotGraph, rates_of
@@ -82,21 +83,17 @@ class Heyoka:
         made = self.integrator(case, options.tolerance, unit)
         times, rows = times_of(case), np.empty((0, case.y0.size))
         steps, n_events, end = 0, 0, ""
-        project = None
+        after_steps: dict[str, Any] = {}
         if unit is not None:
             made.state[:] = unit.y
             if case.problem.constraints:
-
-                def project(ta: Any) -> bool:
-                    ta.state[:] = unit.project(ta.time, ta.state)
-                    return True
-
+                after_steps = {"callback": functools.partial(_project, unit)}
         begun = time.thread_time()
         while made.time < case.stop and not end and not (unit is not None and unit.ended):
             until = case.stop if unit is None else unit.next
             if unit is not None:
                 _put_modes(made, case, unit)
-            room = {"max_steps": MOST_STEPS - steps} | ({"callback": project} if project else {})
+            room = {"max_steps": MOST_STEPS - steps} | after_steps
             if case.grid.size > 1:
                 here = times[len(rows) : np.searchsorted(times, until, side="right")]
                 asked = np.r_[made.time, here, [until] * int(not here.size or here[-1] < until)]
@@ -124,6 +121,12 @@ class Heyoka:
             rows = np.array(made.state)[None, :]
         taken = time.thread_time() - begun
         return found(case, options, rows, steps, steps, taken, end, made.time)
+
+
+def _project(unit: ExchangeUnit, made: Any) -> bool:
+    """Move the state of an integrator onto the constraints, and let it go on."""
+    made.state[:] = unit.project(made.time, made.state)
+    return True
 
 
 def _stopped_at_event(outcome: Any, made: Any) -> bool:
@@ -176,7 +179,7 @@ def _states(program: Program) -> list[Any]:
     return [hy.make_vars(f"y{i}") for i in range(len(program.states))]
 
 
-def _expressions(form: SlotGraph, nodes: Sequence[int], program: Program, *, pieces: bool) -> list[Any]:
+def _expressions(form: SlotGraph, nodes: Sequence[Node], program: Program, *, pieces: bool) -> list[Any]:
     """Return nodes as heyoka's expressions; ``pieces``: with choices and absolute values, which only events may hold."""
     import heyoka as hy
 

@@ -181,7 +181,8 @@ def _stepping(method: str, steps: _Steps, unit: ExchangeUnit | None) -> type:
             message: str | None = super().step()
             steps.count += 1
             steps.t, steps.y, steps.size = self.t, self.y, self.step_size or 0.0
-            if unit is not None and self.status == "running" and unit.completed(self.t, self.y):
+            going_on = getattr(self, "status", "") == "running"
+            if unit is not None and going_on and unit.completed(self.t, self.y):
                 steps.wanted, self.status = True, "finished"
             return message
 

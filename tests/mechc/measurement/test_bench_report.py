@@ -198,3 +198,13 @@ def test_contacts_that_share_loads_have_a_reference() -> None:
     """Their functions did not compile in numbers of 113 bits."""
     model = mechc.load(EXAMPLES / "balls_on_a_box.mech")
     assert compile_for_reference(model, "__float128").library.exists()
+
+
+def test_a_reference_that_had_no_time_does_not_make_a_motion_chaotic(made: Benchmark) -> None:
+    """A valve that opened was called chaotic, as thirty seconds were too few for its reference."""
+    early = replace(
+        made, horizon=1.0, stop=5.0, reference=replace(made.reference, method="dop853", tolerance=1e-22)
+    )
+    assert "no time to be exact enough (--seconds)" in report(early)
+    done = replace(early, reference=replace(early.reference, tolerance=1e-25))
+    assert "too chaotic" in report(done)
