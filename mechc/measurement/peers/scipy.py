@@ -133,6 +133,8 @@ def _solve(case: Case, options: SolverOptions, watch: _Watch | None, unit: Excha
         "rtol": max(options.tolerance, 100 * np.finfo(float).eps),
         "atol": options.atol,
         "events": None if unit is None else _events(unit),
+        # it looks at events at the ends of steps alone
+        "max_step": math.inf if unit is None else case.max_step,
     }
     times, rows, evaluations = [], [], 0
     failure = None
