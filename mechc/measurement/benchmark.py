@@ -244,8 +244,8 @@ LEVELS = (1e-9, 1e-6, 1e-3)
 """Errors for which a conclusion is drawn: the first one that a method of the kernel reaches."""
 CLEARER = 10.0
 """How many times larger than the doubt of the reference such an error is."""
-ALIKE = 1.1
-"""Times that differ by less are called the same, and by how much they differ from one run of the measurement to the next."""
+ALIKE = 1.25
+"""By how much times, even measured in turns, differ from one run of the measurement to the next: by less they are called the same."""
 CONTENDERS = 2.0
 """How many times as long as the fastest one those may take whose times are measured again in turns."""
 
