@@ -115,8 +115,9 @@ class PrecisionReference(Struct, frozen=True, eq=False):
 
 def ladder_of(precision: str, method: str) -> tuple[float, ...]:
     """Return the tolerances of the runs of a reference where time allows; none of what is no run of the kernel."""
-    ladders = {"__float128": LADDERS, "long double": SHORT_LADDERS}.get(precision, {})
-    return ladders.get(method, ())
+    if precision not in PRECISIONS:
+        return ()
+    return (LADDERS if precision == "__float128" else SHORT_LADDERS).get(method, ())
 
 
 def reference_flags(precision: str) -> tuple[str, ...]:
