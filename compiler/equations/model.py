@@ -51,7 +51,8 @@ EXCHANGED = "exchanged"
 class Choice(Struct, frozen=True):
     """A decision and its reason, for ``mechc explain``: what was chosen or left out, and why.
 
-    ``fact`` and ``part``: what it is about, where that has a name in needs.py.
+    ``fact`` and ``part``: what it is about, where that has a name in needs.py; of a choice among forms ``fact`` says on what it rests:
+    inertia, coordinates, constraints, massless.
     """
 
     topic: str

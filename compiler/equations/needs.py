@@ -199,15 +199,15 @@ def choices(
     if len(apart) > 1:
         sizes = ", ".join(str(n) for n in apart)
         reason = f"parts of {sizes} accelerations do not act on each other's"
-        result.append(Choice("independent subsystems", "solved apart", reason))
+        result.append(Choice("independent subsystems", "solved apart", reason, fact="coordinates"))
     if any(row.give is not None for row in solved.rows):
         reason = "the mechanism meets positions in which constraints depend on each other"
         if COMPLIANCE in parts:
             reason = "a run has met a position in which constraints depend on each other"
-        result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-9", reason))
+        result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-9", reason, fact="constraints"))
     if any(row.weight is not None for row in solved.rows):
         reason = "nothing has inertia along motions that only the constraints decide"
-        result.append(Choice(SINGULAR_MASS, "constraints with weights in it", reason))
+        result.append(Choice(SINGULAR_MASS, "constraints with weights in it", reason, fact="massless"))
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))
@@ -255,7 +255,7 @@ def _form(system: MechanicalSystem, solved: Solved) -> Choice:
     form = "constant mass matrix, factorised once" if constant else solved.method
     count = len(system.v)
     reason = f"{solved.operations} operations for {count} accelerations"
-    return Choice("accelerations", form, reason)
+    return Choice("accelerations", form, reason, fact="inertia")
 
 
 def _reason(fact: str, kept: bool) -> str:

@@ -38,7 +38,7 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     "--against",
     metavar="A,B",
     callback=_list,
-    help="Other libraries on the same equations: scipy (or one method: scipy:DOP853), sundials, numbalsoda, heyoka, diffsol, diffrax.",
+    help="Other libraries on the same equations: scipy (or one method: scipy:DOP853), sundials, numbalsoda, heyoka, diffsol, diffrax; those that are not installed are named.",
 )
 @click.option(
     "--seconds", type=float, default=60.0, show_default=True, help="CPU seconds that the reference may take."

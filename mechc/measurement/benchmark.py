@@ -38,13 +38,17 @@ from ..runtime.reference.work_precision import (
     Peer,
     Task,
     WorkPrecisionPoint,
+    around,
     measure,
+    time_between,
     time_to_reach,
+    timed_in_turns,
 )
 from ..runtime.results.evaluate import evaluate_rows
 from ..runtime.studies.runs.simulate import run as run_problem
 from .machine import described
-from .peers import libraries_of, peers
+from .peers import left_out, modes_of, peers
+from .peers.exchange import exchanged
 from .references import ReferenceCode, compile_for_reference, solve
 
 if TYPE_CHECKING:
@@ -182,8 +186,10 @@ def benchmark(
     task = Task(_until(case, horizon), nominal, truth, longest)
     points, skipped = _measured(task, [*names, *beside], tolerances, enough, progress, beside)
     points = tuple(p if p.method in beside else _with_claim(p, task, options) for p in points)
+    points = _in_turns(points, truth, task, beside)
     closed = _agreement(exact, truth, nominal)
-    modes = {row.name: row.mode for row in libraries_of(beside)}
+    modes = modes_of({p.method for p in points}, exchanged(case))
+    skipped = (*skipped, *left_out(against).items())
     return Benchmark(
         model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended, modes, softened
     )
@@ -238,35 +244,116 @@ LEVELS = (1e-9, 1e-6, 1e-3)
 """Errors for which a conclusion is drawn: the first one that a method of the kernel reaches."""
 CLEARER = 10.0
 """How many times larger than the doubt of the reference such an error is."""
-ALIKE = 1.1
-"""Times that differ by less are called the same."""
+ALIKE = 1.25
+"""By how much times, even measured in turns, differ from one run of the measurement to the next: by less they are called the same."""
+CONTENDERS = 2.0
+"""How many times as long as the fastest one those may take whose times are measured again in turns."""
+
+
+def _levels(truth: PrecisionReference) -> list[float]:
+    return [level for level in LEVELS if level > CLEARER * float(np.nanmax(truth.doubt))]
+
+
+def _by_side(points: Sequence[WorkPrecisionPoint]) -> tuple[dict[str, list[WorkPrecisionPoint]], ...]:
+    """Return the points by method: those of the kernel, then those of peers."""
+    sides: tuple[dict[str, list[WorkPrecisionPoint]], ...] = ({}, {})
+    for p in points:
+        sides[p.method not in KERNEL_METHODS].setdefault(p.method, []).append(p)
+    return sides
+
+
+def _in_turns(
+    points: tuple[WorkPrecisionPoint, ...],
+    truth: PrecisionReference,
+    task: Task,
+    beside: Mapping[str, Peer],
+) -> tuple[WorkPrecisionPoint, ...]:
+    """Measure again, in turns, the times on which the conclusion rests."""
+    ours, theirs = _by_side(points)
+    levels = [level for level in _levels(truth) if _times_to_reach(ours, level)]
+    reached = [level for level in levels if _times_to_reach(theirs, level)]
+    contending: dict[int, WorkPrecisionPoint] = {}
+    for level in {*levels[:1], *reached[:1]}:
+        for side in (ours, theirs):
+            times = _times_to_reach(side, level)
+            best = min(times.values(), default=0.0)
+            for name, taken in times.items():
+                if taken <= CONTENDERS * best:
+                    contending |= {id(p): p for p in around(side[name], level)}
+    if not contending or sum(p.seconds for p in contending.values()) > task.longest:
+        return points
+    measured = timed_in_turns(task, list(contending.values()), beside)
+    again = dict(zip(contending, measured, strict=True))
+    return tuple(again.get(id(p), p) for p in points)
+
+
+class _Time(Struct, frozen=True):
+    """How long a method takes to reach an error, in seconds: the median and the quartiles of repeated runs, and the rounds in which it
+    was timed in turns with others."""
+
+    seconds: float
+    low: float
+    high: float
+    rounds: tuple[float, ...] = ()
+
+    def over(self, other: _Time) -> tuple[float, float]:
+        """Return how many times as long as another one this takes, at least and at most: the middle half of the rounds in which both
+        were timed, and what two measurements differ by."""
+        low, high = self.low / other.high, self.high / other.low
+        if self.rounds and len(self.rounds) == len(other.rounds):
+            ratios = [a / b for a, b in zip(self.rounds, other.rounds, strict=True)]
+            low, high = np.percentile(ratios, (25, 75)).tolist()
+        return low / ALIKE, high * ALIKE
 
 
 def conclusion(made: Benchmark) -> str:
-    """Say in one sentence which method to take."""
-    ours = {name: points for name, points in made.by_method().items() if name in KERNEL_METHODS}
-    theirs = {name: points for name, points in made.by_method().items() if name not in KERNEL_METHODS}
-    for level in (level for level in LEVELS if level > CLEARER * float(np.nanmax(made.reference.doubt))):
-        times = _times_to_reach(ours, level)
-        if not times:
-            continue
-        best = min(times.values())
-        alike = [name for name, seconds in times.items() if seconds <= ALIKE * best]
-        take = next((name for name in alike if name != "auto"), alike[0])
-        words = f"for {_power(level)} take {take}: {duration(times[take])}"
-        if not theirs:
-            return words
-        others = _times_to_reach(theirs, level)
-        if not others:
-            return f"{words}; none of the peers gets there"
-        peer = min(others, key=others.__getitem__)
-        ratio = others[peer] / times[take]
-        if ratio < 1 / ALIKE:
-            return f"for {_power(level)} take {peer}: {duration(others[peer])}; the fastest method of mechc, {take}, needs {_rounded(1 / ratio)} times as long"
-        if ratio < ALIKE:
-            return f"{words}; {peer} takes as long"
-        return f"{words}; the fastest peer, {peer}, needs {_rounded(ratio)} times as long"
-    return f"no method reaches an error of {_power(LEVELS[-1])}"
+    """Say in one sentence which method to take: names are joined where the spread of their times does not tell them apart."""
+    ours, theirs = _by_side(made.points)
+    levels = [level for level in _levels(made.reference) if _times_to_reach(ours, level)]
+    if not levels:
+        return f"no method reaches an error of {_power(LEVELS[-1])}"
+    level = levels[0]
+    take, best = _fastest(ours, level)
+    words = f"for {_power(level)} take {take}: {duration(best.seconds)}"
+    if not theirs:
+        return words
+    reached = next((level for level in levels if _times_to_reach(theirs, level)), None)
+    if reached is None:
+        return f"{words}; none of the peers gets there"
+    if reached > level:
+        take, best = _fastest(ours, reached)
+        words += (
+            f"; none of the peers gets there; for {_power(reached)} {take} takes {duration(best.seconds)}"
+        )
+    peer, other = _fastest(theirs, reached)
+    least, most = other.over(best)
+    if most < 1:
+        return (
+            f"for {_power(reached)} take {peer}: {duration(other.seconds)}; the fastest of mechc, {take}, needs "
+            f"{_span(1 / most, 1 / least)} times as long"
+        )
+    if least <= 1:
+        return f"{words}; {peer} takes as long within the spread"
+    return f"{words}; the fastest peer, {peer}, needs {_span(least, most)} times as long"
+
+
+def _fastest(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) -> tuple[str, _Time]:
+    """Return the fastest method with those that the spread does not tell from it, and its time: ``auto`` is left to what it chooses."""
+    times = _spans_to_reach(methods, level)
+    alike = _alike(times)
+    named = [name for name in alike if name != "auto"] or alike
+    return " or ".join(named), min((times[name] for name in named), key=lambda t: t.seconds)
+
+
+def _alike(times: Mapping[str, _Time]) -> list[str]:
+    """Return the methods that the spread does not tell from the fastest."""
+    best = min(times.values(), key=lambda t: t.seconds)
+    return [name for name, t in times.items() if t.over(best)[0] <= 1]
+
+
+def _span(least: float, most: float) -> str:
+    low, high = _rounded(least), _rounded(most)
+    return low if low == high else f"{low} to {high}"
 
 
 def _rounded(ratio: float) -> str:
@@ -276,6 +363,21 @@ def _rounded(ratio: float) -> str:
 
 def _power(level: float) -> str:
     return f"{level:.0e}".replace("e-0", "e-")
+
+
+def _spans_to_reach(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) -> dict[str, _Time]:
+    found = {}
+    for name, points in methods.items():
+        near = around(points, level)
+        seconds = time_between(near, level, [p.seconds for p in near])
+        if seconds is None:
+            continue
+        ends = [[(p.quartiles or (p.seconds, p.seconds))[k] for p in near] for k in (0, 1)]
+        low, high = (time_between(near, level, end) or seconds for end in ends)
+        count = min(len(p.rounds) for p in near)
+        rounds = (time_between(near, level, [p.rounds[k] for p in near]) or seconds for k in range(count))
+        found[name] = _Time(seconds, min(low, seconds), max(high, seconds), tuple(rounds))
+    return found
 
 
 def _times_to_reach(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) -> dict[str, float]:

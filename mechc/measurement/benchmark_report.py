@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..presentation.numbers import duration
 from ..runtime.methods import KERNEL_METHODS
+from ..runtime.reference.high_precision import ladder_of
 from .benchmark import conclusion
 from .machine import described
 
@@ -58,6 +59,9 @@ def _horizon_line(made: Benchmark) -> str:
     chaotic = "the motion is too chaotic for a reference"
     if made.softened:
         chaotic = "the motion through singular positions is known too little"
+    tolerances = ladder_of(made.reference.precision, made.reference.method)
+    if tolerances and made.reference.tolerance > tolerances[-1]:
+        chaotic = "the reference had no time to be exact enough (--seconds)"
     why = "the model ends its run" if made.ended else chaotic
     return f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, {why}"
 
@@ -192,7 +196,15 @@ def _claims(made: Benchmark, axes: Axes) -> dict[str, str]:
             if not p.claimed or not p.claimed_of or p.claimed_of >= DRAWN_BELOW:
                 continue
             name = f"claim-{k}-{i}"
-            axes.loglog(p.claimed_of, p.claimed, f"C{k % 10}{MARKERS[k % len(MARKERS)]}", ms=3, gid=name)
+            axes.loglog(
+                p.claimed_of,
+                p.claimed,
+                color=_color(k),
+                marker=MARKERS[k % len(MARKERS)],
+                ls="",
+                ms=3,
+                gid=name,
+            )
             told[name] = f"{_told(p)}; it claims {p.claimed:.1e}"
             values += [p.claimed, p.claimed_of]
     axes.tick_params(labelsize=7)
@@ -215,6 +227,14 @@ def _claims(made: Benchmark, axes: Axes) -> dict[str, str]:
     axes.set_ylabel("estimated error", fontsize=8)
     axes.grid(alpha=0.3)
     return told
+
+
+def _color(k: int) -> tuple[float, ...]:
+    """Return the color of a method: ten strong ones, then ten light ones."""
+    from matplotlib import colormaps
+
+    color: tuple[float, ...] = colormaps["tab20"](2 * (k % 10) + (k // 10) % 2)
+    return color
 
 
 def _setting(p: WorkPrecisionPoint) -> str:
@@ -245,7 +265,7 @@ def _curves(made: Benchmark, axes: Axes, *, labels: bool) -> dict[str, str]:
         good = [p for p in points if p.error is not None and 0 < p.error < DRAWN_BELOW]
         if not good:
             continue
-        color, marker = f"C{k % 10}", MARKERS[k % len(MARKERS)]
+        color, marker = _color(k), MARKERS[k % len(MARKERS)]
         style = "-" if method in KERNEL_METHODS else "--"
         seconds, errors = [p.seconds for p in good], [float(p.error or 0) for p in good]
         axes.loglog(seconds, errors, color=color, marker=marker, ms=4, lw=1.2, ls=style, label=method)

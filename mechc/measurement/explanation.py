@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from msgspec import Struct, to_builtins
 
 from ..compiler.equations.needs import PARTS
@@ -16,8 +17,11 @@ from ..compiler.targets.parts import FUNCTIONS
 from ..exporting import default_run
 from ..presentation.numbers import plural
 from ..presentation.style import PLAIN, Style, pad, width
+from ..runtime.case import input_values
+from ..runtime.native import contract
 from ..runtime.outcome import time_text
-from .needed_by import lines
+from .needed_by import derived_lines, line_of, lines, told
+from .savings import default_case
 
 if TYPE_CHECKING:
     from ..compiler.equations.model import Choice
@@ -71,11 +75,41 @@ def as_run(model: CompiledModel) -> AsRun:
     reasons = dict.fromkeys(brought, "the run has met what needs it, and was repeated with it")
     if done.jacobians:
         since = f" since {time_text(run.problem, done.stiff_time)}" if done.stiff_time is not None else ""
-        reasons["jacobian"] = f"the run is stiff{since}, and its implicit method works on it"
+        line = _stiffest(made)
+        reasons["jacobian"] = f"the run is stiff{since}, and its implicit method works on it{line}"
         if model.method(None):
-            reasons["jacobian"] = f"the experiment says the method '{model.method(None)}', which works on it"
+            said = _line_of_experiment(model)
+            reasons["jacobian"] = (
+                f"the experiment says the method '{model.method(None)}', which works on it{said}"
+            )
     known = {name: why for name, why in reasons.items() if name in PARTS}
     return AsRun(made.keeping({*made.compilation.parts, *known}), words, known)
+
+
+def _line_of_experiment(model: CompiledModel) -> str:
+    experiments = model.compilation.flat.experiments
+    return f": {told(experiments[0].origin)}" if experiments else ""
+
+
+def _stiffest(model: CompiledModel) -> str:
+    """Say which state changes fastest where the run begins, with its line: the largest entry in the mode of the largest rate."""
+    problem = model.problem(method="radau5")
+    case = default_case(problem)
+    if case is None:
+        return ""
+    struct, ny = case.functions.struct, case.y0.size
+    u = input_values(case.functions, case.tables, case.begin, case.p, len(problem.inputs))
+    entries, dense = np.empty(struct.n_jacobian), np.zeros((ny, ny))
+    places = (a.ctypes.data for a in (np.ascontiguousarray(case.y0), u, case.z, case.p, entries))
+    contract.MODEL_FUNCTION(struct.jacobian)(case.begin, *places)
+    for k, value in enumerate(entries):
+        dense[struct.jac_row[k], struct.jac_col[k]] = value
+    if not np.isfinite(dense).all():
+        return ""
+    rates, modes = np.linalg.eig(dense)
+    name = problem.states[int(np.argmax(np.abs(modes[:, int(np.argmax(np.abs(rates)))])))].name
+    line = line_of(model.compilation.flat, name)
+    return f"; '{name}' changes fastest{f': {line}' if line else ''}"
 
 
 def explanation(
@@ -109,7 +143,10 @@ def explanation(
 def _reason(choice: Choice, model: CompiledModel, ran: AsRun | None) -> str:
     """Say why, with the line of the model that needs it."""
     reason = choice.reason if ran is None else ran.reasons.get(choice.part, choice.reason)
-    line = lines(model.compilation.flat).get(choice.fact) if choice.decision == "needed" else None
+    if choice.decision == "left out" or not choice.fact:
+        return reason
+    line = lines(model.compilation.flat).get(choice.fact)
+    line = line or derived_lines(model.compilation.equations).get(choice.fact)
     return f"{reason}: {line}" if line else reason
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ..compiler.flat.model import Kind, Role
 
 if TYPE_CHECKING:
+    from ..compiler.equations.model import Equations
     from ..compiler.flat.model import FlatModel, Origin
 
 SWITCHES = re.compile(r"\b(if|when|contact|friction|abs|sign|min|max|floor|ceil|mod|clamp)\b")
@@ -22,6 +23,20 @@ def lines(flat: FlatModel) -> dict[str, str]:
         if first is not None:
             found[fact] = told(first)
     return found
+
+
+def derived_lines(equations: Equations) -> dict[str, str]:
+    """Return the same of what follows from the equations: assertions, and motions that move no mass."""
+    rows = [(a.message, a.origin) for a in equations.assertions if a.origin is not None]
+    weightless = [origin for message, origin in rows if "moves no mass" in message]
+    found = {"assertions": [origin for _, origin in rows], "massless": weightless}
+    return {fact: f"line {o.line}: {o.text.strip()}" for fact, origins in found.items() for o in origins[:1]}
+
+
+def line_of(flat: FlatModel, state: str) -> str | None:
+    """Return the line that declares a state, or the coordinate whose rate it is."""
+    name = re.split(r"[\[(]", state.removeprefix("der("))[0].rstrip(")")
+    return next((told(v.origin) for v in flat.variables if v.name.partition("[")[0] == name), None)
 
 
 def told(origin: Origin) -> str:
@@ -60,6 +75,15 @@ def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
         return [o for o in every if words.search(o.shown.text) or words.search(o.span.text)]
 
     yield "space", [*joints, *(m.origin for m in flat.masses), *variables[Role.COORDINATE]]
+    yield (
+        "inertia",
+        [
+            *(e.origin for e in flat.energies if e.kind in ("kinetic", "lagrangian")),
+            *(m.origin for m in flat.masses),
+            *(i.origin for i in flat.inertias),
+        ],
+    )
+    yield "coordinates", variables[Role.COORDINATE]
     yield "rotations", [*(v.origin for v in flat.variables if v.type.kind is Kind.ROTATION), *joints]
     yield "constraints", [*(c.origin for c in flat.constraints), *closing, *hitting]
     yield "events", [*happening, *hitting, *saying(SWITCHES)]

@@ -65,6 +65,7 @@ def compile_for_reference(model: CompiledModel, precision: str | None = None) ->
     text = emit_c(program if series is None else series, double_double=series is not None)
     if SHARES_INCLUDED in text:
         sources |= {name: header(name) for name in SHARES}
+        text = f"#include <math.h>\n{text}"  # before its functions get other names
     library = build_shared({"model.c": text, **sources}, flags, name="reference-model")
     return ReferenceCode(library, precision, series is not None)
 

@@ -26,10 +26,12 @@ if TYPE_CHECKING:
 Code = Literal["c", "python", "fmu", "web"]
 
 STEPS = 400
-REPEATS = 11
+REPEATS = 21
 """Rounds in which all builds are timed, one after the other: what else the machine does meets all of them."""
+PAUSE = 0.04
+"""Seconds between two rounds: a processor is slower or faster for a tenth of a second at a time, and the interval is to hold both."""
 WITHIN = 1
-"""How many of the smallest and largest of so many differences lie outside the interval: it holds their median with 98.8 %."""
+"""How many of the smallest and largest of so many differences lie outside the interval."""
 SHORTEST = 3
 """Runs of which a round takes the shortest."""
 SHARE = 1e-4
@@ -98,7 +100,8 @@ def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost]) -> di
     """Time all builds in turns: by the compiled code; others are measured by their size alone."""
     cases = {n: default_case(build.problem()) for n, build in builds.items() if costs[n].size is not None}
     rounds: dict[str, list[float]] = {name: [] for name, case in cases.items() if case is not None}
-    for _ in range(REPEATS):
+    for k in range(REPEATS):
+        time.sleep(PAUSE if k and rounds else 0.0)
         for name, times in rounds.items():
             case = cases[name]
             assert case is not None

@@ -113,6 +113,13 @@ class PrecisionReference(Struct, frozen=True, eq=False):
         return int(beyond[0]) if beyond.size else self.t.size
 
 
+def ladder_of(precision: str, method: str) -> tuple[float, ...]:
+    """Return the tolerances of the runs of a reference where time allows; none of what is no run of the kernel."""
+    if precision not in PRECISIONS:
+        return ()
+    return (LADDERS if precision == "__float128" else SHORT_LADDERS).get(method, ())
+
+
 def reference_flags(precision: str) -> tuple[str, ...]:
     """Flags with which the kernel and the code of a model are compiled for a reference."""
     return (*_FLAGS, *PRECISIONS[precision])
@@ -219,7 +226,7 @@ def reference(
     task = _Task(_kernel(precision), model.mech_model_get(), case, nominal, times, method, decimals)
     watch = _Watch(seconds)
     runs: list[tuple[float, Array, Array, int]] = []
-    for tolerance in ladder or (LADDERS if precision == "__float128" else SHORT_LADDERS)[method]:
+    for tolerance in ladder or ladder_of(precision, method):
         watch.begin_run()
         longest = case.max_step
         if runs and method == "taylor":

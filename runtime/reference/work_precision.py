@@ -6,10 +6,11 @@ the largest one over the output times and all states, relative to nominal + |val
 
 from __future__ import annotations
 
+import functools
 import math
 import statistics
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -30,6 +31,8 @@ STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
 REPEATS = 9
 PATIENCE = 0.3
 """Seconds for which a measurement is repeated."""
+LEAST_TURNS, MOST_TURNS = 5, 25
+"""How often points whose times are compared are measured in turns."""
 ONCE = 1.0
 """Seconds of a run above which it is made once: its time is that with output."""
 MOST_STEPS = 1_000_000
@@ -66,6 +69,8 @@ class WorkPrecisionPoint(Struct, frozen=True):
     """The error that a run with this setting estimates itself, the largest over its time, and what it truly is at the measured times;
     None where no such run was made."""
     claimed_of: float | None = None
+    rounds: tuple[float, ...] = ()
+    """Seconds of each round in which the point was timed in turns with others."""
 
 
 Peer = Callable[[Case, SolverOptions], Trajectory]
@@ -128,34 +133,58 @@ def _ladder(
 
 
 def _point(task: Task, method: Method, setting: float) -> WorkPrecisionPoint:
-    options = SolverOptions(
-        method.name,
-        task.case.tolerance if method.fixed_step else setting,
-        task.nominal,
-        setting if method.fixed_step else None,
-        max_steps=MOST_STEPS,
-        seconds=task.longest,
-    )
-
-    def run(case: Case) -> Trajectory:
-        return run_kernel(case, options)
-
+    run = _by_kernel(task, method.name, setting, fixed=method.fixed_step)
     alone = replace(task.case, grid=task.case.grid[:1])
     made = _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
     return replace(made, fixed=method.fixed_step)
 
 
+def _by_kernel(task: Task, method: str, setting: float, *, fixed: bool) -> Callable[[Case], Trajectory]:
+    options = SolverOptions(
+        method,
+        task.case.tolerance if fixed else setting,
+        task.nominal,
+        setting if fixed else None,
+        max_steps=MOST_STEPS,
+        seconds=task.longest,
+    )
+    return lambda case: run_kernel(case, options)
+
+
+def timed_in_turns(
+    task: Task, points: Sequence[WorkPrecisionPoint], peers: Mapping[str, Peer]
+) -> list[WorkPrecisionPoint]:
+    """Measure the times of points again, in turns: what the machine does beside meets all of them alike."""
+    runs: list[Callable[[], Trajectory]] = []
+    for p in points:
+        case = replace(task.case, method=p.method, step=None, grid=task.reference.t[:1])
+        if p.method in peers:
+            options = SolverOptions(p.method, p.setting, task.nominal)
+            runs.append(functools.partial(peers[p.method], case, options))
+        else:
+            runs.append(functools.partial(_by_kernel(task, p.method, p.setting, fixed=p.fixed), case))
+    taken: list[list[float]] = [[] for _ in points]
+    begun = time.thread_time()
+    while len(taken[0]) < LEAST_TURNS or (
+        len(taken[0]) < MOST_TURNS and time.thread_time() - begun < PATIENCE * len(points)
+    ):
+        for run, seconds in zip(runs, taken, strict=True):
+            seconds.append(run().statistics.run_time)
+    return [_with_times(p, seconds) for p, seconds in zip(points, taken, strict=True)]
+
+
+def _with_times(p: WorkPrecisionPoint, seconds: Sequence[float]) -> WorkPrecisionPoint:
+    taken = statistics.median(seconds)
+    low, high = np.percentile(seconds, (25, 75)).tolist()
+    spread = (high - low) / taken if taken > 0 else 0.0
+    return replace(p, seconds=taken, quartiles=(low, high), spread=spread, rounds=tuple(seconds))
+
+
 def _peer(task: Task, method: str, setting: float, runs: Peer) -> WorkPrecisionPoint:
-    problem, reference = task.case.problem, task.reference
-    accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
+    reference = task.reference
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
-        options = SolverOptions(method, setting, task.nominal, seconds=seconds)
-        done = runs(case, options)
-        if problem.hybrid is not None and len(done.y) == len(reference.t):
-            # what impacts dissipate is booked by the kernel alone
-            done.y[:, accounts] = reference.high[:, accounts]
-        return done
+        return runs(case, SolverOptions(method, setting, task.nominal, seconds=seconds))
 
     alone = replace(task.case, grid=task.case.grid[:1])
     # Looking at the clock costs time: only the run that is not timed does it.
@@ -216,18 +245,30 @@ def fastest(points: Sequence[WorkPrecisionPoint], error: float) -> WorkPrecision
     return min(reached, key=lambda p: p.seconds, default=None)
 
 
+def around(points: Sequence[WorkPrecisionPoint], error: float) -> list[WorkPrecisionPoint]:
+    """Return the points from which ``time_to_reach`` follows: none where no run is as accurate."""
+    known = [(max(p.error, EXACT), p.seconds, p) for p in points if p.error is not None]
+    better = [k for k in known if k[0] <= error]
+    if not better:
+        return []
+    low = min(better, key=lambda k: (k[1], -k[0]))
+    cheaper = [k for k in known if k[0] > error and k[1] < low[1]]
+    return [low[2], *([max(cheaper, key=lambda k: k[1])[2]] if cheaper else [])]
+
+
 def time_to_reach(points: Sequence[WorkPrecisionPoint], error: float) -> float | None:
     """Seconds of one method at which its error is ``error``: between two runs, on the line through their
     logarithms; None where no run is as accurate. An error of zero counts as one below rounding."""
-    known = sorted((max(p.error, EXACT), p.seconds) for p in points if p.error is not None)
-    better = [k for k in known if k[0] <= error]
-    worse = [k for k in known if k[0] > error]
-    if not better:
-        return None
-    low = min(better, key=lambda k: (k[1], -k[0]))
-    cheaper = [k for k in worse if k[1] < low[1]]
-    if not cheaper:
-        return low[1]
-    high = max(cheaper, key=lambda k: k[1])
-    share = np.log(error / low[0]) / np.log(high[0] / low[0])
-    return float(np.exp(np.log(low[1]) + share * np.log(high[1] / low[1])))
+    near = around(points, error)
+    return time_between(near, error, [p.seconds for p in near])
+
+
+def time_between(
+    points: Sequence[WorkPrecisionPoint], error: float, seconds: Sequence[float]
+) -> float | None:
+    """Return the same of the points that ``around`` gives, with such times of them."""
+    if len(points) < 2:
+        return next(iter(seconds), None)
+    low, high = (max(p.error or 0.0, EXACT) for p in points)
+    share = np.log(error / low) / np.log(high / low)
+    return float(np.exp(np.log(seconds[0]) + share * np.log(seconds[1] / seconds[0])))

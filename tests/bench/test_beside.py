@@ -74,16 +74,77 @@ def test_a_peer_follows_an_oscillator(
     assert name.startswith(("diffsol", "diffrax")) or done.statistics.evaluations > 20  # these count none
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_peer_is_given_no_events(name: str) -> None:
-    model = mechc.loads(OSCILLATOR.replace("experiment", "contact wall: x + 1 m;\n  experiment"))
-    peers = libraries.peers(model)
+FALLING = """model Falling
+  parameter g = 9.81 m/s^2;
+  coordinate Length h = 1 m;
+  coordinate Length x = 0 m;
+  initial der(x) = 3 m/s;
+  kinetic 1/2*1 kg*(der(h)^2 + der(x)^2);
+  potential 1 kg*g*h;
+  contact floor: h restitution 0.8;
+  friction 2 N on x;
+  experiment(stop = 2 s);
+end Falling;
+"""
+WITH_EVENTS = (
+    *(f"scipy:{name}" for name in ("DOP853", "LSODA")),
+    "cvode:Adams",
+    "cvode:BDF",
+    pytest.param("heyoka:Taylor", marks=pytest.mark.slow),
+    *(f"diffsol:{name}" for name in ("tsit45", "bdf")),
+)
+
+
+def fallen(t: float) -> tuple[float, float]:
+    """Return height and way: parabolas, of which each leaves 0.8 of the speed; a parabola that ends in rest."""
+    begin, v = math.sqrt(2 / 9.81), 0.8 * math.sqrt(2 * 9.81)
+    height = 1 - 9.81 * t**2 / 2
+    while t > begin:
+        height = v * (t - begin) - 9.81 * (t - begin) ** 2 / 2
+        begin, v = begin + 2 * v / 9.81, 0.8 * v
+    s = min(t, 1.5)
+    return height, 3 * s - s**2
+
+
+@pytest.fixture(scope="module")
+def falls() -> tuple[Mapping[str, Peer], Case]:
+    model = mechc.loads(FALLING)
+    problem = model.problem(method="radau5")
+    return libraries.peers(model), prepare(problem, load_functions(problem), SimulationOptions(points=21))
+
+
+@pytest.mark.parametrize("name", WITH_EVENTS)
+def test_a_peer_bounces_and_comes_to_rest(falls: tuple[Mapping[str, Peer], Case], name: str) -> None:
+    peers, case = falls
     if name not in peers:
         pytest.skip(f"{name} is not installed")
-    problem = model.problem(method="radau5")
-    case = prepare(problem, load_functions(problem), SimulationOptions(points=11))
-    with pytest.raises(SimulationError, match="events"):
-        peers[name](case, SolverOptions(name, 1e-6, np.ones(problem.ny)))
+    done = peers[name](case, SolverOptions(name, 1e-10, np.full(case.y0.size, 1.0)))
+    assert done.failure is None and done.y.shape[0] == case.grid.size
+    exact = np.array([fallen(float(t)) for t in case.grid])
+    # BDF of second order on parabolas: its steps are off by no more than the tolerance, a bounce makes that of the time
+    assert np.abs(done.y[:, :2] - exact).max() < 1e-6
+    lost = case.problem.ny - 1  # what impacts and friction dissipate is booked by the unit
+    assert case.problem.states[lost].name == "energy.dissipated"
+    impacts = sum(0.36 * 9.81 * 0.64**k for k, at in enumerate(_impacts()) if at < 2)
+    assert done.y[-1, lost] == pytest.approx(4.5 + impacts, abs=1e-6)
+
+
+def _impacts() -> list[float]:
+    t, v = math.sqrt(2 / 9.81), 0.8 * math.sqrt(2 * 9.81)
+    found = [t]
+    for _ in range(5):
+        t, v = t + 2 * v / 9.81, 0.8 * v
+        found.append(t)
+    return found
+
+
+@pytest.mark.parametrize("name", ["numbalsoda:LSODA", "diffrax:Dopri8"])
+def test_a_peer_without_events_is_given_none(falls: tuple[Mapping[str, Peer], Case], name: str) -> None:
+    peers, case = falls
+    if name not in peers:
+        pytest.skip(f"{name} is not installed")
+    with pytest.raises(SimulationError, match="without events"):
+        peers[name](case, SolverOptions(name, 1e-6, np.ones(case.y0.size)))
 
 
 PENDULUM = """model Pendulum

@@ -258,3 +258,27 @@ def test_a_reference_passes_singular_positions_as_runs_do() -> None:
     off = np.abs(made.reference.high[:, [0, 1, 4, 5]] - kite(made.reference.t)).max()
     assert off < 2 * made.reference.doubt.max()
     assert "softened at singular positions" in report(made)
+
+
+@pytest.mark.parametrize("name", ["scipy:DOP853", "scipy:LSODA", "cvode:Adams", "cvode:BDF", "heyoka:Taylor"])
+def test_peers_pass_singular_positions(name: str) -> None:
+    """Without a way back onto the constraints all of them went on elsewhere, with errors above one."""
+    from mechc.measurement.benchmark import benchmark
+    from mechc.measurement.peers import left_out
+
+    if left_out([name]):
+        pytest.skip(f"{name} is not installed")
+    made = benchmark(mechc.loads(KITE), methods=("dop853",), against=(name,), tolerances=(1e-7,))
+    (point,) = made.by_method()[name]
+    # Adams and BDF are off by the more, the more steps they take
+    assert point.error is not None and point.error < 3000 * 1e-7
+
+
+def test_a_peer_without_a_way_back_is_not_led_through_singular_positions() -> None:
+    from mechc.measurement.benchmark import benchmark
+    from mechc.measurement.peers import left_out
+
+    if left_out(["diffsol"]):
+        pytest.skip("diffsol is not installed")
+    made = benchmark(mechc.loads(KITE), methods=("dop853",), against=("diffsol:bdf",), tolerances=(1e-6,))
+    assert "no way back onto constraints" in dict(made.skipped)["diffsol:bdf"]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...runtime.outcome import SimulationError
-from .shared import Library, found, times_of
+from .shared import LATE, Library, found, refuse, times_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,8 +46,9 @@ class Diffrax:
         return names
 
     def __call__(self, case: Case, options: SolverOptions) -> Trajectory:
-        if case.problem.hybrid is not None or case.problem.inputs or case.problem.constraints:
-            raise SimulationError("is compared on models without events, inputs and constraints")
+        refuse(case, events=True)
+        if case.problem.constraints:
+            raise SimulationError("is compared on models without constraints")
         import jax
 
         names = self._module
@@ -66,7 +67,7 @@ class Diffrax:
         taken = max(time.thread_time() - begun, time.perf_counter() - clock)
         end = "the most steps are reached" if bool(failed) else ""
         return found(
-            case, options, np.asarray(rows), int(steps), 0, taken, "late" if taken > options.seconds else end
+            case, options, np.asarray(rows), int(steps), 0, taken, LATE if taken > options.seconds else end
         )
 
     def _solve(self, case: Case, options: SolverOptions, times: Any) -> Any:

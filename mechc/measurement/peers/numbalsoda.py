@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .shared import SLICE, Library, found, peer_model, rates, times_of
+from .shared import SLICE, Library, found, peer_model, rates, refuse, times_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,6 +37,7 @@ def _lsoda(case: Case, options: SolverOptions) -> Trajectory:
     """Run LSODA of numbalsoda; it cannot be interrupted, and counts no steps."""
     from numbalsoda import lsoda
 
+    refuse(case, events=True, constraints=True)
     model, _alive = peer_model(case, options.nominal)
     sizes, times = _alive[0], times_of(case)
     data = np.frombuffer(memoryview(model).cast("B"), dtype=np.float64)

@@ -13,32 +13,34 @@ import numpy as np
 from msgspec import Struct
 
 from ...compiler.problem import HEADER, header
-from ...runtime.functions import Functions
 from ...runtime.integrate.solver_options import SolverOptions
 from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
-from ...runtime.native import contract
 from ...runtime.native.build import build_shared, kernel_flags
-from ...runtime.outcome import Failure, SimulationError, given_up
+from ...runtime.outcome import Failure, SimulationError, given_up, too_many_steps
 from ...runtime.reference.work_precision import Peer
 
 if TYPE_CHECKING:
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.problem import Array, Problem
+    from ...runtime.problem import Array
 
 RATES = Path(__file__).parent / "rates.c"
 SLICE = 20_000
 """Steps between two looks at the clock."""
+LATE, STEPS = "late", "steps"
+"""Ends of a run that took too many seconds or steps."""
 
 
 class Library(Struct, frozen=True):
     """An integrator of others. ``package``: the module that must be installed; ``runs`` gives its runs of a model by the names of their
-    methods, for a case of the model with these parts (hoisted constants are numbered by what is built); ``mode``: how it is set up here."""
+    methods, for a case of the model with these parts (hoisted constants are numbered by what is built); ``mode``: how it is set up here,
+    and ``by_unit`` of a model with events or constraints (exchange.py)."""
 
     name: str
     package: str
     mode: str
     runs: Callable[[CompiledModel, frozenset[str]], Mapping[str, Peer]]
+    by_unit: str = ""
 
 
 class PeerModel(ctypes.Structure):
@@ -61,27 +63,20 @@ def rates() -> ctypes.CDLL:
     return ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="peer")))
 
 
-def peer_lacks(problem: Problem, functions: Functions) -> str:
-    """Return why others cannot run a problem here; an empty text if it can."""
-    if problem.inputs:
-        return "is compared on models without inputs"
-    hybrid = problem.hybrid
-    if hybrid is not None and (hybrid.rows or hybrid_of(functions).n_times or hybrid_of(functions).n_clocks):
-        return "has no contacts, friction or events at known times"
-    return ""
-
-
-def hybrid_of(functions: Functions) -> contract.HybridStruct:
-    """Return what the code of a model that switches offers the kernel."""
-    assert functions.struct.hybrid
-    return contract.HybridStruct.from_address(functions.struct.hybrid)
+def refuse(case: Case, *, events: bool = False, constraints: bool = False) -> None:
+    """Refuse a case with inputs; ``events``, ``constraints``: one with these, too. Raises SimulationError."""
+    if case.problem.inputs:
+        raise SimulationError("is compared on models without inputs")
+    if events and case.problem.hybrid is not None:
+        raise SimulationError("is compared on models without events")
+    if constraints and case.functions.struct.closeness:
+        raise SimulationError(
+            "has no way back onto constraints, which a motion through singular positions needs"
+        )
 
 
 def peer_model(case: Case, nominal: Array) -> tuple[PeerModel, list[Array]]:
-    """Return a model as rates.c reads it, and the arrays that must stay alive with it. Raises SimulationError."""
-    lacks = "has no contacts, friction or other events here" if case.problem.hybrid is not None else ""
-    if lacks := lacks or peer_lacks(case.problem, case.functions):
-        raise SimulationError(lacks)
+    """Return a model as rates.c reads it, and the arrays that must stay alive with it."""
     struct = case.functions.struct
     sizes, state, values = np.ascontiguousarray(nominal), np.empty(case.y0.size), np.empty(struct.n_jacobian)
     made = PeerModel(
@@ -106,18 +101,28 @@ def times_of(case: Case) -> Array:
 
 
 def found(
-    case: Case, options: SolverOptions, rows: Array, steps: int, evaluations: int, taken: float, end: str
+    case: Case,
+    options: SolverOptions,
+    rows: Array,
+    steps: int,
+    evaluations: int,
+    taken: float,
+    end: str,
+    reached: float | None = None,
 ) -> Trajectory:
-    """Return what a peer made of a case: states at ``times_of``; ``end``: how it failed, if it did."""
+    """Return what a peer made of a case: states at ``times_of``; ``end``: how it failed, if it did; ``reached``: where, if it tells."""
     problem, t = case.problem, times_of(case)[: len(rows)]
     if case.grid.size > 1 and case.grid[0] <= case.begin:
         t, rows = np.r_[case.begin, t], np.vstack([case.y0, rows])
     failure = None
-    if end == "late":
-        failure = given_up(problem, taken, evaluations, case.begin, case.y0)
+    if end == STEPS and reached is not None:
+        failure = too_many_steps(problem, steps, reached, case.y0)
+    elif end == LATE and reached is not None:
+        failure = given_up(problem, taken, evaluations, reached, case.y0)
+    elif end == LATE:
+        failure = Failure("given up", case.begin, "", f"given up after {taken:.2g} s", None, {})
     elif end:
-        library = options.method.partition(":")[0]
-        failure = Failure("of a peer", case.begin, "", f"{library} says: {end}", None, {})
+        failure = failure_of(options, case.begin, end)
     return Trajectory(
         t=t,
         y=with_unit_rotations(problem.rotations, rows),
@@ -125,3 +130,9 @@ def found(
         statistics=Statistics(options.method, steps, None, evaluations, taken),
         failure=failure,
     )
+
+
+def failure_of(options: SolverOptions, t: float, said: str) -> Failure:
+    """Return the failure of a peer, with its words."""
+    library = options.method.partition(":")[0]
+    return Failure("of a peer", t, "", f"{library} says: {said}", None, {})

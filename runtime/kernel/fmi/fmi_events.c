@@ -127,6 +127,18 @@ static int reached_back(const fmu *f)
     return -1;
 }
 
+/* Whether the indicator is that of a friction that slides the other way by now: of a slip within rounding, which ended on the way on.
+   It goes back to where it ended. */
+static int reversed(fmu *f, int hit)
+{
+    const mech_row *row = &f->m->hybrid->rows[hit - f->m->hybrid->n_switches];
+    if (row->kind != MECH_FRICTION || f->z[row->flag] > MECH_C(0.5)) return 0;
+    const mech_real present = f->s->run->report.t;
+    mech_overshoot_go_back(f->s);
+    f->s->run->report.t = present;
+    return 1;
+}
+
 /* The importer has integrated up to the present time, or a little further than to what was announced. */
 static int exchange(fmu *f)
 {
@@ -145,7 +157,8 @@ static int exchange(fmu *f)
     /* what is passed still would give the importer no sign: it is below zero before and after */
     for (int n = 0; outcome >= 0; n++) {
         hit = furthest(f);
-        if (outcome != MECH_RUNNING || hit < 0 || hit >= f->m->hybrid->n_switches || n == MOST_AT_ONCE) break;
+        if (outcome != MECH_RUNNING || hit < 0 || n == MOST_AT_ONCE) break;
+        if (hit >= f->m->hybrid->n_switches && !reversed(f, hit)) break;
         outcome = mech_instant_happen(f->s, hit, 0);
     }
     return outcome;

@@ -119,3 +119,49 @@ def test_other_targets_are_measured(target: str) -> None:
     assert made.lean.size is not None and made.everything.size is not None
     assert made.lean.size < made.everything.size
     assert made.lean.nanoseconds is None
+
+
+LIGHT = """\
+model Light
+  coordinate Length x = 1 m;
+  coordinate Length y ~ 0.5 m;
+  kinetic 1/2*(1 kg)*der(x)^2;
+  potential 9.81 N*y;
+  constraint rod: x^2 + y^2 = 1.25 m^2;
+  experiment(stop = 1 s);
+end Light;
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (
+            LIGHT,
+            {
+                "accelerations": "line 4: kinetic",
+                "singular mass matrix": "line 3: coordinate Length y",
+                "assertions": "line 3: coordinate Length y",
+            },
+        ),
+        (
+            STIFF.replace("coordinate y", "\n  coordinate y"),
+            {
+                "independent subsystems": "line 3: coordinate x",
+                "the Jacobian of implicit methods": "'der(y)' changes fastest: line 4: coordinate y",
+            },
+        ),
+        (
+            STIFF.replace("stop = 10 s", 'stop = 10 s, method = "radau5"'),
+            {"the Jacobian of implicit methods": "which works on it: line 7: experiment"},
+        ),
+    ],
+)
+def test_choices_among_forms_name_their_line(text: str, told: dict[str, str]) -> None:
+    """The motion of y moves no mass; that of the sensor is the stiff one."""
+    ran = as_run(mechc.loads(text))
+    reasons = {c["topic"]: c["reason"] for c in summary(ran.model, ran=ran)["choices"]}
+    for topic, line in told.items():
+        assert line in reasons[topic], reasons
+    kept = [c for c in summary(ran.model, ran=ran)["choices"] if c["decision"] != "left out"]
+    assert all("line " in c["reason"] for c in kept)
