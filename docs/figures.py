@@ -316,7 +316,7 @@ ROWS = (
     row("U37", "curl_of_two", ASKED, "x", "y"),
     row("U37", "product_field", ASKED, "x", "y"),
     row("U118", "hemisphere", ASKED, T, "centre[3]"),
-    row("U119, K6", "box_at_corner", ASKED, T, "free.position[1]"),
+    row("U119, K6, U124", "box_at_corner", ASKED, T, "free.position[1]"),
     row("T11, U120, U124", "three_points", ASKED, T, "turn"),
     row("U121", "round_bodies", ASKED, T, "one.angle"),
     row("U129", "square_at_corner", ASKED, T, "free.position[1]"),
