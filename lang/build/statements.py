@@ -298,8 +298,14 @@ def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
             f"{value.function.span.text}.{k.name} = {k.value.span.text}" for k in value.keywords
         )
         help = f"write '{inner}'"
+        if [k.name for k in value.keywords] == ["start"]:
+            (start,) = value.keywords
+            name, start_value = value.function.span.text, start.value.span.text
+            help = f"a start is the value itself: '{name} = {start_value}', or '{name} ~ {start_value}' for a guess"
     elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
-        help = f"write 'name = {value.span.text}'"
+        help = (
+            f"write 'name = {value.span.text}', such as 'from = {value.span.text}' of what acts on one side"
+        )
         if isinstance(value, ast.Reference) and (value.span.text == "world" or len(value.parts) == 2):
             help += f", or of two frames that are joined '{value.span.text} -> other.a'"
     b.reporter.error("E0127", message, span, help=help)

@@ -271,6 +271,7 @@ def _check_connected(instance: Instance, target: str, source: str) -> None:
                 f"joint '{instance.path}' does not say what it connects",
                 span,
                 caption=f"its frame '{member.declaration.name}' is free",
-                help=f"write '{instance.cls.name} {instance.path.rpartition('.')[2]}(world -> body.a, ...)'",
+                help=f"write '{instance.cls.name} {instance.path.rpartition('.')[2]}(world -> body.a, ...)'; between two joints without "
+                "a body declare a frame: 'frame middle;'",
             )
             return
