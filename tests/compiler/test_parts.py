@@ -26,7 +26,7 @@ def test_the_library_checks_alone(name: str) -> None:
     found = parts_of(read_source(path), (STDLIB,))
     assert found is not None
     text = path.read_text(encoding="utf-8")
-    models = re.findall(r"^model (\w+)", text, re.MULTILINE)
+    models = re.findall(r"^(?:shape )?model (\w+)", text, re.MULTILINE)
     left = {"spatial": ["Solid"], "control": models}.get(
         name, []
     )  # blocks have the dimension of what they are given

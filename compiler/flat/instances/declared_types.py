@@ -115,26 +115,14 @@ def fit(
 def broadcast(
     scope: Scope, expression: Expression, target: Type, span: Span, name: str, declared: Span | None
 ) -> Expression:
-    """Return a value in the shape of ``target``; a scalar fills it, but for a square matrix, where it would be no multiple of the
-    unit matrix."""
+    """Return a value in the shape of ``target``; a scalar fills it."""
     shape = target.shape
     if expression.type.shape == shape:
         return expression
+    if not expression.type.shape:
+        return filled(expression, shape, span)
     what = f"'{name}'" if name else "this place"
     labels = (Label(declared, f"{what} is declared here"),) if declared is not None else ()
-    if not expression.type.shape:
-        square = len(shape) == 2 and shape[0] == shape[1] > 1 and target.kind in types.NUMERIC
-        zero = isinstance(expression, Literal) and expression.value == 0
-        if square and not zero and not types.is_zero(expression):
-            raise scope.fail(
-                "E0305",
-                f"{what} is a {shape_words(shape).removesuffix(' elements')} matrix, the value is one number",
-                span,
-                caption="all entries would be this",
-                labels=labels,
-                help=f"write 'identity({shape[0]})*({span.text})' for a multiple of the unit matrix",
-            )
-        return filled(expression, shape, span)
     raise scope.fail(
         "E0305",
         f"{what} has {shape_words(shape)}, the value has {shape_words(expression.type.shape)}",
@@ -142,6 +130,22 @@ def broadcast(
         caption=f"this is {types.describe(expression.type)}",
         labels=labels,
         help=f"declare it as '{name}{types.shape_text(expression.type.shape)}'" if not shape and name else "",
+    )
+
+
+def refuse_one_number(scope: Scope, value: Expression, target: Type, span: Span, declared: Span) -> None:
+    """Refuse a parameter that is a square matrix whose entries would all be one number: that is singular, and never meant."""
+    shape = target.shape
+    square = len(shape) == 2 and shape[0] == shape[1] > 1 and target.kind in types.NUMERIC
+    if not square or value.type.shape or (isinstance(value, Literal) and value.value == 0):
+        return
+    scope.report(
+        "E0305",
+        f"'{declared.text}' is a {shape[0]} x {shape[0]} matrix, the value is one number",
+        span,
+        caption="all entries would be this",
+        labels=(Label(declared, f"'{declared.text}' is declared here"),),
+        help=f"write 'identity({shape[0]})*({span.text})' for a multiple of the unit matrix",
     )
 
 

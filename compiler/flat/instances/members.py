@@ -24,7 +24,7 @@ from ..names.space import nodes
 from ..subscripts import subscripts
 from ..values.evaluate import constant, not_structural, to_expression
 from ..values.indexing import stack
-from .declared_types import broadcast, declared_type, fit
+from .declared_types import broadcast, declared_type, fit, refuse_one_number
 from .instantiate import element_scope, extents
 from .modifications import check_plain, modified_value, strongest
 from .overrides import overridden
@@ -381,6 +381,8 @@ def parameter_value(member: VariableMember) -> Expression | None:
     if default is None:
         return None
     value = elementwise(member.declaration, member.scope, default)
+    if member.role is Role.PARAMETER:
+        refuse_one_number(member.scope, value, type, default.span, member.declaration.name_span)
     return fit(
         member.scope,
         value,

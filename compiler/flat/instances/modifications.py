@@ -7,7 +7,7 @@ from mechc.lang.diagnostics import Label
 from ..model import Expression, Role, Type
 from ..names.instance import ROLE_WORDS, InstanceMember, Modifier, VariableMember
 from ..names.scope import Poisoned
-from .declared_types import distributed, fit
+from .declared_types import distributed, fit, refuse_one_number
 
 
 def strongest(modifiers: list[Modifier], *, rate: bool = False) -> Modifier | None:
@@ -41,6 +41,8 @@ def modified_value(member: VariableMember, modifier: Modifier, target: Type) -> 
     source = modifier.source
     value = distributed(source.scope, source.value(), target.shape, modifier.picks, source.node.span)
     declaration = member.declaration
+    if member.role is Role.PARAMETER:
+        refuse_one_number(source.scope, value, target, source.node.span, declaration.name_span)
     return fit(
         source.scope, value, target, source.node.span, name=declaration.name, declared=declaration.name_span
     )
