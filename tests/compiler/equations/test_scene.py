@@ -213,12 +213,12 @@ def test_what_is_wrong_is_said(name: str) -> None:
     assert words in " ".join(d.message for d in caught.value.diagnostics)
 
 
-def without_draws(node: ast.File | ast.Statement) -> ast.File | ast.Statement:
+def without_draws(node: ast.Node) -> ast.Node:
     """Return a file, or a statement, in which nothing is drawn."""
     from msgspec.structs import replace
 
     changed: dict[str, object] = {}
-    for name in ("items", "body"):
+    for name in ("items", "body", "branches", "otherwise"):
         inner = getattr(node, name, None)
         if isinstance(inner, tuple):
             changed[name] = tuple(without_draws(s) for s in inner if not isinstance(s, ast.Draw))
