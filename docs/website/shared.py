@@ -16,7 +16,7 @@ from mechc.web.kernels import KERNELS, WebKernel, loaded
 
 LIVE = re.compile(
     r'<script id="engine">\n(?P<engine>.*?)\n</script>\n<script>\n(?P<code>.*)'
-    r'\nstart\((?P<info>.*), \{"wasm": "(?P<wasm>[^"]*)"\}\)\.catch',
+    r'\nstart\((?P<info>.*), (?P<parts>\{"wasm": "[^\n]*"\})\)\.catch',
     re.DOTALL,
 )
 POLICY = "script-src 'unsafe-inline'"
@@ -43,12 +43,13 @@ def write_live(page: Path, target: Path) -> None:
     code = CODE.replace("@TEXTS@", json.dumps({"engine": live["engine"], "code": live["code"]}))
     scripts = [f"code-{hashlib.sha256(code.encode()).hexdigest()[:8]}.js"]
     _write_once(target.parent / scripts[0], code)
-    kernel, own, pieces = taken_apart(gzip.decompress(base64.b64decode(live["wasm"])))
+    parts = json.loads(live["parts"])
+    kernel, own, pieces = taken_apart(gzip.decompress(base64.b64decode(parts["wasm"])))
     scripts.append(f"kernel-{kernel.name}.js")
     _write_once(target.parent / scripts[1], f"const KERNEL = '{_packed(kernel.file.read_bytes())}';\n")
     asked = "".join(f'<script src="{name}"></script>\n' for name in scripts)
-    wasm = json.dumps({"wasm": {"own": _packed(own), "pieces": pieces}}, separators=(",", ":"))
-    own_text = f"{asked}<script>\nstart({live['info']}, {wasm}).catch"
+    shared = json.dumps(parts | {"wasm": {"own": _packed(own), "pieces": pieces}}, separators=(",", ":"))
+    own_text = f"{asked}<script>\nstart({live['info']}, {shared}).catch"
     text = text[: live.start()] + own_text + text[live.end() :]
     target.write_text(text.replace(POLICY, f"{POLICY} 'self' file:", 1), encoding="utf-8", newline="\n")
 
