@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 
 import mechc
 
@@ -214,3 +216,57 @@ def test_derivatives_and_ensembles_go_through_contacts_of_shapes(tmp_path: Path)
     for k, (p, step) in enumerate(steps.items()):
         difference = (far[2 * k] - far[2 * k + 1]) / 2 / step
         assert s.sensitivity("far", p).values[-1] == pytest.approx(difference, abs=1e-6)
+
+
+LIFT = """
+import mech.planar.*;
+import mech.shapes.*;
+model Pan
+  frame root;
+  frame top = root * trans({0 m, 2 cm});
+  frame plate = top;
+  shape Plane on plate;
+end Pan;
+model Carrier
+  frame root;
+  Pan pan(root = root);
+end Carrier;
+model Lift "a ball on a pan in a carrier that a measured input lifts, until it comes near again"
+  gravity {0, -9.81} m/s^2;
+  input Length road(interpolation = "spline");
+  frame cage;
+  Prismatic guide(world -> cage, axis = {0, 1});
+  drive guide.position = road;
+  Carrier carrier(root = cage);
+  Disk ball(r = 5 cm, m = 1 kg);
+  Free free(world -> ball.a, y = 0.5 m);
+  shape Sphere(r = 5 cm) on ball;
+  parameter e = 0.6;
+  contact c: ball with carrier restitution e;
+  when free.y - road < 0.09 m and der(free.y) < 0 m/s and time > 0.5 s then terminate("near"); end when;
+  experiment(stop = 3 s, tolerance = 1e-10);
+end Lift;
+"""
+
+
+def test_a_shape_of_a_part_of_a_part_is_lifted_by_a_measured_input() -> None:
+    """One flight, one impact and one flight by hand over SciPy's natural spline, and the derivative at the end by differences of these."""
+    t = np.linspace(0, 3, 61)
+    road = CubicSpline(t, 0.1 * np.sin(3 * t), bc_type="natural")
+
+    def flight(e: float, end: float | None = None) -> tuple[float, float, float]:
+        hit = brentq(lambda s: 0.5 - 9.81 / 2 * s**2 - road(s) - 0.07, 0.1, 0.6)
+        y, v = road(hit) + 0.07, road(hit, 1) + e * (9.81 * hit + road(hit, 1))
+
+        def place(s: float) -> float:
+            return float(y + v * (s - hit) - 9.81 / 2 * (s - hit) ** 2)
+
+        until = brentq(lambda s: place(s) - road(s) - 0.09, 0.5, 0.8) if end is None else end
+        return until, place(until), float(v - 9.81 * (until - hit))
+
+    end, y, v = flight(0.6)
+    s = mechc.loads(LIFT).simulate(inputs={"road": (t, 0.1 * np.sin(3 * t))}, sensitivity="e")
+    assert s.outcome.value == "terminated"
+    assert [s.time[-1], s["free.y"][-1], s["der(free.y)"][-1]] == pytest.approx([end, y, v], abs=1e-8)
+    change = (flight(0.6 + 1e-5, end)[1] - flight(0.6 - 1e-5, end)[1]) / 2e-5
+    assert np.asarray(s.sensitivity("free.y", "e"))[-1] == pytest.approx(change, rel=1e-6)

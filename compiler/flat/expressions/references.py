@@ -216,8 +216,8 @@ def existing(scope: Scope, member: ComponentMember, span: Span) -> dict[Index, I
     return instances
 
 
-def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> Index:
-    """Return the index of one component, counted from 0."""
+def check_count(scope: Scope, member: ComponentMember, part: ast.Part) -> None:
+    """Report a name of components with more or fewer indices than it has dimensions."""
     sizes = member.extents
     if len(part.indices) != len(sizes):
         raise scope.fail(
@@ -226,6 +226,12 @@ def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> In
             part.span,
             labels=(Label(member.declaration.name_span, "declared here"),),
         )
+
+
+def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> Index:
+    """Return the index of one component, counted from 0."""
+    sizes = member.extents
+    check_count(scope, member, part)
     chosen = []
     for node, size in zip(part.indices, sizes, strict=True):
         position = positions(scope, node, size, part.span)

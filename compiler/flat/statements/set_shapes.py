@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import Label
 from mechc.suggest import closest
 
 from .. import types
-from ..expressions.references import existing
+from ..expressions.references import check_count, existing
 from ..instances.components import as_element, class_in_use, handed_on, instances_of, modifiers_of
 from ..instances.frames import place_extents, place_reference, place_value
 from ..instances.instantiate import expand, make_instance, member_of
@@ -34,7 +34,7 @@ from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import free_names
 from ..subscripts import element_name, subscripts
 from ..values.evaluate import elements
-from ..values.indexing import dimension_words, positions
+from ..values.indexing import positions
 from .variables import changing
 
 _CARRIER = "frame#carrier"
@@ -136,13 +136,7 @@ def _chosen(scope: Scope, member: ComponentMember, part: ast.Part) -> list[Insta
     instances, sizes = existing(scope, member, part.span), member.extents
     if not part.indices:
         return list(instances.values())
-    if len(part.indices) != len(sizes):
-        raise scope.fail(
-            "E0316",
-            f"'{part.name}' has {dimension_words(len(sizes))}, not {len(part.indices)}",
-            part.span,
-            labels=(Label(member.declaration.name_span, "declared here"),),
-        )
+    check_count(scope, member, part)
     chosen = [positions(scope, node, n, part.span) for node, n in zip(part.indices, sizes, strict=True)]
     return [
         instance
