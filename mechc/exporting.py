@@ -181,6 +181,7 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
+    from .compiler.equations.compliance import COMPLIANCE
     from .compiler.graph.operations import NORMAL
     from .compiler.program.model import Operate
 
@@ -202,7 +203,7 @@ def _module(model: CompiledModel, target: str) -> str:
             begin,
             nominal=nominal,
             stiff=ran is not None and ran[1].statistics.jacobians > 0,
-            singular=took.function("closeness") is not None and program.function("closeness") is None,
+            singular=took.function("closeness") is not None and COMPLIANCE not in model.compilation.parts,
         )
     elif program.switching is not None:
         raise UsageMistake(
