@@ -65,6 +65,12 @@ def check_state(problem: Problem, y0: Array) -> None:
     for quantity, value in zip(problem.states, values, strict=True) if looked else ():
         if not math.isfinite(value):
             what = "not a number" if math.isnan(value) else "infinite"
+            if quantity.name.startswith("guess("):  # rows/without_mass.py
+                raise SimulationError(
+                    f"no balance of forces on '{quantity.name[6:-1]}' is found at the start",
+                    quantity.origin,
+                    help="start where a spring or a damping holds it, or give a mass to what it moves",
+                )
             raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
         _check_range(quantity, value, "the initial value of")
     for index in problem.rotations:

@@ -286,6 +286,42 @@ def test_springs_in_series_that_are_not_linear(n: int) -> None:
     assert solution[f"z[{n // 2}]"] == pytest.approx(solution["x"] * (n // 2) / n, abs=1e-13)
 
 
+DAMPED_IF_PRESSED = """
+coordinate Length x = 1 m;
+coordinate Length z ~ 0.3 m;
+parameter c = 0 N.s/m;
+let twist = z - x;
+let spring = 4 N/m*twist;
+kinetic 1/2*1 kg*der(x)^2;
+potential 1/2*4 N/m*twist^2 + 1/2*4 N/m*z^2;
+force -(if spring > 0 N then max(c*der(twist), -spring) else min(c*der(twist), -spring)) on twist;
+experiment(stop = 2 s, tolerance = 1e-11);
+"""
+
+
+def test_a_damper_of_no_strength_in_a_law_that_bends() -> None:
+    """The rate of what has mass stayed in the balance, and its acceleration where nothing can be solved for it."""
+    found = run(DAMPED_IF_PRESSED)
+    assert np.abs(found["x"] - np.cos(np.sqrt(2) * found.time)).max() < 1e-9
+    assert np.abs(found["z"] - found["x"] / 2).max() < 1e-9
+    damped = mechc.loads(DAMPED_IF_PRESSED).simulate(set={"c": 0.1}, estimate_error=False)
+    assert "contain a rate that it does not contain" in str(damped.message)
+
+
+def test_a_node_in_the_play_of_a_gear_is_refused() -> None:
+    text = """
+import mech.rotational.*;
+model Play
+  Node pinion;
+  Backlash shaft(pinion.angle -> load.angle, k = 900 N.m/rad, play = 0.8 deg);
+  Rotor load(J = 0.12 kg.m^2, angle = 0 rad);
+  experiment(stop = 2 s);
+end Play;
+"""
+    with pytest.raises(mechc.SimulationError, match=r"no balance of forces on 'pinion.angle' is found at the start"):
+        mechc.loads(text).simulate()
+
+
 @pytest.mark.slow
 def test_a_damper_that_is_not_linear() -> None:
     """z' + z'^3 = 4 (x - z)."""

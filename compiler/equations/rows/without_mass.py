@@ -78,6 +78,9 @@ FEW = 4
 
 LARGEST = 1e300
 
+LARGEST_LAW = 4000
+"""Operations of balances that steps may solve: each of the thirty steps repeats them."""
+
 _Solved = tuple[tuple[Node, ...], tuple[Node, ...]]
 """Solutions and pivots."""
 
@@ -500,7 +503,8 @@ class _Work:
             return kept, [], []
         others = [i for i in range(len(rows)) if i not in kept]
         combined, taking = list[Node](), list[list[int]]()
-        still = substitute(graph, rows, dict.fromkeys(rates, graph.zero))
+        without = [*rates, *self._undamping([entries[i] for i in others])]
+        still = substitute(graph, rows, dict.fromkeys(without, graph.zero))
         basis = wide[kept].T if kept else np.zeros((wide.shape[1], 0))
         for i in others:
             shares = solve(basis, wide[i]) if kept else np.zeros(0)
@@ -519,6 +523,15 @@ class _Work:
             taking.append(among)
             self._assert_undamped(block, i, whole, rates, message)
         return kept, combined, taking
+
+    def _undamping(self, entries: Sequence[Mapping[int, Node]]) -> list[Node]:
+        """Return the parameters of value zero that take the rates out of balances, such as a damping: with them go the rates of what
+        has mass, too. ``_assert_undamped`` holds them to that."""
+        graph = self.graph
+        left = [n for row in entries for n in row.values()]
+        zeros = [n for n in graph.support(*left) if n in _zeros(self.system)]
+        gone = substitute(graph, left, dict.fromkeys(zeros, graph.zero))
+        return zeros if all(n == graph.zero for n in gone) else []
 
     def _assert_undamped(
         self, block: Sequence[Massless], i: int, combined: Node, rates: Sequence[Node], message: str
@@ -676,6 +689,9 @@ class _Work:
         block: Sequence[Massless],
     ) -> tuple[Node, ...]:
         graph = self.graph
+        slopes = [n for row in jacobian(graph, rows, unknowns) for n in row.values()]
+        if len(graph.reach([*rows, *slopes])) > LARGEST_LAW:
+            raise self._too_large(block)
         try:
             many = len(rows) > FEW
             rows = [rows[i] for i in self._matched(rows, unknowns)] if many else rows
@@ -722,6 +738,16 @@ class _Work:
             caption="the balance of forces does not depend on this coordinate there",
             help="guess a start or a rate where a spring or a damping acts on it, as 'initial der(q) ~ ..'; or give a mass to what "
             "it moves",
+        )
+
+    def _too_large(self, block: Sequence[Massless]) -> Exception:
+        names = _listed([self.system.v[m.v].of for m in block])
+        return self.reporter.fail(
+            "E0591",
+            f"nothing with mass moves with {names}, and the forces that balance there are too long to be solved",
+            self.system.v[block[0].v].variable.origin.shown,
+            caption="the balance of forces decides this coordinate, by a law of thousands of operations",
+            help="give a mass to what it moves: 'kinetic 1/2*m*der(q)^2;'",
         )
 
 
