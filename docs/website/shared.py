@@ -15,19 +15,16 @@ from pathlib import Path
 from mechc.web.kernels import KERNELS, WebKernel, loaded
 
 LIVE = re.compile(
-    r'<script id="engine">\n(?P<engine>.*?)\n</script>\n<script>\n(?P<code>.*)'
-    r'\nstart\((?P<info>.*), (?P<parts>\{"wasm": "[^\n]*"\})\)\.catch',
+    r"<script>\n(?P<head>async function unpack.*?)</script>\n<script>\nbegin\((?P<parts>\{.*?\})\);\n",
     re.DOTALL,
 )
 POLICY = "script-src 'unsafe-inline'"
 
-CODE = """for (const [id, text] of Object.entries(@TEXTS@)) {
-  const script = document.createElement('script');
-  script.id = id; script.textContent = text;
-  document.body.append(script);
-}
+CODE = """add(@TEXTS@);
 const whole = unpack;
-unpack = async ({own, pieces}) => {
+unpack = async part => {
+  if (typeof part === 'string') return whole(part);
+  const {own, pieces} = part;
   const from = [new Uint8Array(await whole(KERNEL)), new Uint8Array(await whole(own))];
   return new Blob(pieces.map(([which, at, end]) => from[which].subarray(at, end))).arrayBuffer();
 };
@@ -40,16 +37,16 @@ def write_live(page: Path, target: Path) -> None:
     text = page.read_text(encoding="utf-8")
     live = LIVE.search(text)
     assert live is not None, page.name
-    code = CODE.replace("@TEXTS@", json.dumps({"engine": live["engine"], "code": live["code"]}))
+    parts = json.loads(live["parts"])
+    code = live["head"] + CODE.replace("@TEXTS@", _unpacked(parts.pop("scripts")).decode())
     scripts = [f"code-{hashlib.sha256(code.encode()).hexdigest()[:8]}.js"]
     _write_once(target.parent / scripts[0], code)
-    parts = json.loads(live["parts"])
-    kernel, own, pieces = taken_apart(gzip.decompress(base64.b64decode(parts["wasm"])))
+    kernel, own, pieces = taken_apart(_unpacked(parts["wasm"]))
     scripts.append(f"kernel-{kernel.name}.js")
     _write_once(target.parent / scripts[1], f"const KERNEL = '{_packed(kernel.file.read_bytes())}';\n")
     asked = "".join(f'<script src="{name}"></script>\n' for name in scripts)
     shared = json.dumps(parts | {"wasm": {"own": _packed(own), "pieces": pieces}}, separators=(",", ":"))
-    own_text = f"{asked}<script>\nstart({live['info']}, {shared}).catch"
+    own_text = f"{asked}<script>\nbegin({shared});\n"
     text = text[: live.start()] + own_text + text[live.end() :]
     target.write_text(text.replace(POLICY, f"{POLICY} 'self' file:", 1), encoding="utf-8", newline="\n")
 
@@ -75,6 +72,10 @@ def taken_apart(module: bytes) -> tuple[WebKernel, bytes, list[tuple[int, int, i
 
 def _packed(data: bytes) -> str:
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+
+
+def _unpacked(text: str) -> bytes:
+    return gzip.decompress(base64.b64decode(text))
 
 
 def _write_once(path: Path, text: str) -> None:

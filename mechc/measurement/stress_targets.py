@@ -30,11 +30,11 @@ TARGETS = ("c", "python", "fmu", "web", "ensemble")
 
 PAGE_IN_NODE = """
 const text = require('fs').readFileSync(process.argv[1], 'utf8');
-const engine = /<script id="engine">([^]*?)<\\/script>/.exec(text)[1];
-const given = text.slice(text.lastIndexOf('\\nstart(') + 6, text.lastIndexOf('.catch('));
+const unpacked = text => require('zlib').gunzipSync(Buffer.from(text, 'base64'));
+const parts = JSON.parse(/\\nbegin[(](.*)[)];\\n/.exec(text)[1]);
+const {engine} = JSON.parse(unpacked(parts.scripts)), info = JSON.parse(unpacked(parts.info));
 const makeEngine = new Function(engine + '; return makeEngine;')();
-const [info, parts] = new Function('return ((...both) => both)' + given)();
-makeEngine(require('zlib').gunzipSync(Buffer.from(parts.wasm, 'base64')), info).then(made => {
+makeEngine(unpacked(parts.wasm), info).then(made => {
   const {failed, n, ny, nOut, t, y, out} = made.run({}), rows = [];
   for (let i = 0; i < n; i++) rows.push([t[i], ...y.slice(i * ny, (i + 1) * ny), ...out.slice(i * nOut, (i + 1) * nOut)]);
   console.log(JSON.stringify({failed, names: ['time', ...[...info.states, ...info.outputs].map(s => s.name)], rows}));

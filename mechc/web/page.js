@@ -1,20 +1,8 @@
 // The page: settings ask for a run, the clock moves through it, picture and curves follow.
 const number = v => { const t = String(+v.toPrecision(4)); return !Number.isFinite(v) ? '–' : t.length > 8 ? (+t).toExponential().replace('e+', 'e') : t; };
 
-async function unpack(base64) {
-  const bytes = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
-  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
-}
-
 const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
-
-/** Says why nothing moves, or that something does: nothing is computed for the first time any more. */
-function fails(text) {
-  const place = document.getElementById('failure');
-  document.body.classList.remove('computing');
-  place.textContent = text; place.hidden = !text;
-}
 
 const GAUGES = ['bead', 'dial'];
 
@@ -327,7 +315,7 @@ async function start(info, parts) {
   $('equations').hidden = !parts.equations;
   $('equations').onclick = async () => {
     const box = $('formulas');
-    box.innerHTML ||= new TextDecoder().decode(await unpack(parts.equations));
+    box.innerHTML ||= await unpackText(parts.equations);
     box.onclick = () => box.close();
     box.showModal();
   };

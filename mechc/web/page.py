@@ -9,6 +9,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,6 @@ from mechc.runtime.methods import parts_for
 
 from .facts import PageFacts
 from .kernels import loaded
-from .squeeze import squeezed
 
 if TYPE_CHECKING:
     from mechc.compiler.program.model import Program
@@ -116,28 +116,30 @@ def _packed(data: bytes) -> str:
 def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> str:
     """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
-    code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
+    packed = {"scripts": _scripts(size), "info": _packed(as_json(info).encode())}
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
-        "ENGINE": page_text("engine.js"),
-        "CODE": code,
-        "INFO": as_json(info),
-        "PARTS": json.dumps(parts),
+        "PARTS": json.dumps(packed | parts),
     }
     return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], page_text("page.html"))
 
 
+@cache
+def _scripts(size: int) -> str:
+    """Return the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
+    code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
+    return _packed(json.dumps({"engine": page_text("engine.js"), "code": code}).encode())
+
+
 def page_text(name: str) -> str:
-    """Return a file of the page, a script squeezed."""
-    text = (HERE / name).read_text(encoding="utf-8")
-    return squeezed(text) if name.endswith(".js") else text
+    """Return a file of the page."""
+    return (HERE / name).read_text(encoding="utf-8")
 
 
 def as_json(info: dict[str, object]) -> str:
-    """Return data as the text of a script: nothing in it ends the script, and what is no number is null."""
-    text = json.dumps(_finite(info), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c")
+    """Return data as JSON: what is no number is null."""
+    return json.dumps(_finite(info), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def _finite(value: object) -> object:

@@ -318,7 +318,9 @@ model Play
   experiment(stop = 2 s);
 end Play;
 """
-    with pytest.raises(mechc.SimulationError, match=r"no balance of forces on 'pinion.angle' is found at the start"):
+    with pytest.raises(
+        mechc.SimulationError, match=r"no balance of forces on 'pinion.angle' is found at the start"
+    ):
         mechc.loads(text).simulate()
 
 

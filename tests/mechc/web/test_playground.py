@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from browsers import needs_browser, running_browser, waited
 from firefox import needs_firefox, running_firefox
+from parts_of_pages import parts_of
 
 import mechc
 from mechc.cli.main import run
@@ -194,7 +195,7 @@ def test_the_facts_are_those_of_a_native_run(text: str) -> None:
     playground = Playground()
     assert "run" in json.loads(playground.compile(text))
     shown = playground.page(json.dumps(told_by(native)))
-    info = json.loads(shown.rpartition("\nstart(")[2].partition(", {}).catch")[0])
+    info = parts_of(shown)["info"]
     wanted = json.loads(json.dumps(native.told(recorded=False)))
     assert info.keys() == wanted.keys()
     assert {name: info[name] for name in wanted if info[name] != wanted[name]} == {}
