@@ -1,6 +1,6 @@
 """What moving pages have in common, once for all pages of a folder: their code is one script, each kernel another.
 
-A page of ``mechc view`` is whole: 120 kB and more, of which a few are the model's. On the site it holds what is its own.
+A page of ``mechc view`` is whole: 100 kB and more, of which a few are the model's. On the site it holds what is its own.
 """
 
 from __future__ import annotations

@@ -6,11 +6,28 @@ import base64
 import gzip
 import json
 import re
+from collections.abc import Callable
 from typing import Any
+
+BEGIN = re.compile(r"\nbegin\((.*)\);\n")
+
+
+def changed(page: str, change: Callable[[str], str]) -> str:
+    """Return a page whose scripts and facts, as one text, are changed."""
+    parts = json.loads(_found(page))
+    names = ("scripts", "info")
+    texts = change("\n".join(gzip.decompress(base64.b64decode(parts[name])).decode() for name in names))
+    for name, text in zip(names, texts.split("\n"), strict=True):
+        parts[name] = base64.b64encode(gzip.compress(text.encode())).decode()
+    return page.replace(_found(page), json.dumps(parts))
+
+
+def _found(page: str) -> str:
+    found = BEGIN.search(page)
+    assert found is not None
+    return found[1]
 
 
 def parts_of(page: str) -> dict[str, Any]:
-    found = re.search(r"\nbegin\((.*)\);\n", page)
-    assert found is not None
-    parts = {name: gzip.decompress(base64.b64decode(part)) for name, part in json.loads(found[1]).items()}
+    parts = {name: gzip.decompress(base64.b64decode(part)) for name, part in json.loads(_found(page)).items()}
     return parts | {name: json.loads(parts[name]) for name in ("scripts", "info")}

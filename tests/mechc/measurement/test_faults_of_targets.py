@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from msgspec import Struct
+from parts_of_pages import changed
 
 from mechc.measurement.extremes import TARGET, Extreme
 from mechc.measurement.stress import Subject, worker
@@ -79,6 +80,8 @@ def planted(text: Any, fault: Fault) -> Any:
         for name, one in text.items():
             if isinstance(one, str) and re.search(fault.pattern, one):
                 return {**text, name: planted(one, fault)}
+    if isinstance(text, str) and fault.target == "web" and "<!doctype html>" in text:
+        return changed(text, lambda inside: planted(inside, fault))
     assert isinstance(text, str) and re.search(fault.pattern, text, re.DOTALL), f"{fault.what} fits nothing"
     return re.sub(fault.pattern, fault.wrong, text, count=1, flags=re.DOTALL)
 
