@@ -80,7 +80,11 @@ def find_switches(
     images = substitute(graph, relations, resolve)
     reached = set(graph.reach(list(formulas)))
     time = system.symbols.time
-    unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
+    inputs = [s.node for s in system.symbols.inputs]
+    steady = {n for n in inputs if resolve.get(system.rate(n)) == graph.zero}
+    unknown = (
+        {*system.queries, *system.a, *system.unknown_rates, *inputs} - steady - set(map(system.rate, steady))
+    )
     located: list[SwitchPlan] = []
     timed: list[TimeSwitch] = []
     made: dict[tuple[Node, Node], Node] = {}
