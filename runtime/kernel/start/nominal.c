@@ -9,7 +9,7 @@
  *  5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
  *  6. what the state reaches in a first run, which measures it against what the rate at the start would lead to;
  *  7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
- * Values below 1e-12 of the largest one of their kind and unit that they feel count as zero, and no nominal is below 1e-6 of it, but not
+ * Values below 1e-12 of the largest one of their kind and unit that they feel count as zero, as do accelerations below 1e-12 of their terms, and no nominal is below 1e-6 of it, but not
  * above what the state reaches. An account of energy has the size of the energies at the start, else what it reaches.
  */
 #include "nominal.h"
@@ -19,7 +19,7 @@
 
 #include "inputs.h"
 
-static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
+static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12), GROWTH = MECH_C(1e-6);
 
 /* J: far below the heat of one freedom (4e-21 J). What an account reaches beside energies of zero is rounding below it, as in
    mechanisms without mass; it is the one size that is compared with a number. */
@@ -209,6 +209,23 @@ static const mech_real *z_at_start(const mech_model *m, const mech_options *o, c
     return room;
 }
 
+/* Zero for accelerations that are rounding of what makes them up, as where a motion begins in equilibrium: their terms are as large as
+   what a common growth of all coordinates by a share changes them, over the share. */
+static void drop_balanced(const mech_motion *x, const mech_options *o, const mech_real *u, const mech_real *z)
+{
+    const mech_model *m = x->model;
+    const int ny = m->nq + m->nv + m->nx;
+    mech_real *moved = malloc(2 * (size_t)ny * sizeof *moved), *rates = moved + ny;
+    if (!moved) return;
+    for (int i = 0; i < ny; i++) moved[i] = i < m->nq ? o->y0[i] * (1 + GROWTH) : o->y0[i];
+    m->rhs(o->t0, moved, u, z, o->p, rates);
+    for (int i = m->nq; i < m->nq + m->nv; i++) {
+        const mech_real terms = mech_abs(rates[i] - x->rates[i]) / GROWTH;
+        if (mech_finite(terms) && mech_abs(x->rates[i]) < ROUNDING * terms) x->rates[i] = 0;
+    }
+    free(moved);
+}
+
 void mech_look_at_start(mech_motion *x, const mech_options *o, const mech_real *plain, mech_real *u, mech_real *out)
 {
     const mech_model *m = x->model;
@@ -219,6 +236,7 @@ void mech_look_at_start(mech_motion *x, const mech_options *o, const mech_real *
     m->rhs(o->t0, o->y0, u, z, o->p, x->rates);
     for (int i = 0; i < ny; i++)
         if (!mech_finite(x->rates[i])) x->rates[i] = 0;
+    drop_balanced(x, o, u, z);
     if (m->n_outputs) m->outputs(o->t0, o->y0, u, z, o->p, out);
     free(room);
     x->energy = 0;
