@@ -744,7 +744,7 @@ class _Work:
         names = _listed([self.system.v[m.v].of for m in block])
         return self.reporter.fail(
             "E0591",
-            f"nothing with mass moves with {names}, and the forces that balance there are too long to be solved",
+            f"nothing with mass moves with {names}, and the law of the forces on it is too long to be solved",
             self.system.v[block[0].v].variable.origin.shown,
             caption="the balance of forces decides this coordinate, by a law of thousands of operations",
             help="give a mass to what it moves: 'kinetic 1/2*m*der(q)^2;'",
