@@ -243,13 +243,16 @@ def spinning(times: Sequence[float]) -> dict[str, Any]:
     return {"x": y[0], "phi": y[1]}
 
 
-def around(times: Sequence[float], shares: bool) -> dict[str, Any]:
-    """A driven wheel around a pivot at the distance s, turned by a: 10 s'' = 10 s a'^2 - across, ((10 s^2 + 1) a')' = along s."""
+def around(times: Sequence[float], shares: bool, added: float = 0.0) -> dict[str, Any]:
+    """A driven wheel around a pivot at the distance s, turned by a: 10 s'' = 10 s a'^2 - across, ((10 s^2 + 1) a')' = along s.
+
+    ``added`` to the slip [m/s]: 1e-4 in the original, against a division by zero.
+    """
 
     def right(t: float, y: Vector) -> list[float]:
         s, _, _, ds, da, droll = y
         along, across = -da * s - 0.3 * droll, ds
-        slip = np.hypot(along, across) + 0.0001
+        slip = max(np.hypot(along, across), 1e-12) + added
         speed = 0.3 * abs(droll)
         near, far = (max(0.04 * speed, 0.05), max(0.12 * speed, 0.15)) if shares else (0.1, 0.3)
         f = 100 * grip(slip, near, far, 0.8, 0.4)
@@ -317,7 +320,7 @@ def car(times: Sequence[float]) -> dict[str, Any]:
             e, n = np.array([-np.sin(turned), np.cos(turned)]), np.array([np.cos(turned), np.sin(turned)])
             there = J[2 * i : 2 * i + 2]
             along, across = e @ there @ v - 0.25 * v[4 + i], n @ there @ v
-            slip = np.hypot(along, across) + 0.0001
+            slip = max(np.hypot(along, across), 1e-12)
             f = (1000 if i < 2 else 1500) * grip(slip, 0.1, 0.3, 1, 0.7) / slip
             force -= f * (along * e + across * n) @ there
             force[4 + i] += 0.25 * f * along + (0 if i < 2 else 12.5)
