@@ -219,6 +219,11 @@ BLOCKS = (
     ),
 )
 
+INVERSE = "the inverse of the lag is written out, u = y + T y'; the original lets a solver exchange its input and its output"
+BLOCKS += (
+    Example("Blocks.InverseModel", {"firstOrder1.y": "filter.y", "firstOrder2.y": "again.y"}, note=INVERSE),
+)
+
 TWO = {**turn("revolute1", "r1"), **turn("revolute2", "r2")}
 WHEELS = {
     "wheelSet.x": "free.x",
@@ -298,6 +303,14 @@ ELEMENTARY = (
     Example(
         "SpringWithMass",
         {"body.frame_a.r_0[2]": "joint.position[2]", "body.v_0[2]": "der(joint.position[2])"},
+    ),
+    Example(
+        "ThreeSprings",
+        {
+            **three("body1.frame_a.r_0", "joint.position"),
+            **three("body1.v_0", "v", "12"),
+            **three("body1.w_a", "w", "13"),
+        },
     ),
     Example("Surfaces", {"prismatic.s": "s", "prismatic.v": "v"}),
     Example("UserDefinedGravityField", turn("rev", "rev")),
@@ -408,6 +421,7 @@ PLANAR = (
     Example("CraneCrab", CRAB),
     Example("PowerDistanceDemo", {**CRAB, "distance": "distance"}),
     Example("ControlledCraneCrab", CRAB),
+    Example("InvertedCraneCrab", {**CRAB, "F": "F"}),
     Example("FreeBody", {"y": "free.y"}),
     Example("KinematicLoop", {"slide": "slide.position", "pin": "r4.angle"}),
     Example(
@@ -444,6 +458,16 @@ BRAKES = tuple(
 )
 
 
+STARTS = (
+    Example(
+        "MultiBody.Elementary.InitSpringConstant",
+        {"c": "found"},
+        computed=True,
+        note="the reference stands still, as the model does: what is compared is the stiffness that the start finds, m g/(0.2 m)",
+    ),
+)
+
+
 def within(folder: str, examples: tuple[Example, ...], computed: bool = False) -> tuple[Example, ...]:
     """Put the folder of the library before the names."""
     return tuple(example._replace(name=f"{folder}.{example.name}", computed=computed) for example in examples)
@@ -460,4 +484,5 @@ EXAMPLES = (
     *within("MultiBody.Systems.RobotR3", SYSTEMS),
     *within("PlanarMechanics", PLANAR, computed=True),
     *BRAKES,
+    *STARTS,
 )
