@@ -35,7 +35,7 @@ def test_every_part_that_carries_a_force_tells_it() -> None:
     assert silent == []
 
 
-LINES = {
+LINES: dict[str, dict[str, tuple[str, tuple[float | None, float]]]] = {
     "rotational": {
         "SpringDamper": ("SpringDamper p(a -> b, k = 3 N.m/rad, c = 0.4 N.m.s, rest = 0.1 rad);", (1, -1)),
         "Backlash": ("Backlash p(a -> b, k = 30 N.m/rad, c = 0.4 N.m.s);", (1, -1)),

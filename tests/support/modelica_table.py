@@ -207,6 +207,7 @@ TRANSLATIONAL = (
     Example("Translational.WhyArrows", {**slide("mass1", "one.s"), **slide("inertia2", "two.s")}),
 )
 
+INVERSE = "the inverse of the lag is written out, u = y + T y'; the original lets a solver exchange its input and its output"
 BLOCKS = (
     Example(
         "Blocks.PID_Controller",
@@ -217,10 +218,6 @@ BLOCKS = (
             "spring.phi_rel": "twist",
         },
     ),
-)
-
-INVERSE = "the inverse of the lag is written out, u = y + T y'; the original lets a solver exchange its input and its output"
-BLOCKS += (
     Example("Blocks.InverseModel", {"firstOrder1.y": "filter.y", "firstOrder2.y": "again.y"}, note=INVERSE),
 )
 
