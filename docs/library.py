@@ -25,6 +25,8 @@ PACKAGES = (
     "translational",
     "control",
     "vehicle",
+    "tyres",
+    "rails",
     "suspension",
     "space",
     "machines",

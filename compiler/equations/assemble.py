@@ -129,7 +129,7 @@ def _equations(draft: Draft) -> Equations:
         functions=everything,
         needs=facts,
         choices=choices(system, solved, facts, draft.parts),
-        rotations=_rotations(system),
+        rotations=_rotations(system, layout),
         assertions=tuple(
             AssertionEntry(a.message, origin(a.origin.shown)) for a in _asserted(system, solved)
         ),
@@ -312,8 +312,6 @@ def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
     )
 
 
-def _rotations(system: MechanicalSystem) -> tuple[int, ...]:
-    """Return the first index in y of each rotation; driven coordinates are not in y."""
-    gone = {k for row in system.drives for k in row.q}
-    kept = [k for k in range(len(system.q)) if k not in gone]
-    return tuple(kept.index(q) for q, _ in system.rotations if q not in gone)
+def _rotations(system: MechanicalSystem, layout: Layout) -> tuple[int, ...]:
+    """Return the first index in y of each rotation; prescribed coordinates and those without mass are not among the coordinates there."""
+    return tuple(layout.q_indices.index(q) for q, _ in system.rotations if q in layout.q_indices)

@@ -20,7 +20,7 @@ from .checks.inside import inside_of
 from .checks.oversights import lint
 from .checks.signal_loops import solve_linear_loops
 from .checks.unknowns import check_unknowns
-from .checks.unused import warn_of_unused
+from .checks.unused import warn_of_unset, warn_of_unused
 from .expressions.elaborate import elaborate
 from .filters import filtered
 from .instances.instantiate import make_instance
@@ -177,6 +177,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         check_cycles(variables, tuple(record.definitions), reporter)
     reporter.stop_on_errors()
     warn_of_unused(instance, inside)
+    warn_of_unset(instance, record, found)
     flat = FlatModel(
         name=cls.model.name,
         doc=cls.model.doc,

@@ -43,6 +43,8 @@ def _of(graph: Graph, n: Node, known: Mapping[Node, float], factors: Mapping[Nod
         case ops.MUL | ops.DIV:
             (a, first), (b, second) = arguments
             return a * b, first ^ second
+        case ops.SELECT if graph.zero in graph.args(n)[1:]:
+            return arguments[1] if graph.args(n)[2] == graph.zero else arguments[2]
         case ops.ADD | ops.SELECT | ops.MINIMUM | ops.MAXIMUM:
             one, other = arguments[-2:]  # a condition has no say
             if one == other:

@@ -681,3 +681,14 @@ def test_it_costs_no_more_than_by_hand(name: str) -> None:
         assert all(isinstance(one, mechc.Solution) and one.failure is None for one in runs)
         quotients.append(runs[0].statistics.run_time / runs[1].statistics.run_time)
     assert sorted(quotients)[12] < 1.2
+
+
+def test_a_rotation_after_a_coordinate_without_mass() -> None:
+    """A damper relaxes as exp(-k t/c) before a free body in the text; the body turns as without it."""
+    body = "coordinate Rotation q ~ rotz(0 rad); initial der(q) ~ {0.7, -0.3, 0.4} rad/s; frame b = world*q; inertia diag({1, 2, 3}) kg.m^2 on b; experiment(stop = 1 s, tolerance = 1e-11);"
+    oil = "coordinate Length oil = 0.2 m; potential 1/2*3 N/m*oil^2; damping 1 N.s/m on oil;"
+    both = mechc.loads(f"{oil} {body}").simulate(estimate_error=False)
+    alone = mechc.loads(body).simulate(estimate_error=False)
+    assert both["oil"][-1] == pytest.approx(0.2 * np.exp(-3), abs=1e-10)
+    for k in (1, 2, 3, 4):
+        assert both[f"q[{k}]"][-1] == pytest.approx(alone[f"q[{k}]"][-1], abs=1e-10)

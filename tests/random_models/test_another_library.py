@@ -146,6 +146,7 @@ VALUES = {
         "Bearing": "radial = 30 N/m, axial = 20 N/m, tilting = 3 N.m/rad, radial_damping = 2 N.s/m, axial_damping = 1 N.s/m,"
         " tilting_damping = 0.4 N.m.s",
         "BumpStop": "rest = 0.4 m, k = 30 N/m, k3 = 300 N/m^3, b = 0.3 s/m",
+        "Maxwell": "k = 30 N/m, c = 2 N.s/m, rest = 0.2 m",
         "ConstantAngle": "first = {1, 2, 0.5}, second = {0.3, -1, 2}, angle = 70 deg",
         "Rope": "EA = 30 N, c = 0.4 N.s/m",
         "Tether": "restitution = 0.4",
@@ -169,6 +170,12 @@ VALUES = {
     },
     "vehicle": {
         "Axle": "load = 3000 N, drive = 200 N, wheels = 4, mu = 0.9, fall = 0.1, nominal = 3500 N, B = 8, C = 1.4, E = -0.5, low = 0.2 m/s",
+        "RollingWheel": "r = 0.2 m, holds = false",
+        "RoadVehicle": "wind = 0.3 m/s, CdA = 0.4 m^2, density = 1.1 kg/m^3, cr = 0.03, g = 9.7 m/s^2",
+        "SlippingWheel": "load = 30 N, r = 0.2 m, peak = 0.9, rest = 0.5, adhesion = 0.7 m/s, sliding = 1.3 m/s, adhesion_share = 5, sliding_share = 12",
+        "Driver": "preview = 3 m, gain = 0.5, T = 0.2 s, most = 20 deg",
+    },
+    "tyres": {
         "MagicFormula": OF_A_TYRE,
         "MagicFormula62": OF_A_TYRE_62,
         "TyreCurves62": f"kappa = 0.05, Fz = 3000 N, {OF_A_TYRE_62}",
@@ -177,10 +184,11 @@ VALUES = {
         "TyreCurves": f"kappa = 0.05, Fz = 3000 N, {OF_A_TYRE}",
         "Tyre": f"VERTICAL_STIFFNESS = 3000 N/m, VERTICAL_DAMPING = 50 N.s/m, flattening = 0.01 m, LONGVL = 3 m/s, VXLOW = 0.8 m/s,"
         f" tread = 30 N.s/m, most = 1.2, {OF_A_TYRE}",
+    },
+    "rails": {
         "RailWheelset": "V = 3 m/s, r0 = 0.4 m, b = 0.7 m, conicity = 0.1, f11 = 30 N, f22 = 40 N",
         "RailWheel": "side = -1, load = 30 N, r0 = 0.4 m, b = 0.7 m, at = {-2, 0, 1.5, 3} m, up = {-0.3, 0, 0.2, 0.9} m, rail = 0.6 m, hollow = -0.1 m^-1,"
         " E = 3e4 Pa, mu = 0.4, low = 0.3 m/s, cells = 4",
-        "Driver": "preview = 3 m, gain = 0.5, T = 0.2 s, most = 20 deg",
     },
     "space": {
         "GravityGradient": "J = {{4, 1, 2}, {1, 5, 0.5}, {2, 0.5, 6}} kg.m^2, mu = 3 m^3/s^2",
@@ -199,7 +207,8 @@ VALUES = {
         "Clutch": "press = 30 N, radius = 0.2 m, faces = 4, mu = 0.3, peak = 1.2",
         "Brake": "press = 30 N, radius = 0.2 m, mu = 0.3, peak = 1.2",
         "OneWayClutch": "drag = 0.3 N.m",
-        "BearingFriction": "coulomb = 0.3 N.m, stribeck = 0.2 N.m, speed = 0.4 rad/s, viscous = 0.1 N.m.s",
+        "BearingFriction": "coulomb = 0.3 N.m, stribeck = 0.2 N.m, speed = 0.4 rad/s, viscous = 0.1 N.m.s, peak = 1.3",
+        "EddyCurrentBrake": "heated = 1.3, peak = 0.6 N.m, speed = 0.7 rad/s",
         "Stop": "low = -0.5 rad, high = 0.7 rad, restitution = 0.4",
         "TorqueSource": "torque = 3 N.m",
         "SpeedSource": "speed = 2 rad/s",
@@ -215,7 +224,8 @@ VALUES = {
         "Rack": "r = 3 cm",
         "LeadScrew": "lead = 30 mm",
         "Brake": "press = 30 N, mu = 0.3, peak = 1.2",
-        "StribeckFriction": "coulomb = 0.3 N, stribeck = 0.2 N, speed = 0.4 m/s, viscous = 0.1 N.s/m",
+        "StribeckFriction": "coulomb = 0.3 N, stribeck = 0.2 N, speed = 0.4 m/s, viscous = 0.1 N.s/m, peak = 1.3",
+        "EddyCurrentBrake": "heated = 1.3, peak = 0.6 N, speed = 0.7 m/s",
         "Stop": "low = -0.5 m, high = 0.7 m, restitution = 0.4",
         "Cylinder": "flow1 = 1e-4 m^3/s, flow2 = -2e-5 m^3/s, area1 = 30 cm^2, area2 = 20 cm^2, stroke = 0.6 m, retracted = 0.01 m,"
         " dead = 2 dm^3, bulk = 1 MPa, leak = 1e-9 m^3/s/Pa",
@@ -274,6 +284,7 @@ ASKED = {
     "orifice": "{orifice(p, 30 l/min, 35 bar, 0.5 bar) for p in {-100, -0.1, 0.3, 200} bar}",
     "mirrored": "{mirrored({1, 2, 3} m, s) for s in {-1, 1}}",
     "magic": "{magic(s, 8, 1.4, -0.6) for s in {-0.3, 0.02, 0.5}}",
+    "slip_friction": "{slip_friction({v, 0.3 m/s}, 0.5 m/s, 0.9 m/s, 0.8, 0.3) for v in {0, 0.2, 0.6, 2} m/s}",
     "magic_cosine": "{magic_cosine(s, 8, 1.1, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "limit": "{limit(0.1, 1.5, v) for v in {0, 0.3, 2}}",
     "held": "{held(u, 0.1 m, (2 m/s)*s) for u in {-0.2, 0.102, 0.05} m for s in {-1, 1}}",
@@ -294,9 +305,9 @@ ASKED = {
     "second_normal": "{second_normal({3, -1, 2}), second_normal({3, -1, -2}), second_normal({0, 0, 2})}",
 }
 IN_SPACE = {("elements", name) for name in ("Bushing", "Bearing", "ConstantAngle", "Propeller")} | {
-    ("vehicle", name) for name in ("Tyre", "Tyre62")
+    ("tyres", name) for name in ("Tyre", "Tyre62")
 }
-IN_THE_PLANE = {("vehicle", "Axle"), ("vehicle", "Driver")}
+IN_THE_PLANE = {("vehicle", name) for name in ("Axle", "RollingWheel", "SlippingWheel", "Driver")}
 """Parts that stand in space or in the plane alone, in a package of both."""
 LYING = {"RollingDisk": " * rotx(70 deg)"}
 """How a part does not stand that must not."""
@@ -340,7 +351,7 @@ ASSEMBLIES = {
     ),
 }
 """They have answers of their own, in tests/stdlib: test_machines.py, test_suspensions.py, test_contact.py."""
-HALVES = {("vehicle", name) for name in ("TyreData", "RollingTyre")}
+HALVES = {("tyres", name) for name in ("TyreData", "RollingTyre")}
 """What parts share, and which is nothing alone: the parts are compared."""
 EVERY = [
     (package, name)

@@ -294,3 +294,62 @@ def test_a_servo_is_limited_in_torque_and_speed() -> None:
     rate = 2 - 3 / 40 * np.exp(-40 / 0.1 * rest)
     assert s["der(a.angle)"][~early] == pytest.approx(rate, abs=1e-8)
     assert s["m.torque"][early] == pytest.approx(3, abs=1e-12)
+
+
+@pytest.mark.parametrize("soft", [False, True])
+def test_a_gap_and_teeth_that_bounce_lose_what_their_dampers_take(soft: bool) -> None:
+    """A mass falls on a gap, again and again: place and speed by SciPy, whose steps end where it touches and parts, and what is lost is dissipated."""
+    k, c, g = 1e4, 20.0, 9.81
+
+    def touching(t: float, y: np.ndarray) -> list[float]:
+        push = k * -y[0]
+        damper = np.clip(-c * y[1], -push, push) if soft else max(-push, -c * y[1])
+        return [y[1], -g + push + damper, -damper * y[1]]
+
+    def falling(t: float, y: np.ndarray) -> list[float]:
+        return [y[1], -g, 0.0]
+
+    def zero(t: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    zero.terminal = True  # type: ignore[attr-defined]
+    t, y, inside = 0.0, np.array([0.1, 0.0, 0.0]), False
+    while t < 1:
+        zero.direction = 1.0 if inside else -1.0  # type: ignore[attr-defined]
+        found = solve_ivp(touching if inside else falling, (t, 1.0), y, "DOP853", events=zero, rtol=1e-11, atol=1e-13, max_step=1e-2)  # fmt: skip
+        t, y, inside = float(found.t[-1]), found.y[:, -1].copy(), not inside
+    given = f"k = {k} N/m, c = {c} N.s/m, soft = {str(soft).lower()}"
+    s = run("translational", f"Slider a(s = 0.1 m); force -9.81 N on a.s; Gap p(0 m -> a.s, {given});")
+    assert s["a.s"][-1] == pytest.approx(y[0], abs=1e-8)
+    assert s["energy.dissipated"][-1] == pytest.approx(y[2], rel=1e-7)
+    turned = given.replace("N/m", "N.m/rad").replace("N.s/m", "N.m.s")
+    s = run("rotational", f"Rotor a(angle = 0.1 rad); force -9.81 N.m on a.angle; Backlash p(1 rad -> a.angle, play = 2 rad, {turned});")  # fmt: skip
+    assert s["a.angle"][-1] == pytest.approx(y[0], abs=1e-8)
+    assert s["energy.dissipated"][-1] == pytest.approx(y[2], rel=1e-7)
+
+
+def test_what_sticks_more_than_it_slides() -> None:
+    """With peak = 1.5 a bearing of 2 N.m breaks loose at 3 N.m, and then slides at 2."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2); BearingFriction f(from = a.angle, coulomb = 2 N.m, peak = 1.5); force (10 N.m/s)*time on a.angle;")  # fmt: skip
+    (slip,) = [e.time for e in s.events if e.kind == "slip"]
+    assert slip == pytest.approx(0.3, rel=1e-9)
+    assert s["der(a.angle)"][-1] == pytest.approx((5 * (1 - 0.09) - 2 * 0.7) / 2, rel=1e-9)
+
+
+def test_an_eddy_current_brake() -> None:
+    """J w' = -2 M w w0/(w^2 + w0^2): log w/w1 + (w^2 - w1^2)/(2 w0^2) falls by 2 M t/(J w0)."""
+    s = run("rotational", "Rotor a(J = 2 kg.m^2, der(angle) = 5 rad/s); EddyCurrentBrake b(from = a.angle, peak = 3 N.m, speed = 4 rad/s, heated = 0.5);")  # fmt: skip
+    w = s["der(a.angle)"]
+    fallen = np.log(5 / w) + (25 - w**2) / (2 * 2.0**2)
+    assert fallen == pytest.approx(2 * 3 * s.time / (2 * 2), abs=1e-8)
+    assert s["energy.dissipated"][-1] == pytest.approx(25 - w[-1] ** 2, rel=1e-8)
+    s = run("translational", "Slider a(m = 2 kg, der(s) = 5 m/s); EddyCurrentBrake b(from = a.s, peak = 3 N, speed = 4 m/s, heated = 0.5);")  # fmt: skip
+    assert s["der(a.s)"][-1] == pytest.approx(w[-1], rel=1e-8)
+
+
+def test_a_gear_without_any_efficiency_is_none() -> None:
+    """At 0 the loss of a driven gear would be infinite: below the range, as what is above 1."""
+    for value in ("0", "1.1"):
+        with pytest.raises(mechc.SimulationError) as caught:
+            mechc.loads(f"import mech.rotational.*;\nmodel M Rotor a; Rotor b; LossyGear g(a.angle -> b.angle, efficiency = {value}); experiment(stop = 1 s); end M;").simulate()  # fmt: skip
+        assert "g.efficiency" in str(caught.value)

@@ -21,7 +21,7 @@ E, MU, R0, B, RAIL, LOAD = 2.1e11, 0.35, 0.46, 0.75, 0.3, 6e4
 
 def run(text: str, stop: float = 0.0, **options: Any) -> mechc.Solution:
     s = mechc.loads(
-        f"import mech.vehicle.*;\nmodel M\n{text}\n  experiment(stop = {stop} s, tolerance = 1e-10);\nend M;\n"
+        f"import mech.rails.*;\nmodel M\n{text}\n  experiment(stop = {stop} s, tolerance = 1e-10);\nend M;\n"
     ).simulate(estimate_error=False, **options)
     assert s.outcome.value == "completed", s.message
     return s
@@ -220,7 +220,7 @@ def hunter() -> mechc.Model:
         V=30.0, y=0, ky="2e5", kp="2e6", more=", mu = 1e3, at = {-20, 20} mm, up = {-3, 3} mm"
     )
     return mechc.loads(
-        f"import mech.vehicle.*;\nmodel M\n{text}\n  experiment(stop = 1 s, tolerance = 1e-10);\nend M;\n"
+        f"import mech.rails.*;\nmodel M\n{text}\n  experiment(stop = 1 s, tolerance = 1e-10);\nend M;\n"
     )
 
 

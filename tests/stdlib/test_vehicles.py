@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
 
 import mechc
 
@@ -82,7 +84,7 @@ def bus() -> str:
 
 def run(text: str, stop: float = 1.0, space: str = "planar", **given: Any) -> mechc.Solution:
     whole = (
-        f"import mech.{space}.*;\nimport mech.vehicle.*;\nmodel M\n{text}\n"
+        f"import mech.{space}.*;\nimport mech.vehicle.*;\nimport mech.tyres.*;\nimport mech.rails.*;\nmodel M\n{text}\n"
         f"  experiment(stop = {stop} s, tolerance = 1e-10);\nend M;\n"
     )
     solution = mechc.loads(whole).simulate(**given)
@@ -154,9 +156,7 @@ def bicycle(V: float, a: float, b: float, front: float, rear: float) -> np.ndarr
 
 
 def poles(text: str) -> np.ndarray:
-    whole = (
-        f"import mech.planar.*;\nimport mech.vehicle.*;\nmodel M\n{text}\n  experiment(stop = 1 s);\nend M;\n"
-    )
+    whole = f"import mech.planar.*;\nimport mech.vehicle.*;\nimport mech.rails.*;\nmodel M\n{text}\n  experiment(stop = 1 s);\nend M;\n"
     return np.array([complex(*pole) for pole in mechc.loads(whole).linearize().details["poles"]])
 
 
@@ -336,3 +336,54 @@ def test_a_wheelset_hunts() -> None:
         )
         found, expected = np.sort_complex(poles(text.format(V, 1))), np.sort_complex(np.linalg.eigvals(A))
         assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_a_wheel_that_slips_in_all_directions() -> None:
+    """A spinning wheel pushed sideways: SciPy with the friction curve by its values and slopes at its ends; momentum and spin."""
+    peak, rest, near, far, load, r, m, J = 0.9, 0.5, 0.4, 1.5, 30.0, 0.2, 2.0, 0.05
+    rise = CubicHermiteSpline([0, near], [0, peak], [1.5 * peak / near, 0])
+    fall = CubicHermiteSpline([near, far], [peak, rest], [0, 0])
+
+    def right(t: float, y: np.ndarray) -> list[float]:
+        vx, vy, spin = y
+        sx, sy = vx - r * spin, vy
+        slip = math.hypot(sx, sy)
+        mu = rise(slip) if slip < near else fall(slip) if slip < far else rest
+        f = load * mu / slip
+        return [-f * sx / m, -f * sy / m, r * f * sx / J]
+
+    found = solve_ivp(right, (0, 0.4), [1.0, 1.2, 12.0], "DOP853", rtol=1e-11, atol=1e-12, max_step=1e-3)
+    s = run(
+        f"Particle hub(m = {m} kg); Translation t(world -> hub.a, position = {{0, 0}} m, der(position) = {{1, 1.2}} m/s); coordinate Angle q = 0 rad; initial der(q) = 12 rad/s; kinetic 1/2*({J} kg.m^2)*der(q)^2;"
+        f"SlippingWheel w(to = hub.a, roll = q, load = {load} N, r = {r} m, peak = {peak}, rest = {rest}, adhesion = {near} m/s, sliding = {far} m/s);",
+        0.4,
+    )
+    for name, value in zip(("der(t.position[1])", "der(t.position[2])", "der(q)"), found.y[:, -1], strict=True):  # fmt: skip
+        assert s[name][-1] == pytest.approx(value, abs=1e-8)
+
+
+def test_a_wheelset_rolls_in_a_circle() -> None:
+    """Two wheels 0.5 m apart whose rolls differ: the axle turns with (v2 - v1)/0.5 m and its middle runs around."""
+    s = run(
+        "Body axle(m = 1 kg, J = 0.1 kg.m^2); Planar free(world -> axle.a, x = 0 m, y = 0 m, angle = 0 rad); coordinate Angle p = 0 rad; coordinate Angle q = 0 rad; initial der(p) = 8 rad/s; initial der(q) = 12 rad/s; kinetic 1/2*(0.01 kg.m^2)*(der(p)^2 + der(q)^2);"
+        "RollingWheel one(to = axle.a * trans({0, 0.25} m), roll = p, r = 0.1 m); RollingWheel two(to = axle.a * trans({0, -0.25} m), roll = q, r = 0.1 m, holds = false);",
+        2.0,
+    )
+    turn = 0.8 * s.time
+    assert s["free.angle"] == pytest.approx(turn, abs=1e-9)
+    assert s["free.x"] == pytest.approx(1 / 0.8 * np.sin(turn), abs=1e-9)
+    assert s["free.y"] == pytest.approx(1 / 0.8 * (1 - np.cos(turn)), abs=1e-9)
+    assert s["one.side"] == pytest.approx(0.8, abs=1e-8)
+
+
+def test_a_car_coasts_to_rest() -> None:
+    """m v' = -a v^2 - b: v = sqrt(b/a) tan(phi - sqrt(a b) t/m), and it stands on the hill that its rolling resistance holds."""
+    s = run("coordinate Length s = 0 m; initial der(s) = 20 m/s; RoadVehicle car(s = s, m = 1200 kg, CdA = 0.8 m^2, cr = 0.05, slope = 0.02 rad);", 60.0)  # fmt: skip
+    a, weight = 0.5 * 1.2 * 0.8, 1200 * 9.80665
+    b = weight * (0.05 * math.cos(0.02) + math.sin(0.02))
+    (stands,) = [e.time for e in s.events if e.kind == "stick"]
+    phi = math.atan(20 / math.sqrt(b / a))
+    assert stands == pytest.approx(1200 / math.sqrt(a * b) * phi, rel=1e-9)
+    t = 10.0
+    assert s(t)["der(s)"] == pytest.approx(math.sqrt(b / a) * math.tan(phi - math.sqrt(a * b) * t / 1200), rel=1e-8)  # fmt: skip
+    assert s["car.rest"][-1] == pytest.approx(weight * math.sin(0.02), rel=1e-9)

@@ -221,6 +221,40 @@ def wheel(times: Sequence[float]) -> dict[str, Any]:
     return {"x": y[0], "pin": y[1]}
 
 
+def inverted(times: Sequence[float]) -> dict[str, Any]:
+    """An angle a along a ramp behind a lag, in closed form; no torque at the pin: m l cos(a) x'' = (m l^2 + I) a'' - m g l sin(a)."""
+    m, crab, inertia, lag, duration = 0.5, 1.0, 0.1, 0.1, 0.5
+
+    def angle(t: float) -> tuple[float, float, float]:
+        """The lag from -0.5 rad along a ramp that ends after 0.5 s, with two derivatives."""
+        a, da, dda = -0.5, 0.0, 0.0
+        for start, slope in ((0.0, 1.0), (duration, -1.0)):
+            s = t - start
+            if s > 0:
+                fades = np.exp(-s / lag)
+                a, da, dda = a + slope * (s - lag * (1 - fades)), da + slope * (1 - fades), dda + slope * fades / lag  # fmt: skip
+        return a, da, dda
+
+    def push(t: float) -> tuple[float, float]:
+        a, da, dda = angle(t)
+        ddx = ((m + inertia) * dda - m * G * np.sin(a)) / (m * np.cos(a))
+        return ddx, (crab + m) * ddx - m * (np.cos(a) * dda - np.sin(a) * da**2)
+
+    ends = [duration, *(t for t in times if t > duration)]
+    before = [t for t in times if t <= duration]
+    rows, y = [], [0.0, 0.0]
+    for span, asked in (((0.0, duration), [*before, duration]), ((duration, times[-1]), ends)):
+        found = solve_ivp(lambda t, y: [y[1], push(t)[0]], span, y, "DOP853", sorted(set(asked)), rtol=1e-11, atol=1e-12).y  # fmt: skip
+        y = list(found[:, -1])
+        rows.append(found)
+    rail = np.concatenate([rows[0][0][: len(before)], rows[1][0][1:]])
+    return {
+        "rail": rail,
+        "pin": np.array([angle(t)[0] for t in times]),
+        "F": np.array([push(t)[1] for t in times]),
+    }
+
+
 def grip(v: float, adhesion: float, sliding: float, peak: float, rest: float) -> float:
     """Friction over slip: cubics between (0, 0), the peak and the rest, level at both."""
     if abs(v) <= adhesion:
@@ -243,13 +277,16 @@ def spinning(times: Sequence[float]) -> dict[str, Any]:
     return {"x": y[0], "phi": y[1]}
 
 
-def around(times: Sequence[float], shares: bool) -> dict[str, Any]:
-    """A driven wheel around a pivot at the distance s, turned by a: 10 s'' = 10 s a'^2 - across, ((10 s^2 + 1) a')' = along s."""
+def around(times: Sequence[float], shares: bool, added: float = 0.0) -> dict[str, Any]:
+    """A driven wheel around a pivot at the distance s, turned by a: 10 s'' = 10 s a'^2 - across, ((10 s^2 + 1) a')' = along s.
+
+    ``added`` to the slip [m/s]: 1e-4 in the original, against a division by zero.
+    """
 
     def right(t: float, y: Vector) -> list[float]:
         s, _, _, ds, da, droll = y
         along, across = -da * s - 0.3 * droll, ds
-        slip = np.hypot(along, across) + 0.0001
+        slip = max(np.hypot(along, across), 1e-12) + added
         speed = 0.3 * abs(droll)
         near, far = (max(0.04 * speed, 0.05), max(0.12 * speed, 0.15)) if shares else (0.1, 0.3)
         f = 100 * grip(slip, near, far, 0.8, 0.4)
@@ -317,7 +354,7 @@ def car(times: Sequence[float]) -> dict[str, Any]:
             e, n = np.array([-np.sin(turned), np.cos(turned)]), np.array([np.cos(turned), np.sin(turned)])
             there = J[2 * i : 2 * i + 2]
             along, across = e @ there @ v - 0.25 * v[4 + i], n @ there @ v
-            slip = np.hypot(along, across) + 0.0001
+            slip = max(np.hypot(along, across), 1e-12)
             f = (1000 if i < 2 else 1500) * grip(slip, 0.1, 0.3, 1, 0.7) / slip
             force -= f * (along * e + across * n) @ there
             force[4 + i] += 0.25 * f * along + (0 if i < 2 else 12.5)
@@ -411,6 +448,8 @@ SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = 
     "PlanarMechanics.TestAirDrag": (10, drag),
     "PlanarMechanics.CraneCrabTo3D": (10, lambda times: crab(times, 10, 0, 9.80665)),
     "PlanarMechanics.CounterSpin": (3, spinning),
+    "PlanarMechanics.InvertedCraneCrab": (3, inverted),
+    "MultiBody.Elementary.InitSpringConstant": (1, lambda times: {"c": np.full(len(times), 9.80665 / 0.2)}),
     "PlanarMechanics.TestDryFrictionWheel": (20, lambda times: around(times, shares=False)),
     "PlanarMechanics.TestSlipBasedWheel": (20, lambda times: around(times, shares=True)),
     "PlanarMechanics.TestIdealWheel": (10, ideal),

@@ -1,13 +1,18 @@
-"""Parameters and inputs of a model that nothing in it uses."""
+"""Parameters and inputs of a model that nothing in it uses, and inputs of its components that nothing gives a value."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from mechc.lang import ast
 
+from ..model import Experiment, Role
 from ..names.instance import Instance
+from ..statements.record import StatementRecord
 from .inside import Inside, listed
+
+_SUBSCRIPT = re.compile(r"\[\d+(, ?\d+)*\]")
 
 
 def warn_of_unused(instance: Instance, inside: Sequence[Inside]) -> None:
@@ -36,6 +41,28 @@ def warn_of_unused(instance: Instance, inside: Sequence[Inside]) -> None:
                 caption="its value changes nothing",
                 help="use it in a statement of the model, or remove it",
             )
+
+
+def warn_of_unset(instance: Instance, record: StatementRecord, experiments: Sequence[Experiment]) -> None:
+    """Warn of inputs of components without a default that the model and its experiments give no value; once for an array of
+    components. Those of the model itself are what it asks from outside.
+    """
+    told = {s.target for e in experiments for s in e.settings}
+    told.update(s.target for e in experiments for s in e.sweeps)
+    for member in record.variables:
+        if member.role is not Role.INPUT or member.value is not None or member.scope.instance is instance:
+            continue
+        of_all = _SUBSCRIPT.sub("", member.name)
+        if member.name in told or of_all in told:
+            continue
+        told.add(of_all)
+        component, _, name = of_all.rpartition(".")
+        instance.flattening.reporter.warning(
+            "W0403",
+            f"nothing here gives the input '{of_all}' a value: it is 0 unless a run sets it",
+            member.scope.origin(member.declaration.span).shown,
+            help=f"write '{name} = …' where '{component}' stands; a value from outside is an input of the model: 'input {name};' and '{name} = {name}'",
+        )
 
 
 def _names(references: Iterable[ast.Reference], modifications: Iterable[ast.Modification]) -> Iterator[str]:

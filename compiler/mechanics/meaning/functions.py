@@ -9,11 +9,11 @@ from mechc.lang.builtins import BUILTINS
 
 from ...graph import Graph, Node, matrices
 from ...graph import vector as v3
-from ...graph.operations import DIV, EQUAL, LESS, LESS_EQUAL, MODULO, NOT, OPERATIONS
+from ...graph.operations import DIV, EQUAL, MODULO, NOT, OPERATIONS
 from ..kinematics.frames import Frame, FrameKinematics, Point
 from ..kinematics.planar import Planar
 from ..kinematics.pose import Rotate, Translate, Turn
-from . import elliptic
+from . import elliptic, relations
 from .meshes import Sums
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
@@ -249,10 +249,10 @@ FUNCTIONS: dict[str, Rule] = {
     "divide": lambda k, rate, a: each(k.graph.div, _numbers(k, a[0]), a[1]),
     "negate": lambda k, rate, a: each(k.graph.neg, _numbers(k, a[0])),
     "power": _power,
-    "less": _operation(LESS),
-    "less_equal": _operation(LESS_EQUAL),
-    "greater": lambda k, rate, a: k.graph.less(node(a[1]), node(a[0])),
-    "greater_equal": lambda k, rate, a: k.graph.less_equal(node(a[1]), node(a[0])),
+    "less": _formula(relations.less),
+    "less_equal": _formula(relations.less_equal),
+    "greater": lambda k, rate, a: relations.less(k.graph, node(a[1]), node(a[0])),
+    "greater_equal": lambda k, rate, a: relations.less_equal(k.graph, node(a[1]), node(a[0])),
     "equal": _operation(EQUAL),
     "not_equal": lambda k, rate, a: k.graph.logical_not(k.graph.equal(node(a[0]), node(a[1]))),
     "and": _fold("logical_and"),

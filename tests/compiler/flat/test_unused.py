@@ -49,3 +49,27 @@ def unused(text: str) -> list[str]:
 )
 def test_what_nothing_uses_is_told(text: str, names: list[str]) -> None:
     assert unused(text) == [f"nothing uses the {name}" for name in names]
+
+
+PUSHED = "model Part input Angle from; input Torque push; force push on from; end Part; model Whole extends Part; Part inner(from = from); end Whole; "
+TURNING = " coordinate Angle q = 0 rad; kinetic 1/2*1 kg.m^2*der(q)^2; "
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("Part p(from = q);", ["p.push"]),
+        ("Part p(from = q, push = 1 N.m);", []),
+        ("input Torque push; Part p(from = q, push = push);", []),
+        ("Part p(from = q); experiment(stop = 1 s, p.push = 2 N.m);", []),
+        ("Part p(from = q); experiment e(stop = 1 s, p.push in {1, 2} N.m);", []),
+        ("Part p[3](from = q);", ["p.push"]),
+        ("Part p[2](from = q, push = {1, 2} N.m);", []),
+        ("Whole p(from = q, push = 1 N.m);", ["p.inner.push"]),
+        ("input Torque push; force push on q;", []),
+    ],
+)
+def test_inputs_of_components_that_nothing_sets(body: str, expected: list[str]) -> None:
+    """They are 0 without a word otherwise; those of the model itself are what it asks from outside."""
+    found = [d for d in said(f"{PUSHED}model M {TURNING} {body} end M;") if d.code == "W0403"]
+    assert [d.message.split("'")[1] for d in found] == expected

@@ -33,6 +33,14 @@ def formulas(graph: Graph) -> dict[str, tuple[Node, bool]]:
             True,
         ),
         "if w < 0 then -v^2 else v": (graph.select(graph.less(w, graph.zero), graph.neg(square), v), False),
+        "v (if w < 0 then -c v else 0)": (
+            graph.mul(v, graph.select(graph.less(w, graph.zero), graph.mul(minus, v), graph.zero)),
+            True,
+        ),
+        "v (if w < 0 then 0 else c v)": (
+            graph.mul(v, graph.select(graph.less(w, graph.zero), graph.zero, graph.mul(c, v))),
+            False,
+        ),
         "-v^3": (graph.neg(graph.mul(square, v)), False),
         "-(v - w) v": (graph.neg(graph.mul(graph.sub(v, w), v)), False),
         "-(v - w)^2": (graph.neg(graph.mul(graph.sub(v, w), graph.sub(v, w))), True),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from modelica_computed import boxes, computed_reference, orbits
+from modelica_computed import around, boxes, computed_reference, orbits
 from modelica_examples import AGREED, WAITING, disagreement, reference, rows
 from modelica_table import COMPUTED, EXAMPLES, Example
 
@@ -53,14 +53,35 @@ def test_sensitive_motions(name: str, system: Callable[[Sequence[float]], dict[s
     assert max(found.values()) < 2e-6, found
 
 
+@pytest.mark.parametrize(("shares", "share"), [(False, 7e-4), (True, 2e-4)])
+def test_what_the_original_adds_to_a_slip(shares: bool, share: float) -> None:
+    """1e-4 m/s against a division by zero, which our part does not need: less than the agreement that is asked for."""
+    times = np.linspace(0, 20, 11)[1:]
+    with_it, without = (around(list(times), shares, added)["slide"] for added in (1e-4, 0))
+    found = np.sqrt(np.mean((with_it - without) ** 2)) / np.max(with_it)
+    assert found == pytest.approx(share, rel=0.2) and found < AGREED
+
+
+def test_parts_of_the_library_alone() -> None:
+    """No example brings a file of parts of its own: what is imported is the library's, and a second model is an example's own setup."""
+    folder = EXAMPLES[0].path.parent
+    assert {path.name for path in folder.glob("*.mech")} == {example.path.name for example in EXAMPLES}
+    imports = [
+        line
+        for path in folder.glob("*.mech")
+        for line in path.read_text(encoding="utf-8").splitlines()
+        if line.startswith("import ")
+    ]
+    assert len(imports) > 80
+    assert [line for line in imports if not line.startswith("import mech.")] == []
+
+
 def test_rows_of_the_page() -> None:
     """Every example once: what is written, and what waits for something, with its words."""
     names = [name for name, _, _ in rows()]
     assert len(names) == len(set(names)) == len(EXAMPLES) + len(WAITING)
     assert all(words for name, _, words in rows() if name in WAITING)
     assert all(example.path.exists() for example in EXAMPLES)
-    texts = {path.name for path in EXAMPLES[0].path.parent.glob("*.*.mech")}
-    assert texts == {example.path.name for example in EXAMPLES}
 
 
 LOSSES = [f"Rotational.LossyGearDemo{k}" for k in (1, 2, 3)]
