@@ -84,3 +84,9 @@ def test_files_of_other_programs_are_recognised(tmp_path: Path, name: str, text:
     with pytest.raises(CompileError) as caught:
         read_source(file)
     assert f"is {words}, not a model" in caught.value.diagnostics[0].message
+
+
+def test_a_part_of_the_library_is_named_with_its_import() -> None:
+    with pytest.raises(mechc.CompileError) as caught:
+        mechc.loads("import mech.vehicle.*;\nTyre62 tyre;\n")
+    assert "'import mech.tyres.*;' brings Tyre62" in str(caught.value)

@@ -11,6 +11,7 @@ from mechc.lang.units import NAMED_TYPES
 from mechc.suggest import closest
 
 from ..names.classes import Class
+from ..names.files import packages_with
 from ..names.instance import (
     STATED,
     ComponentMember,
@@ -120,8 +121,10 @@ MOST_MODELS = 8
 """Models that a message lists."""
 
 
-def _where_models_are(scope: Scope) -> str:
+def _where_models_are(scope: Scope, name: str) -> str:
     """Say how a model comes within reach, or which ones are, where the library is imported already."""
+    if packages := packages_with(name):
+        return " or ".join(f"'import {package}.*;'" for package in packages) + f" brings {name}"
     imported = [model.name for model in scope.namespace.imported_models() if not model.partial]
     if not imported:
         return "import it, for example 'import mech.planar.*;'"
@@ -144,7 +147,9 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
             f"there is no model '{declaration.type}'",
             span,
             caption="unknown model" if found is None else f"'{declaration.type}' is no model",
-            help=f"did you mean '{near}'?" if near else _where_models_are(scope),
+            help=f"did you mean '{near}'?"
+            if near and not packages_with(declaration.type)
+            else _where_models_are(scope, declaration.type),
         )
     return class_in_use(scope, scope.flattening.classes.of(found.definition, found.namespace), declaration)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -82,6 +83,15 @@ def _candidates(name: str, folders: tuple[Path, ...]) -> Iterator[Path]:
         yield library_folder().joinpath(*rest.split(".")).with_suffix(SUFFIX)
     for folder in folders:
         yield folder.joinpath(*name.split(".")).with_suffix(SUFFIX)
+
+
+def packages_with(model: str) -> list[str]:
+    """Return the packages of the standard library that define a model of this name."""
+    defined = re.compile(rf"^(?:partial |shape )*model {re.escape(model)}\b", re.MULTILINE)
+    texts = (
+        (path.stem, path.read_text(encoding="utf-8")) for path in sorted(library_folder().glob("*" + SUFFIX))
+    )
+    return [f"{LIBRARY}.{name}" for name, text in texts if defined.search(text)]
 
 
 def importable(folders: tuple[Path, ...]) -> list[str]:
