@@ -172,7 +172,9 @@ def test_what_compiled_targets_answer(target: str) -> None:
 def test_what_is_built_slowly_does_not_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """gcc takes longer on a busy machine than the runs may: the row was called hung."""
     slow = tmp_path / "slow-cc"
-    slow.write_text(f'#!/bin/sh\nfor given; do case "$given" in */program) sleep 5;; esac; done\nexec {shutil.which("cc")} "$@"\n')
+    slow.write_text(
+        f'#!/bin/sh\nfor given; do case "$given" in */program) sleep 5;; esac; done\nexec {shutil.which("cc")} "$@"\n'
+    )
     slow.chmod(0o755)
     monkeypatch.setenv("CC", str(slow))
     module = import_module("mechc.measurement.stress")
