@@ -49,13 +49,13 @@ def integrated(
 ) -> Iterator[Row]:
     """Give the states of y' = f(y) at some times, from 0 on; no numbers where that takes too many steps."""
     t, size, count = Real(0), abs(y), 0
-    h = Real(times[-1]) / 100
+    h = Real(times[-1]) / 10**6
     for until in times.astype(Real):
         while t < until and count < MOST:
             count += 1
             part = min(h, until - t)
             after, off = extrapolated(f, y, part)
-            scale = np.maximum(np.maximum(size, abs(after)), abs(part * f(y)))
+            scale = np.maximum(size, abs(after))
             error = float(np.max(off[scale > 0] / scale[scale > 0], initial=0.0)) / tolerance
             if error <= 1:
                 t, y, size = (until if part == until - t else t + part), after, np.maximum(size, abs(after))
