@@ -231,8 +231,8 @@ def case_of(made: Machine) -> Case:
         return dict(zip(names, rows.T, strict=True))
 
     start = [*made.x0, *made.v0, *(e.z0 for e in made.elements if e.remembers)]
-    pieces = any(form == 2 for *_, form in made.laws)
-    switches = pieces or any(e.kind in ("rubbing", "jenkins") for e in made.elements)
+    switches = any(form == 2 for *_, form in made.laws)
+    switches = switches or any(e.kind in ("rubbing", "jenkins") for e in made.elements)
 
     def moves(values: Values, method: str, target: str) -> bool:
         """Whether it moves, and by this form: slides jump whose force is larger than their friction, and motions may go to infinity."""
@@ -248,8 +248,8 @@ def case_of(made: Machine) -> Case:
         except OverflowError:
             return False
         except TimeoutError:
-            return method != "taylor" or not (late or pieces)
-        return not (method == "taylor" and (late or pieces))
+            return method != "taylor" or not (late or switches)
+        return not (method == "taylor" and (late or switches))
 
     return Case(made.text(), motion, dict(zip(names, start, strict=True)), 3.0, moves)
 
