@@ -42,7 +42,7 @@ def other_coordinates(model: FlatModel, seen: Seen | None, random: Random) -> Tw
         raise NotApplicable("the sizes of its coordinates are not known")
     held = held_coordinates(model)
     chosen = [v for v in model.variables if v.role is Role.COORDINATE and v.type.kind is Kind.REAL]
-    chosen = [v for v in chosen if v.name not in held]
+    chosen = [v for v in chosen if v.name not in held and _known(v, seen.first)]
     if not chosen:
         raise NotApplicable(
             "it has no coordinate of its own that nothing asks for, sets or prescribes"
@@ -114,6 +114,10 @@ def _head(target: Expression) -> str:
     return target.name if isinstance(target, Name) else ""
 
 
+def _known(v: Variable, first: States) -> bool:
+    return all(element_name(v.name, index) in first for index in subscripts(v.type.shape))
+
+
 def _size(v: Variable, index: tuple[int, ...], largest: States) -> float:
     return largest.get(element_name(v.name, index), 0.0) or 1.0
 
@@ -123,9 +127,10 @@ def _start(v: Variable, other: str, sizes: dict[tuple[int, ...], float], first: 
     start = {}
     for index, c in sizes.items():
         name, new = element_name(v.name, index), element_name(other, index)
-        q, rate = first[name], first[rate_name(name)]
+        q = first[name]
         start[new] = math.asinh(q / c)
-        start[rate_name(new)] = rate / math.hypot(c, q)
+        if rate_name(name) in first:  # none without inertia
+            start[rate_name(new)] = first[rate_name(name)] / math.hypot(c, q)
     return start
 
 

@@ -18,6 +18,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..compiler.flat.model import Definition, DefinitionRole, Expression, Role
+from ..compiler.flat.subscripts import element_name, subscripts
 from ..compiler.metamorphic.reversal import is_rate
 from ..compiler.metamorphic.table import TWINS
 from ..compiler.metamorphic.twin import Seen, Twin
@@ -71,11 +72,13 @@ def twin_of(name: str, base: Base) -> Twin:
 def _seen(base: Base) -> Seen:
     case, solution = base.plan.case, base.solution
     names, estimate = [q.name for q in case.problem.states], solution.accuracy.error
-    largest = {n: float(np.nanmax(np.abs(solution[n]))) for n in names}
-    first = dict(zip(names, map(float, case.y0), strict=True))
-    last = {n: float(solution[n][-1]) for n in names}
+    solved = _solved_for(base)
+    largest = {n: float(np.nanmax(np.abs(solution[n]))) for n in (*names, *solved)}
+    first = dict(zip(names, map(float, case.y0), strict=True)) | {n: float(solution[n][0]) for n in solved}
+    last = {n: float(solution[n][-1]) for n in (*names, *solved)}
     nominal = dict(zip(names, map(float, base.plan.nominal), strict=True))
     sizes = nominal if estimate is None else estimate.nominal
+    sizes = {**{n: largest[n] for n in solved}, **sizes}
 
     def evaluated(expressions: Sequence[Expression]) -> list[list[float]]:
         flat = base.model.compilation.flat
@@ -95,6 +98,14 @@ def _seen(base: Base) -> Seen:
     return Seen(case.begin, float(solution.time[-1]), first, last, largest, sizes, evaluated)
 
 
+def _solved_for(base: Base) -> list[str]:
+    """List the coordinates that a balance without mass gives, and that are no states: those of a twin may be others."""
+    known = {q.name for q in base.plan.case.problem.states}
+    moving = [v for v in base.model.compilation.flat.variables if v.role is Role.COORDINATE]
+    named = [element_name(v.name, index) for v in moving for index in subscripts(v.type.shape)]
+    return [n for n in named if n not in known and n in base.solution]
+
+
 def disturbed_twin(name: str, base: Base) -> Twin | None:
     """Return a twin that begins elsewhere, by what the run may be off there; None where it begins as the model does.
 
@@ -104,9 +115,11 @@ def disturbed_twin(name: str, base: Base) -> Twin | None:
     assert estimate is not None
     seen = _seen(base)
     errors = (
-        (n, x, estimate.by_state_at_end[n] * (estimate.nominal[n] + abs(x))) for n, x in seen.last.items()
+        (n, x, estimate.by_state_at_end[n] * (estimate.nominal[n] + abs(x)))
+        for n, x in seen.last.items()
+        if n in estimate.by_state_at_end
     )
-    last = {n: x + (e if k % 2 else -e) for k, (n, x, e) in enumerate(errors)}
+    last = dict(seen.last) | {n: x + (e if k % 2 else -e) for k, (n, x, e) in enumerate(errors)}
     twin = TWINS[name](base.model.compilation.flat, replace(seen, last=last), Random(SEED))
     return twin if twin.backwards else None
 

@@ -151,7 +151,10 @@ def _partings(base: Base, still: Solution, runs: Sequence[Solution]) -> list[Par
         if any(_jumps(solution, column) for solution in (still, *runs)):
             continue
         does = max(float(np.ptp(x[:, k])) for x in (first, others[0]))
-        size = estimate.nominal[name]
+        reached = float(np.abs(first[:, k]).max())
+        size = estimate.nominal.get(
+            name, reached
+        )  # without mass, other coordinates may be states than in the model
         most = float(apart[0, -1, k])
         if most <= max(SEEN * does, GROWN * SIZES[0] * size):
             continue

@@ -55,6 +55,9 @@ OPINION = 1e-10
 MARGIN = 20.0
 """Seconds beyond the limits of a run after which its process counts as hung; compiling is among them."""
 
+ANSWERING, BUILDING = 10.0, 120.0
+"""How many times longer than a run a target may take to answer, and seconds that gcc may take to build it, on a busy machine, too."""
+
 
 class Subject(Struct, frozen=True):
     """What is put under stress, in words that another process understands."""
@@ -106,13 +109,12 @@ def stress(
     made = extremes(stated, adaptive_methods(), full=full, targets=subject.targets)
     _compile(model)
     rows: list[StressRow] = []
-    limit = 4 * subject.seconds + MARGIN
     with Watchdog(worker, subject) as dog:
         twins = [Extreme(TWIN, name) for name in TWINS]
         for extreme in (made.runs[0], *twins, *made.runs[1:]):
             if only and extreme.group not in only:
                 continue
-            reply: StressRow | Crashed | Hung = dog.ask(extreme, limit)
+            reply: StressRow | Crashed | Hung = dog.ask(extreme, _patience(extreme, subject.seconds))
             match reply:
                 case Crashed(how):
                     reply = StressRow(extreme.group, extreme.text, "crashed", reason=how)
@@ -123,6 +125,12 @@ def stress(
             if progress is not None:
                 progress(reply)
     return Stress(model.name, stated.case.experiment, tuple(rows), made.left_out)
+
+
+def _patience(extreme: Extreme, seconds: float) -> float:
+    """Give the time after which a row counts as hung, of runs that may take some ``seconds`` each."""
+    patience = 4 * seconds + MARGIN
+    return patience + ANSWERING * seconds + BUILDING if extreme.group == TARGET else patience
 
 
 def _compile(model: Model) -> None:
@@ -274,7 +282,7 @@ def _of_target(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
         return replace(row, reason=f"the run itself: {run.message or run.accuracy.remark}")
     names = list(estimate.nominal)
     try:
-        answer = answer_of(target, changed, names, 10 * subject.seconds)
+        answer = answer_of(target, changed, names, ANSWERING * subject.seconds)
     except NotTried as why:
         return replace(row, reason=str(why))
     except CompileError as error:

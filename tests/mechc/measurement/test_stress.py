@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from importlib import import_module
 from pathlib import Path
 
@@ -165,3 +166,18 @@ def test_what_targets_answer_is_compared_with_the_run(target: str, monkeypatch: 
 @pytest.mark.parametrize("target", ["c", "fmu"])
 def test_what_compiled_targets_answer(target: str) -> None:
     assert worker(SUBJECT)(Extreme("target", f"{target}: as stated")).kind == "right"
+
+
+@pytest.mark.slow  # it waits
+def test_what_is_built_slowly_does_not_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """gcc takes longer on a busy machine than the runs may: the row was called hung."""
+    slow = tmp_path / "slow-cc"
+    slow.write_text(
+        f'#!/bin/sh\nfor given; do case "$given" in */program) sleep 5;; esac; done\nexec {shutil.which("cc")} "$@"\n'
+    )
+    slow.chmod(0o755)
+    monkeypatch.setenv("CC", str(slow))
+    module = import_module("mechc.measurement.stress")
+    monkeypatch.setattr(module, "MARGIN", 2.0)
+    made = module.stress(replace(SUBJECT, targets=("c",)), only=("target",))
+    assert [row.kind for row in made.rows] == ["right", "right"], made.rows

@@ -583,3 +583,26 @@ def test_questions_in_forces_and_states_are_those_of_outputs(part: str) -> None:
     wrong = replace(twin, beside=replace(twin.beside, definitions=doubled))
     found = compare(beside(wrong, base), wrong, run_twin(wrong, base))
     assert found is not None and not found.same and found.name == part
+
+
+NODES = """
+parameter c = 2 N.s/m; parameter k = 5 N/m;
+coordinate x = 0.4 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; potential 1/2*3 N/m*x^2;
+coordinate a = 0.1 m; coordinate b ~ 7 m; coordinate d ~ 7 m;
+potential 1/2*k*(x - b)^2 + 1/2*2*k*(b - a)^2; damping c on a;
+potential 1/2*k*(x - d)^2 + 1/2*3*k*d^2;
+experiment(stop = 2 s, tolerance = 1e-9);
+"""
+"""A node ``a`` that is a state without inertia, and nodes ``b`` and ``d`` that balances give, far from their guesses."""
+
+
+@pytest.mark.parametrize("name", ["other coordinates", "start shaken"])
+def test_nodes_without_mass_begin_where_they_are(name: str, tmp_path: Path) -> None:
+    """Such twins looked for rates, or for places, that such coordinates have none of."""
+    file = tmp_path / "nodes.mech"
+    file.write_text(NODES, encoding="utf-8")
+    row = worker(Subject(str(file), None, {}, None, 10.0))(Extreme("twin", name))
+    assert row.kind == "same", row.reason
+    base = base_of(NODES)
+    began = run_twin(twin_of(name, base), base).solution
+    assert all(began[q][0] == pytest.approx(base.solution[q][0], rel=1e-8) for q in ("a", "b", "d"))

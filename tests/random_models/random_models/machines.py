@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 STOP = 3.0
 CLOSE = 1e-7
 """Difference of a place, relative to one and its size, that both integrators may leave."""
+BOUNDLESS = 1e8
+"""What no machine comes to, if it does not go to infinity."""
 MASK = 0xFFFFFFFF
 
 # ---------------------------------------------------------------- noise, from the page of the language and the paper on Philox
@@ -178,24 +180,33 @@ class Machine:
 
     # ------------------------------------------------------------ the definition
 
-    def breaks(self) -> list[float]:
-        found = {0.0, STOP}
+    def breaks(self, stop: float) -> list[float]:
+        found = {0.0, stop}
         delays = sorted({d for *_, d in self.late} | {d for *_, d in self.noises if d})
         comes = {0.0}
         for _ in range(8):
-            comes |= {t + d for t in comes for d in delays if t + d < STOP}
+            comes |= {t + d for t in comes for d in delays if t + d < stop}
         found |= comes
         for *_, period, delay in self.noises:
-            knots = np.arange(1, int(STOP / period) + 1) * period
-            found |= {float(t) for t in knots if t < STOP}
-            found |= {float(t) + delay for t in knots if delay and t + delay < STOP}
+            knots = np.arange(1, int(stop / period) + 1) * period
+            found |= {float(t) for t in knots if t < stop}
+            found |= {float(t) + delay for t in knots if delay and t + delay < stop}
         if delays:
-            found |= {float(t) for t in np.arange(1, int(STOP / delays[0]) + 1) * delays[0]}
+            found |= {float(t) for t in np.arange(1, int(stop / delays[0]) + 1) * delays[0]}
         listed = sorted(found)
         return [t for t, after in zip(listed, [*listed[1:], np.inf], strict=True) if after - t > 1e-12]
 
     def run(self, times: Array) -> Array:
         """Return x of the masses and of the nodes that are states at some times."""
+        n = len(self.m)
+        return np.delete(self.motion(times), np.s_[n : 2 * n], axis=1)
+
+    def motion(self, times: Array, rtol: float = 1e-11, longest: float = 0.05, most: float = np.inf) -> Array:
+        """Return x and v of the masses, and the nodes that are states, at some times, by steps that are not longer than ``longest``.
+
+        Raises TimeoutError where that takes more than ``most`` evaluations, OverflowError where it goes to infinity.
+        """
+        stop = float(np.max(times))
         n, kept = len(self.m), [e for e in self.elements if e.remembers]
         pieces: list[tuple[float, float, Any]] = []
         known: dict[tuple[int, int], float] = {}
@@ -217,7 +228,15 @@ class Machine:
                 for e in self.elements
             ]
 
+        count = 0
+
         def rates(t: float, y: Array, modes: dict[str, int]) -> Array:
+            nonlocal count
+            count += 1
+            if count > most:
+                raise TimeoutError
+            if np.abs(y).max() > BOUNDLESS:
+                raise OverflowError
             x, v, found = y[:n], y[n : 2 * n], np.zeros(len(y))
             force = -np.array(self.k) * x - np.array(self.c) * v
             for e, pull in zip(self.elements, pulls(y), strict=True):
@@ -241,8 +260,8 @@ class Machine:
         for e in kept:
             if e.kind == "rubbing":
                 modes[e.name] = 1 if begun[e.name] > e.forward else -1 if begun[e.name] < -e.backward else 0
-        breaks, t = self.breaks(), 0.0
-        while t < STOP - 1e-12:
+        breaks, t = self.breaks(stop), 0.0
+        while t < stop - 1e-12:
             to = next(b for b in breaks if b > t + 1e-12)
             events: list[Any] = []
             turns = []
@@ -267,9 +286,9 @@ class Machine:
                 events=events or None,
                 args=(modes,),
                 dense_output=True,
-                rtol=1e-11,
-                atol=1e-13,
-                max_step=0.05,
+                rtol=rtol,
+                atol=rtol / 100,
+                max_step=longest,
             )
             pieces.append((t, float(found.t[-1]), found.sol))
             t, y = float(found.t[-1]), found.y[:, -1]
@@ -277,7 +296,7 @@ class Machine:
                 met = [len(at) > 0 for at in found.t_events]  # of several at one instant SciPy tells one
                 met = [hit or abs(end(t, y, modes)) < 1e-9 for hit, end in zip(met, events, strict=True)]
                 modes |= {name: after for (name, after), hit in zip(turns, met, strict=True) if hit}
-        return np.array([[*(row := past(at))[:n], *row[2 * n :]] for at in times])
+        return np.array([past(at) for at in times])
 
 
 _PAST: dict[str, Callable[[Callable[[float], Array], float, float, Array], float]] = {
