@@ -90,3 +90,25 @@ def test_a_part_of_the_library_is_named_with_its_import() -> None:
     with pytest.raises(mechc.CompileError) as caught:
         mechc.loads("import mech.vehicle.*;\nTyre62 tyre;\n")
     assert "'import mech.tyres.*;' brings Tyre62" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("statement", "help"),
+    [
+        ("DiskFrictionClutch plates(a.angle -> b.angle);", "did you mean 'Clutch'?"),
+        (
+            "Planetary gear(a.angle -> b.angle);",
+            "Planetary takes its sides as inputs: 'sun = .., ring = .., carrier = ..'",
+        ),
+        ("Rotor c(J = 2 kg.m^2, w = 100 rad/s);", "its rate at the start is 'der(angle) = ..'"),
+        ("output heat = energy.dissipated;", "equation der(lost) = -power(law);"),
+        ("output heat = dissipated(a);", "equation der(lost) = -power(law);"),
+    ],
+)
+def test_words_of_other_programs(statement: str, help: str) -> None:
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(
+            "import mech.rotational.*;\nRotor a(J = 1 kg.m^2, angle = 0 rad);\nRotor b(J = 1 kg.m^2, angle = 0 rad);\n"
+            + statement
+        )
+    assert help in str(caught.value)

@@ -353,3 +353,15 @@ def test_a_gear_without_any_efficiency_is_none() -> None:
         with pytest.raises(mechc.SimulationError) as caught:
             mechc.loads(f"import mech.rotational.*;\nmodel M Rotor a; Rotor b; LossyGear g(a.angle -> b.angle, efficiency = {value}); experiment(stop = 1 s); end M;").simulate()  # fmt: skip
         assert "g.efficiency" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "part", ["SpringDamper oil(from = shaft.angle, c", "BearingFriction oil(from = shaft.angle, viscous"]
+)
+def test_a_damper_alone_brings_no_spring_and_no_dry_friction(part: str) -> None:
+    """J w' = T - c w, so w = T/c (1 - exp(-c t/J))."""
+    motion = mechc.loads(
+        "import mech.rotational.*; Rotor shaft(J = 0.5 kg.m^2, angle = 0 rad);"
+        f"TorqueSource motor(from = shaft.angle, torque = 10 N.m); {part} = 0.2 N.m.s); experiment(stop = 5 s);"
+    ).simulate()
+    assert motion["der(shaft.angle)"][-1] == pytest.approx(50 * (1 - np.exp(-2.0)), rel=1e-8)

@@ -21,6 +21,7 @@ from ..names.namespace import FoundDefinition
 from ..names.scope import Poisoned, Scope
 from ..operands import written_size
 from .function_bodies import FunctionBody, Made, unpacked
+from .references import OF_ONE_PART
 
 _ELSEWHERE = {
     "ln": "log",
@@ -68,6 +69,7 @@ _ELSEWHERE = {
 }
 """What functions of other languages are called here."""
 _INSTEAD = {
+    **dict.fromkeys(("dissipated", "supplied", "heat", "loss"), OF_ONE_PART),
     **dict.fromkeys(
         ("delayed", "transport", "transportdelay", "transport_delay", "fixeddelay", "delay_line"),
         "what it was a while ago is 'delay(x, T)'; a state of first order lags: 'equation der(y) = (x - y)/T;'",

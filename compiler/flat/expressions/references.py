@@ -42,6 +42,11 @@ _POWER = re.compile(r"\^[0-9]+")
 
 _ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}
 
+OF_ONE_PART = (
+    "what a run dissipates, 'energy.dissipated', is known after it; what one law took is its power over time: "
+    "'state Energy lost = 0 J; equation der(lost) = -power(law);'"
+)
+
 
 def reference(scope: Scope, node: ast.Reference) -> Expression:
     """Return the expression that a dotted name stands for."""
@@ -276,7 +281,10 @@ def unknown(scope: Scope, name: str, span: Span) -> Poisoned:
         )
     if name in BUILTINS:
         return scope.fail(
-            "E0213", f"'{name}' is a function and needs its arguments", span, help=BUILTINS[name].doc
+            "E0213",
+            f"'{name}' is a function and needs its arguments",
+            span,
+            help=BUILTINS[name].doc if name != "energy" else f"'energy()'; {OF_ONE_PART}",
         )
     if instance is not None:
         expand(instance)

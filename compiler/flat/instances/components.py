@@ -121,11 +121,20 @@ MOST_MODELS = 8
 """Models that a message lists."""
 
 
+def _by_inputs(cls: Class) -> str:
+    """Return how a component is connected that has inputs, but no two sides."""
+    names = [s.name for s in cls.model.body if isinstance(s, ast.Input) and s.value is None]
+    listed = ", ".join(f"{name} = .." for name in names)
+    return f"{cls.name} takes its sides as inputs: '{listed}'" if names else ""
+
+
 def _where_models_are(scope: Scope, name: str) -> str:
     """Say how a model comes within reach, or which ones are, where the library is imported already."""
     if packages := packages_with(name):
         return " or ".join(f"'import {package}.*;'" for package in packages) + f" brings {name}"
     imported = [model.name for model in scope.namespace.imported_models() if not model.partial]
+    if alike := [one for one in imported if one in name or name in one]:
+        return f"did you mean '{max(alike, key=len)}'?"
     if not imported:
         return "import it, for example 'import mech.planar.*;'"
     more = ", .." if len(imported) > MOST_MODELS else ""
@@ -247,7 +256,8 @@ def modifiers_of(declaration: ast.Component, cls: Class, scope: Scope) -> list[M
                 f"'->' connects two sides, and {cls.name} has {len(interface) or 'no'} frame{'' if len(interface) == 1 else 's'} to be placed",
                 node.span,
                 labels=(Label(cls.model.name_span, f"{cls.name} is defined here"),),
-                help="'a -> b' gives the first two free frames of a joint or force element, or its inputs 'from' and 'to'",
+                help=_by_inputs(cls)
+                or "'a -> b' gives the first two free frames of a joint or force element, or its inputs 'from' and 'to'",
             )
             continue
         for name, value in zip(interface[:2], (node.target, node.value), strict=True):

@@ -133,8 +133,12 @@ def _check_names(instance: Instance) -> None:
 
 
 def _what_there_is(instance: Instance) -> str:
-    names = [n for n, m in instance.members.items() if isinstance(m, VariableMember)]
-    return f"it has {', '.join(names[:8])}" if names else ""
+    members = {n: m for n, m in instance.members.items() if isinstance(m, VariableMember)}
+    if not members:
+        return ""
+    moving = next((n for n, m in members.items() if m.role is Role.COORDINATE), None)
+    rate = f"; its rate at the start is 'der({moving}) = ..'" if moving else ""
+    return f"it has {', '.join([*members][:8])}{rate}"
 
 
 def modifier_of(node: ast.Modification, scope: Scope, stage: int) -> Modifier | None:

@@ -193,7 +193,8 @@ class Namespace:
                     span,
                     caption="which one is meant?",
                     labels=(Label(by.span, "from here"), Label(statement.span, "and from here")),
-                    help=f"import it by name, as in 'import {by.path}.{{{plain}}};'",
+                    help=f"import the one that is meant by name, as in 'import {by.path}.{{{plain}}};'; for both give one of the packages a "
+                    f"name: 'import P = {statement.path};' and 'P.{plain}'",
                 )
                 break
             found, by = other, statement

@@ -78,7 +78,11 @@ def test_the_search_path(
         ("import parts.{Prat}; model M  Prat p; end M;", "E0206", "did you mean 'Part'?"),
         ("import parts.*; model M  Prat p; end M;", "E0203", "did you mean 'Part'?"),
         ("import P = parts; model M  Part p; end M;", "E0203", ""),
-        ("import parts.*; import more.*; model M  let d = double(1); end M;", "E0208", "import it by name"),
+        (
+            "import parts.*; import more.*; model M  let d = double(1); end M;",
+            "E0208",
+            "import the one that is meant by name",
+        ),
         ("model M  parameter lenght = 1 m; let d = 2*length; end M;", "E0201", "did you mean 'lenght'?"),
         ("import parts.*; model M  Part p; let d = p.M; end M;", "E0202", "did you mean 'm'?"),
         ("import parts.*; model M  Part p; let d = x; end M;", "E0201", ""),
