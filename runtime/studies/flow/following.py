@@ -236,13 +236,19 @@ class Follower:
                 self.specials.append(OrbitBifurcation(kind, root, _ordered(first.value, b.value)))
 
     def _located(self, test: Test, a: FollowedPlace, b: FollowedPlace) -> float:
-        """Give the value at which a test function vanishes between two orbits."""
+        """Give the value at which a test function vanishes between two orbits.
+
+        Guesses go through the nearest orbits found: in a fork Newton's method leaves what a guess is off by towards the other branches.
+        """
+        known = [a, b]
 
         def at(value: float) -> FollowedPlace | None:
+            near = sorted(known, key=lambda place: abs(place.value - value))
             try:
-                return self.at(value, *_guess(a, b, value))
+                known.append(self.at(value, *_guess(near[1], near[0], value)))
             except SimulationError:
                 return None
+            return known[-1]
 
         found = located(at, lambda place: test(place)[0], a.value, b.value, LOCATED * self.span)
         if found is not None:
