@@ -338,9 +338,14 @@ end Lorenz;
 """
 
 
-def test_lorenz_s_orbit_loses_its_symmetry() -> None:
+BESIDE_THE_FORK = "below = 0 .. 44, 3"
+"""Steps of which one met an orbit without the symmetry behind the fork, so that no fork was told."""
+
+
+@pytest.mark.parametrize("over", slow_but([BESIDE_THE_FORK], [BESIDE_THE_FORK, "below = 0 .. 60, 7"]))
+def test_lorenz_s_orbit_loses_its_symmetry(over: str) -> None:
     """After half a period it is at -x, -y, z: that half has the multiplier -1 there, near r = 313 (C. Sparrow, 1982)."""
-    found = followed(LORENZ, over="below = 0 .. 60, 7")
+    found = followed(LORENZ, over=over)
     assert kinds(found) == ["fork"]
 
     def rate(t: float, y: np.ndarray, r: float) -> tuple[np.ndarray, np.ndarray]:
@@ -351,7 +356,8 @@ def test_lorenz_s_orbit_loses_its_symmetry() -> None:
 
     def left(s: np.ndarray) -> np.ndarray:
         end, matrix = shoot(rate, s[:3], s[3], s[4])
-        return np.r_[turn @ end - s[:3], s[2] - s[4] + 1, np.linalg.det(turn @ matrix + np.eye(3))]
+        missing: np.ndarray = np.r_[turn @ end - s[:3], s[2] - s[4] + 1, less(-1)(turn @ matrix)]
+        return missing
 
     at = 350 - found["special"][0]["value"]
 
@@ -361,12 +367,13 @@ def test_lorenz_s_orbit_loses_its_symmetry() -> None:
 
     passes.direction = 1  # type: ignore[attr-defined]
     settled = solve_ivp(
-        lambda t, y: rate(t, y, 316)[0], (0, 60), [5, 40, 300], rtol=1e-9, atol=1e-9, events=passes
+        lambda t, y: rate(t, y, 316)[0], (0, 20), [5, 40, 300], rtol=1e-9, atol=1e-9, events=passes
     )
     half = float(np.diff(settled.t_events[0][-2:])[0])
     solved = root(left, np.r_[settled.y_events[0][-1], half, at], tol=1e-11)
     assert np.abs(left(solved.x)).max() < 1e-6 and 312 < solved.x[4] < 314
-    assert at == pytest.approx(solved.x[4], abs=1e-7)
+    # orbits close within 1e-8, which near a fork leaves them beside the branch
+    assert at == pytest.approx(solved.x[4], abs=1e-3 if over == BESIDE_THE_FORK else 1e-7)
 
 
 SPRING = """\
