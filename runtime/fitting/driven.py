@@ -49,11 +49,16 @@ class InputNoise(Struct, frozen=True, eq=False):
 
 class Smoother(Struct, frozen=True, eq=False):
     """The smoothing spline of a table: its rows on the curve, ``stiffness``, which gives the same smoothing of other values, and
-    the standard deviation of the ``noise``."""
+    the noise of each row [n] that it ``left``."""
 
     table: Table
     stiffness: float
-    noise: float
+    left: Array
+
+    @property
+    def noise(self) -> float:
+        """The standard deviation of the noise."""
+        return float(np.sqrt(np.mean(self.left**2)))
 
     def of(self, values: Array) -> Table:
         """Smooth other values at the same times."""
@@ -68,9 +73,23 @@ def _places(times: Array) -> Array:
 
 
 def _curve(places: Array, values: Array, stiffness: float) -> Array:
-    from scipy.interpolate import make_smoothing_spline
+    """Give the smoothing spline of values [n] or [n, k] at their places (Reinsch, Numer. Math. 10 (1967) 177): values - stiffness Q c,
+    where (R + stiffness Q^T Q) c = Q^T values."""
+    from scipy.linalg import solveh_banded
 
-    found: Array = make_smoothing_spline(places, values, lam=stiffness)(places)
+    gaps = np.diff(places)
+    left, right = 1 / gaps[:-1], 1 / gaps[1:]
+    middle = -left - right
+    bands = np.zeros((3, gaps.size - 1))
+    bands[0, 2:] = stiffness * right[:-2] * left[2:]
+    bands[1, 1:] = gaps[1:-1] / 6 + stiffness * (middle[:-1] * left[1:] + right[:-1] * middle[1:])
+    bands[2] = (gaps[:-1] + gaps[1:]) / 3 + stiffness * (left**2 + middle**2 + right**2)
+    curvature = solveh_banded(bands, np.diff((np.diff(values, axis=0).T / gaps).T, axis=0)).T
+    bent = np.zeros(values.T.shape)
+    bent[..., :-2] += left * curvature
+    bent[..., 1:-1] += middle * curvature
+    bent[..., 2:] += right * curvature
+    found: Array = values - stiffness * bent.T
     return found
 
 
@@ -87,11 +106,11 @@ def smoother(table: Table, what: str) -> Smoother:
             f"{what} cannot be smoothed: that takes {LEAST_ROWS} rows, times that rise, and no steps"
         )
     places = _places(times)
-    signs = np.random.default_rng(1).choice((-1.0, 1.0), (PROBES, n))
+    signs = np.random.default_rng(1).choice((-1.0, 1.0), (PROBES, n)).T
 
     def taken(power: float) -> float:
         """How many numbers the curve takes from the rows."""
-        return float(np.mean([one @ _curve(places, one, 10.0**power) for one in signs]))
+        return float(np.sum(signs * _curve(places, signs, 10.0**power)) / PROBES)
 
     def score(power: float) -> float:
         apart = values - _curve(places, values, 10.0**power)
@@ -108,9 +127,9 @@ def smoother(table: Table, what: str) -> Smoother:
             f"{what} cannot be smoothed: what a smooth curve leaves is no noise, as its rows follow one another; they are too few"
         )
     used = taken(power)
-    left = n - (used if used < n / 2 else 0.0)  # a curve through all rows tells no noise
+    freedom = n - (used if used < n / 2 else 0.0)  # a curve through all rows tells no noise
     return Smoother(
-        make_table(times, on_curve, table.interpolation), 10.0**power, float(np.sqrt(square / left))
+        make_table(times, on_curve, table.interpolation), 10.0**power, apart * np.sqrt(n / freedom)
     )
 
 
@@ -178,16 +197,21 @@ def differentiated(problem: Problem, data: Sequence[Measured]) -> list[str]:
 def carried(
     motions: Motions, found: SearchResult, noise: Mapping[str, float], smoothers: Smoothers, count: int
 ) -> InputNoise | None:
-    """Carry noise of the inputs to the unknowns; None where motions with it cannot be computed."""
+    """Carry noise of the inputs to the unknowns; None where motions with it cannot be computed.
+
+    It is as given, else what smoothing left of each row times a random number (C. F. J. Wu, Ann. Stat. 14 (1986) 1261): stamps of
+    time that jitter are noise where an input moves, and none where it turns back.
+    """
     random = np.random.default_rng(1)
     steps = []
     for _ in range(count):
         inputs = []
         for motion, own in zip(motions.data, smoothers, strict=True):
             tables: dict[str, Table] = {}
+            noisy: dict[str, Array | float] = {**{name: one.left for name, one in own.items()}, **noise}
             for name, table in motion.inputs.items():
-                if name in noise:
-                    rough = table.values + noise[name] * random.normal(size=table.times.size)
+                if name in noisy:
+                    rough = table.values + noisy[name] * random.normal(size=table.times.size)
                     tables[name] = (
                         own[name].of(rough)
                         if name in own
@@ -202,7 +226,7 @@ def carried(
         sizes[sizes == 0] = 1.0
         steps.append(-solve(slopes / sizes, r) / sizes)
     moved = np.array(steps)
-    return InputNoise(np.atleast_2d(np.cov(moved.T)), moved.mean(axis=0), dict(noise))
+    return InputNoise(np.atleast_2d(np.cov(moved.T)), moved.mean(axis=0), {**scatter(smoothers), **noise})
 
 
 def widened(judged: FitErrors, spread: InputNoise) -> FitErrors:

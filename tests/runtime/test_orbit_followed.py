@@ -284,6 +284,179 @@ def test_a_pendulum_on_a_support_that_shakes() -> None:
     assert [one["value"] for one in found["special"]] == pytest.approx(edges, abs=1e-7)
 
 
+def test_an_upright_pendulum_on_a_support_that_shakes() -> None:
+    """Kapitza's: it stands between the edges a0 and b1 of Mathieu's equation, with a = -4/w^2 and q twice the amplitude."""
+    model = mechc.load(EXAMPLES / "vertically_driven_pendulum.mech")
+    found = followed(model, period="2*pi/w", set={"theta": math.pi, "w": 15}, over="a = 0.05 .. 0.6, 12")
+    assert kinds(found) == ["fork", "period doubling"]
+    edges = [
+        brentq(lambda a: float(mathieu_a(0, 2 * a)) + 4 / 15**2, 0.05, 0.2, xtol=1e-14),
+        brentq(lambda a: float(mathieu_b(1, 2 * a)) + 4 / 15**2, 0.3, 0.6, xtol=1e-14),
+    ]
+    assert [one["value"] for one in found["special"]] == pytest.approx(edges, abs=1e-7)
+
+
+ROTOR = """\
+model Rotor "an unbalanced disk on a shaft that has losses of its own"
+  dimensionless;
+  parameter w = 1.1;
+  parameter still = 0.1 "damping outside";
+  parameter turning = 0.2 "damping in the shaft, which turns with it";
+  coordinate x = 0;
+  coordinate y = 0;
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential 1/2*(x^2 + y^2);
+  damping still on x;
+  damping still on y;
+  force -turning*(der(x) + w*y) + 0.1*w^2*cos(w*time) on x;
+  force -turning*(der(y) - w*x) + 0.1*w^2*sin(w*time) on y;
+  experiment(stop = 30);
+end Rotor;
+"""
+
+
+def test_a_shaft_with_losses_of_its_own_begins_to_whirl() -> None:
+    """Of x + i y: s^2 + (c + d) s + 1 - i d w has a root i where w = 1 + c/d, whatever the unbalance."""
+    found = followed(ROTOR, period="2*pi/w", over="w = 1.1 .. 1.9, 9")
+    assert kinds(found) == ["torus"]
+    assert found["special"][0]["value"] == pytest.approx(1.5, abs=1e-9)
+
+
+LORENZ = """\
+model Lorenz
+  dimensionless;
+  parameter below = 0;
+  let r = 350 - below;
+  state x = 5;
+  state y = 40;
+  state z = 300;
+  equation der(x) = 10*(y - x);
+  equation der(y) = x*(r - z) - y;
+  equation der(z) = x*y - 8/3*z;
+  experiment(stop = 40);
+end Lorenz;
+"""
+
+
+BESIDE_THE_FORK = "below = 0 .. 44, 3"
+"""Steps of which one met an orbit without the symmetry behind the fork, so that no fork was told."""
+
+
+@pytest.mark.parametrize("over", slow_but([BESIDE_THE_FORK], [BESIDE_THE_FORK, "below = 0 .. 60, 7"]))
+def test_lorenz_s_orbit_loses_its_symmetry(over: str) -> None:
+    """After half a period it is at -x, -y, z: that half has the multiplier -1 there, near r = 313 (C. Sparrow, 1982)."""
+    found = followed(LORENZ, over=over)
+    assert kinds(found) == ["fork"]
+
+    def rate(t: float, y: np.ndarray, r: float) -> tuple[np.ndarray, np.ndarray]:
+        f = np.array([10 * (y[1] - y[0]), y[0] * (r - y[2]) - y[1], y[0] * y[1] - 8 / 3 * y[2]])
+        return f, np.array([[-10, 10, 0], [r - y[2], -1, -y[0]], [y[1], y[0], -8 / 3]])
+
+    turn = np.diag([-1.0, -1.0, 1.0])
+
+    def left(s: np.ndarray) -> np.ndarray:
+        end, matrix = shoot(rate, s[:3], s[3], s[4])
+        missing: np.ndarray = np.r_[turn @ end - s[:3], s[2] - s[4] + 1, less(-1)(turn @ matrix)]
+        return missing
+
+    at = 350 - found["special"][0]["value"]
+
+    # stable at 316, where the second half begins as it passes z = r - 1 again
+    def passes(t: float, y: np.ndarray) -> float:
+        return float(y[2] - 315)
+
+    passes.direction = 1  # type: ignore[attr-defined]
+    settled = solve_ivp(
+        lambda t, y: rate(t, y, 316)[0], (0, 20), [5, 40, 300], rtol=1e-9, atol=1e-9, events=passes
+    )
+    half = float(np.diff(settled.t_events[0][-2:])[0])
+    solved = root(left, np.r_[settled.y_events[0][-1], half, at], tol=1e-11)
+    assert np.abs(left(solved.x)).max() < 1e-6 and 312 < solved.x[4] < 314
+    # orbits close within 1e-8, which near a fork leaves them beside the branch
+    assert at == pytest.approx(solved.x[4], abs=1e-3 if over == BESIDE_THE_FORK else 1e-7)
+
+
+SPRING = """\
+model Spring "a mass on a spring that goes up and down, with no energy at rest"
+  dimensionless;
+  parameter k = 1.5;
+  coordinate x = 0;
+  coordinate z = 1 + 1/k + sqrt(0.18/k);
+  kinetic 1/2*(der(x)^2 + der(z)^2);
+  potential 1/2*k*(sqrt(x^2 + z^2) - 1)^2 - z + 1 + 1/(2*k);
+  experiment(stop = 30);
+end Spring;
+"""
+
+
+def test_a_mass_on_a_spring_begins_to_swing() -> None:
+    """z = 1 + 1/k + A cos(sqrt(k) t) at any energy k A^2/2; beside it x'' + k (1 - 1/z) x = 0 doubles the period within a tongue."""
+    found = followed(SPRING, period="2*pi/sqrt(k)", over="k = 1.5 .. 5, 8")
+    assert kinds(found) == ["period doubling", "period doubling"]
+
+    def test(k: float) -> float:
+        def rate(t: float, y: np.ndarray, k: float) -> tuple[np.ndarray, np.ndarray]:
+            pull = k - k / (1 + 1 / k + math.sqrt(0.18 / k) * math.cos(math.sqrt(k) * t))
+            matrix = np.array([[0, 1], [-pull, 0]])
+            return matrix @ y, matrix
+
+        return less(-1)(shoot(rate, np.zeros(2), 2 * math.pi / math.sqrt(k), k)[1])
+
+    edges = [brentq(test, 1.8, 2.2, xtol=1e-10), brentq(test, 4, 4.5, xtol=1e-10)]
+    assert [one["value"] for one in found["special"]] == pytest.approx(edges, abs=1e-6)
+
+
+HALO = """\
+model Halo "restricted three bodies: Earth, Moon, and an orbit about L1; raised by h, as the energy is kept"
+  dimensionless;
+  parameter h = 0;
+  coordinate x = 0.8234;
+  coordinate y = 0;
+  coordinate z = 0;
+  initial der(y) = 0.1263;
+  kinetic 1/2*((der(x) - y)^2 + (der(y) + x)^2 + der(z)^2);
+  potential -(1 - 0.01215)/sqrt((x + 0.01215)^2 + y^2 + z^2) - 0.01215/sqrt((x - 1 + 0.01215)^2 + y^2 + z^2) + h;
+  experiment(stop = 50);
+end Halo;
+"""
+
+
+def test_halo_orbits_leave_the_family_about_l1() -> None:
+    """Where the plane orbit has a vertical multiplier 1, at a Jacobi constant of 3.1743 (Earth and Moon)."""
+    found = followed(HALO, period=2.743, energy=-1.587, over="h = -0.002 .. 0.003, 5")
+    assert kinds(found) == ["fork"]
+    mu = 0.01215
+
+    def rates(t: float, s: np.ndarray) -> list[float]:
+        x, y, vx, vy = s[:4]
+        one, two = (1 - mu) / math.hypot(x + mu, y) ** 3, mu / math.hypot(x - 1 + mu, y) ** 3
+        ax = x + 2 * vy - one * (x + mu) - two * (x - 1 + mu)
+        ay = y - 2 * vx - (one + two) * y
+        return [vx, vy, ax, ay, s[5], -(one + two) * s[4], s[7], -(one + two) * s[6]]
+
+    def crossed(t: float, s: np.ndarray) -> float:
+        return float(s[1]) if t > 0.1 else 1.0
+
+    crossed.terminal, crossed.direction = True, -1  # type: ignore[attr-defined]
+
+    def half(x: float, vy: float) -> np.ndarray:
+        begin = [x, 0, 0, vy, 1, 0, 0, 1]
+        y: np.ndarray = solve_ivp(
+            rates, (0, 5), begin, method="DOP853", rtol=1e-12, atol=1e-13, events=crossed
+        ).y[:, -1]
+        return y
+
+    def left(s: np.ndarray) -> list[float]:
+        end = half(*s)
+        # over a whole round of an orbit that is its own mirror, the trace is 2 + 4 b c of its half
+        return [end[2], end[5] * end[6]]
+
+    x, vy = root(left, [0.8234, 0.1263], tol=1e-12).x
+    jacobi = x**2 + 2 * (1 - mu) / abs(x + mu) + 2 * mu / abs(x - 1 + mu) - vy**2
+    assert jacobi == pytest.approx(3.1743, abs=1e-3)
+    assert found["special"][0]["value"] == pytest.approx(jacobi / 2 - 1.587, abs=1e-7)
+
+
 def normal_form(more: str, radius: str = "1 - x^2 - y^2") -> str:
     return f"""model Normal dimensionless; parameter mu = 0; state x = 0.95; state y = 0; {more}
         equation der(x) = x*({radius}) - y; equation der(y) = y*({radius}) + x; experiment(stop = 30); end Normal;"""

@@ -38,6 +38,8 @@ CLOSING = 1e-6
 """Relative error of multipliers, as orbits close within 1e-8: those of conservative models lie on the unit circle within that."""
 FOLDING = 0.2
 """A branch that ends with a multiplier as near as that to 1 may end in a fold."""
+CAREFUL = 1e-3
+"""Of the range: in longer steps the test of a fork goes on as it did, so that they do not leave for another branch of it."""
 MOST_STEPS = 4000
 ARRIVED = "the value is reached"
 IMPACTS = ("impact", "rest", "lift-off", "crossing", "reflection")
@@ -187,6 +189,8 @@ class Follower:
                     return Reached(crossed, math.inf, ARRIVED if crossed[-1].value == target else "")
             if here.happened != last.happened or not self._near(before, last, here, y):
                 return None
+            if abs(value - last.value) > CAREFUL * self.span and _turned_off(before, last, here):
+                return None
             self._between(last, here)
             return Reached([here], 2.0, ARRIVED if value == target else "")
 
@@ -236,13 +240,19 @@ class Follower:
                 self.specials.append(OrbitBifurcation(kind, root, _ordered(first.value, b.value)))
 
     def _located(self, test: Test, a: FollowedPlace, b: FollowedPlace) -> float:
-        """Give the value at which a test function vanishes between two orbits."""
+        """Give the value at which a test function vanishes between two orbits.
+
+        Guesses go through the nearest orbits found: in a fork Newton's method leaves what a guess is off by towards the other branches.
+        """
+        known = [a, b]
 
         def at(value: float) -> FollowedPlace | None:
+            near = sorted(known, key=lambda place: abs(place.value - value))
             try:
-                return self.at(value, *_guess(a, b, value))
+                known.append(self.at(value, *_guess(near[1], near[0], value)))
             except SimulationError:
                 return None
+            return known[-1]
 
         found = located(at, lambda place: test(place)[0], a.value, b.value, LOCATED * self.span)
         if found is not None:
@@ -354,6 +364,15 @@ def _guess(before: FollowedPlace | None, last: FollowedPlace, value: float) -> t
     share = (value - last.value) / (last.value - before.value)
     y = last.orbit.whole + share * (last.orbit.whole - before.orbit.whole)
     return y, last.orbit.period + share * (last.orbit.period - before.orbit.period)
+
+
+def _turned_off(before: FollowedPlace | None, last: FollowedPlace, here: FollowedPlace) -> bool:
+    """Whether the test of a fork has another sign than before it led to: near a fork the other branches are near, too."""
+    if before is None or last.first or before.value == last.value:
+        return False
+    (one, _), (two, off), (found, _) = _one(before), _one(last), _one(here)
+    share = (here.value - last.value) / (last.value - before.value)
+    return abs(two) > off and (two + share * (two - one)) * found < 0
 
 
 def _happened(linear: Linearised, start: Array, period: float) -> Happened:

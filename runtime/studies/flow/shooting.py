@@ -27,6 +27,8 @@ GROWTH = 1e3
 MOST_PIECES = 64
 CLOSED = 1e-8
 """Residual, in nominal sizes, below which an orbit counts as closed, if rounding allows no better."""
+ISOLATED = 1e-8
+"""Of the largest derivative: directions with smaller ones are not decided, where an orbit is alone. They are small near a fork."""
 MOST_ROUNDS = 64
 """Of an orbit within the period that was found; more of them are found one factor after the other."""
 PROJECTIONS = 6
@@ -244,7 +246,7 @@ class Shooter:
             row = np.zeros((1, matrix.shape[1]))
             row[0, : widths[0]] = slope
             matrix, wanted = np.vstack([matrix, row]), np.append(wanted, missing)
-        solution = rank.solve(matrix, wanted, rank.MOTIONS)
+        solution = rank.solve(matrix, wanted, ISOLATED if self.energy is None else rank.MOTIONS)
         steps = []
         for k in range(count):
             whole = np.zeros(linear.size)

@@ -24,7 +24,6 @@ from ...fitting.driven import (
     differentiated,
     roughness,
     said_of,
-    scatter,
     smoothed,
     smoothers_of,
     widened,
@@ -102,11 +101,10 @@ class Fit(Study, frozen=True, kw_only=True):
         if self.start is not None:
             raw = tuple(motion.since(self.start) for motion in raw)
         smoothers = smoothers_of(raw, self.smooth)
-        left = scatter(smoothers)
-        return replace(self, data=smoothed(raw, smoothers))._fitted(problem, smoothers, left)
+        return replace(self, data=smoothed(raw, smoothers))._fitted(problem, smoothers)
 
-    def _fitted(self, problem: Problem, smoothers: Smoothers, left: Mapping[str, float]) -> Findings:
-        """Search with the data as they are smoothed; ``left``: what smoothing left, by input."""
+    def _fitted(self, problem: Problem, smoothers: Smoothers) -> Findings:
+        """Search with the data as they are smoothed."""
         outputs = _outputs(problem, self)
         unknowns = _unknowns(problem, self)
         motions = Motions(problem, plan_run, self, self.data, unknowns, outputs)
@@ -122,7 +120,7 @@ class Fit(Study, frozen=True, kw_only=True):
         if first.failure is not None and first.failure.kind == TOO_MANY_STEPS:
             return _not_begun(problem, first)
         found = search.run()
-        answer = _findings(self, search, found, first, smoothers, left)
+        answer = _findings(self, search, found, first, smoothers)
         if self.progress is not None:
             self.progress(1.0)
         return answer
@@ -237,11 +235,10 @@ def _findings(
     found: SearchResult,
     first: Solution,
     smoothers: Smoothers,
-    left: Mapping[str, float],
 ) -> Findings:
     motions = search.motions
     names = [_name(motions, k) for k in range(len(motions.unknowns))]
-    judged, driven = _with_inputs(study, search, found, smoothers, left, names)
+    judged, driven = _with_inputs(study, search, found, smoothers, names)
     values = tuple(
         Value(name, unknown.unit, float(x), float(half) if np.isfinite(half) else None)
         for name, unknown, x, half in zip(names, motions.unknowns, found.x, judged.half, strict=True)
@@ -271,14 +268,13 @@ def _with_inputs(
     search: FitSearch,
     found: SearchResult,
     smoothers: Smoothers,
-    left: Mapping[str, float],
     names: list[str],
 ) -> tuple[FitErrors, list[str]]:
     """Judge, with the noise of measured inputs: as given, or as smoothing left it; else say where it matters."""
     motions, judged = search.motions, judge(search, found, names)
     units = {q.name: q.unit for q in motions.problem.inputs}
-    noise = {**left, **{name: size for name, size in study.noise.items() if name in units}}
-    if noise:
+    noise = {name: size for name, size in study.noise.items() if name in units}
+    if noise or any(smoothers):
         spread = carried(motions, found, noise, smoothers, DRAWS)
         judged = judged if spread is None else widened(judged, spread)
         return judged, said_of(judged, spread, names, units, study.smooth, held=True)

@@ -120,10 +120,8 @@ def kept_energy(
         end, y = linear.map(plan.case.begin, start, period, checked=False).end, linear.split(start)[0]
         column = column_at(plan.case, name)
         here, there = column(np.full(2, plan.case.begin), np.vstack([y, end]))
-        size = max(
-            abs(here), abs(float(column(np.array([plan.case.begin]), (y * 1.1)[None, :])[0]) - here), 1e-300
-        )
-        if abs(there - here) < 1e-7 * size:
+        size = max(abs(here), abs(float(column(np.array([plan.case.begin]), (y * 1.1)[None, :])[0]) - here))
+        if abs(there - here) < 1e-7 * size:  # not where nothing has energy
             return OrbitEnergy(name, float(here) if energy is None else energy)
     if energy is not None:
         raise SimulationError(f"'{problem.name}' does not keep an energy that its orbits could have")
