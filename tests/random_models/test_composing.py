@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.composing import as_people_compose, called_oddly
-from random_models.definition import along
+from random_models.definition import along, begins_otherwise
 from random_models.generator import generate
 from random_models.hidden import misjudged
 from random_models.motions import run
@@ -100,3 +100,35 @@ def test_motions_that_tables_drive_are_those_by_definition(tmp_path: Path) -> No
     rows = solution["time"]
     other = CubicSpline(rows, solution["u"] + 0.1 * np.asarray(rows) ** 2, bc_type="natural")
     assert along(base, solution, (), {"u": other})
+
+
+def test_models_hold_what_loops_parts_and_files_say_for_themselves() -> None:
+    written = "\n".join(generate(seed).text() for seed in (84, 109, 113, 211, 276, 416, 457, 560))
+    for form in (
+        r"for (i\d+) in 1:\d loop force sum\(\S+ N\*\1 for \1 in",
+        r"initial stationary; end (Rest\d+);[^@]*\1 (arm\d+);\s+Rest\d+Plain \2b\(",
+        r"if given\(q\) then",
+        r"model (\w+) [^@]*model \1OfFile ",
+        r"frame (f\d+) = b\d+\.tip;[^@]*shape S\d+: Sphere\(r = \S+ m\) on \1;",
+        r"input Length (u\d+)\(filter = [^@]*\1",
+        r"input Length (u\d+) = \S+ m;\s+state Length x\d+ = \S*\1",
+        r"frame seat = eye; [^@]*closure (local\(from, seat\)|pos\(seat\))",
+        r"Translation j\d+\([^;]*position\[\d\]",
+    ):
+        assert re.search(form, written), form
+
+
+FOLLOWING = """input Length u = 0.2 m;
+state Length x = 2*u;
+equation der(x) = (u - x)/(1 s);
+experiment(stop = 1 s);
+"""
+
+
+def test_a_state_begins_as_the_table_of_its_input_does(tmp_path: Path) -> None:
+    base = compiled(FOLLOWING)
+    paths = next(p for k in range(9) if (p := tables(base, tmp_path, Random(k))))
+    solution, given = run(FOLLOWING, inputs=paths), meant(base, paths)
+    assert given["u"](0.0) != 0.2
+    assert begins_otherwise(base, solution, given) == ""
+    assert begins_otherwise(base, solution, {"u": lambda t: 0.2}).startswith("x: ")

@@ -30,6 +30,7 @@ from random_models.definition import (
     UNTIL,
     along,
     before_a_hit,
+    begins_otherwise,
     edged,
     edges_along,
     ends_rightly,
@@ -540,7 +541,11 @@ def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         given = meant(base, paths)
     if str(solution.outcome) == "Outcome.FAILED":
         return []
-    return [Disagreement("tabled", kind, said) for kind, said in along(base, solution, ignored(model), given)]
+    said = begins_otherwise(base, solution, given)
+    found = [Disagreement("tabled", "start", said)] if said else []
+    return found + [
+        Disagreement("tabled", kind, said) for kind, said in along(base, solution, ignored(model), given)
+    ]
 
 
 def _members(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:

@@ -44,6 +44,8 @@ _TOLD = {
     "PinSlot": ("position",),
 }
 """Coordinates that a joint tells where it closes a loop, whichever way round a shuffled text hangs it."""
+_ELEMENTS = {"Translation": ("position[1]", "position[2]")}
+"""Of joints of which only elements are said to begin somewhere."""
 TURNED = 0.6
 """Of the ends of these are turned."""
 BEGUN = 0.3
@@ -110,7 +112,7 @@ def _close(s: Scope, seed: int) -> None:
 
 def _begun(s: Scope, kind: str) -> list[S]:
     """Say where the joint begins, or how fast, which the bodies then follow."""
-    told = _TOLD.get(kind, ())
+    told = _TOLD.get(kind, _ELEMENTS.get(kind, ()))
     if not told or not s.chance(BEGUN):
         return []
     q = s.pick(told)

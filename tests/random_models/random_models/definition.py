@@ -65,6 +65,7 @@ def undone(
     base: Compiled, seed: int, states: int = 2, ignored: tuple[str, ...] = ()
 ) -> list[tuple[str, str]]:
     """List (what kind of value, how it differs) at the start and at random states on the constraints."""
+    where, state = "start", dict[str, Any]()
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")
         rng = np.random.default_rng(seed)
@@ -364,6 +365,20 @@ def before_a_hit(base: Compiled, seed: int) -> Values:
         return {}
     moving = (*meaning.coordinates, *meaning.rates)
     return {n: state[n] for n in moving if n in state} if state is not None else {}
+
+
+def begins_otherwise(base: Compiled, solution: Any, inputs: dict[str, Any]) -> str:
+    """Say how a run whose inputs are tables begins other than by definition, where nothing constrains it or acts at its start."""
+    if base.constrained or "initial()" in base.text:
+        return ""
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="", inputs=inputs)
+        there = {n: float(v) for n, v in meaning.start(float(solution.time[0])).items()}
+    except (NotCovered, Undetermined) as reason:
+        SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+        return ""
+    here = {n: float(solution[n][0]) for n in base.states if n in solution}
+    return "".join(f"{n}: {x:.12g} run, {y:.12g} by definition\n" for n, x, y in differences(here, there))
 
 
 def along(

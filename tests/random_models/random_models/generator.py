@@ -24,7 +24,7 @@ from random_models.hanging import hanging
 from random_models.landing import landing
 from random_models.leaning import leaning
 from random_models.letting_go import letting_go
-from random_models.linkages import linkages
+from random_models.linkages import linkages, pins
 from random_models.lists import lists
 from random_models.measured import measured
 from random_models.narrow import narrow
@@ -46,6 +46,7 @@ from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
 from random_models.unknown import unknowns
 from random_models.weights import weights
+from random_models.within import within
 
 LATE = 0.05
 """Of the models say when their output begins."""
@@ -101,6 +102,8 @@ def skeleton(seed: int) -> Scope:
         leaning,
         linkages,
         followers,
+        pins,
+        within,
     ):
         further(s, seed)
     return s

@@ -26,7 +26,7 @@ from random_models.tree import (
     statement,
 )
 
-SHARE = 0.12
+SHARE, PINNED = 0.12, 0.05
 """Of the models with bodies."""
 F = Fraction
 _CARRIERS = {2: ("Revolute", "Prismatic", "PinSlot"), 3: ("Revolute", "Spherical", "Cylindrical")}
@@ -43,6 +43,37 @@ def linkages(s: Scope, seed: int) -> None:
     with s.apart(f"linkages of {seed}"):
         if s.chance(SHARE):
             s.weighted(((2, _jointed), (1, _connected), (1, _tipped)))(s)
+
+
+def pins(s: Scope, seed: int) -> None:
+    """Close a loop by a joint of the file itself, whose equations ask for frames that hang on its end. Its random numbers are its own."""
+    if not s.space:
+        return
+    with s.apart(f"pins 3087 of {seed}"):
+        if s.chance(PINNED):
+            _pinned(s)
+
+
+def _pinned(s: Scope) -> None:
+    near = _carried(s, hung(s, s.pick(_CARRIERS[s.space]), WORLD)[0])
+    free = hung(s, "Planar" if s.space == 2 else "Free", WORLD)[0]
+    kind, name = s.fresh("Pin"), s.fresh("j")
+    arm = [float(s.number(-0.5, 0.5)) for _ in range(s.space)]
+    out, back = (f"trans({{{', '.join(f'{sign * x:g}' for x in arm)}}} m)" for sign in (1, -1))
+    if s.space == 2:
+        moved, place = "coordinate Angle angle ~ 0 rad;", f"rot(angle) * {back}"
+        closed = "closure local(from, seat) = {0, 0}; closure angle = heading(seat) - heading(from);"
+    else:
+        moved, place = "coordinate Rotation orientation;", f"orientation * {back}"
+        closed = "closure pos(seat) = pos(from);"
+    frames = f"frame from; frame to; frame eye = to * {out}; frame seat = eye;"
+    text = f"{frames} {moved} place to = from * {place}; {closed}"
+    s.file.items.append(statement("class", f"model {kind} {text} end {kind};", name=kind))
+    ends = (Slot("component.from", named(s, near)), " -> ", Slot("component.to", named(s, free)))
+    items = (statement("bind", *ends, name="->"),)
+    s.add("component", f"{kind} {name}", Seq(items, "list"), ";", name=name, data={"class": kind})
+    push(s, named(s, free))
+    _told(s, name)
 
 
 def _jointed(s: Scope) -> None:

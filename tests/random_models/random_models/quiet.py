@@ -13,11 +13,14 @@ from random_models.operators import der
 from random_models.scope import File, Scope
 from random_models.signals import signal
 from random_models.tree import ENERGY, FORCE, LENGTH, NUMBER, SPEED, TIME, E, Slot, over, to_power
+from random_models.within import resting
 
 SHARE = 0.04
 """Of the models."""
 SEPARABLE = 0.3
 """Of these have accelerations that depend on places and time alone, as some methods want them."""
+RESTING = 0.3
+"""Of the others have a part that begins at rest."""
 
 
 def is_quiet(seed: int) -> bool:
@@ -46,6 +49,9 @@ def quiet(seed: int) -> Scope:
             following(s, seed)
         elif s.chance(0.5):
             starting(s)
+    with s.apart(f"rest 9 of {seed}"):
+        if s.chance(RESTING):
+            resting(s)
     return s
 
 
