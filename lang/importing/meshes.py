@@ -7,7 +7,7 @@ from pathlib import Path
 
 from .wishes import Wishes
 
-DRAWN = (".stl", ".obj")
+DRAWN = (".stl", ".obj", ".dae", ".glb")
 
 
 class Meshes:
@@ -23,7 +23,8 @@ class Meshes:
         if self._wishes.meshes == "none":
             return "", "meshes are not wanted"
         if Path(name).suffix.lower() not in DRAWN:
-            return "", f"surfaces are read from {' and '.join(end[1:].upper() for end in DRAWN)}"
+            *all_but_one, last = (end[1:].upper() for end in DRAWN)
+            return "", f"surfaces are read from {', '.join(all_but_one)} and {last}"
         path = self._path(name)
         if path is None:
             return "", "there is no such file; --package says where a package lies"

@@ -14,6 +14,7 @@ from .writing import (
     Matrix,
     Vector,
     Writer,
+    each_axis,
     eigenvalues,
     in_axes,
     matrix,
@@ -204,13 +205,11 @@ class _Robot:
             case "mesh":
                 file, why = self.meshes.found(solid.need("filename"))
                 scale = solid.numbers("scale", 3, (1.0, 1.0, 1.0))
-                if not why and len(set(scale)) > 1:
-                    why = "the scales along the axes differ"
                 if why:
                     if tell and self.wishes.meshes != "none":
                         self.writer.leave_out(f"meshes: {why}", solid.line)
                     return ""
-                drawn = f"mesh({text(file)}, scale = {quantity(scale[0], 'm')})"
+                drawn = f"mesh({text(file)}, scale = {each_axis(scale)})"
             case other:
                 if tell:
                     self.writer.leave_out(f"a shape '{other}'", solid.line)

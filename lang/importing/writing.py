@@ -80,6 +80,12 @@ def vector(values: Sequence[float], unit: str = "") -> str:
     return "{" + ", ".join(map(number, values)) + "}" + (f" {unit}" if unit else "")
 
 
+def each_axis(scale: Sequence[float]) -> str:
+    """Return the length that 1 in a file is: one, or one for each axis where they differ or mirror."""
+    same = len(set(scale)) == 1 and scale[0] > 0
+    return quantity(scale[0], "m") if same else vector(scale, "m")
+
+
 def matrix(rows: Matrix, unit: str) -> str:
     if all(rows[i][k] == 0 for i in range(3) for k in range(3) if i != k):
         return f"diag({vector([rows[i][i] for i in range(3)], unit)})"

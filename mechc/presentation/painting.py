@@ -171,7 +171,7 @@ class Painter:
             case "sphere":
                 self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
             case "mesh":
-                corners = np.array(triangles(shape.text)).reshape(-1, 3) * v[12]
+                corners = np.array(triangles(shape.text)).reshape(-1, 3) * v[12:15]
                 self._faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
@@ -326,7 +326,7 @@ def _box_of(shape: ShapeEntry, values: Array) -> Array:
     corners = np.array(triangles(shape.text)).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
-    placed: Array = values[:, 12, None, None] * box
+    placed: Array = values[:, None, 12:15] * box
     return placed
 
 

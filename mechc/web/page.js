@@ -22,6 +22,14 @@ function motion(run, plan) {
     plan.shapes.forEach((shape, k) => { const v = still[k], list = shape.numbers; for (let j = 0; j < list.length; j++) v[j] = row[list[j]]; });
     return at;
   }
+  const boxes = {};
+  /** The corners of the box around a mesh, in its axes. */
+  function corners(text) {
+    if (boxes[text]) return boxes[text];
+    const points = plan.meshes[text].points, ends = [0, 1, 2].map(() => [Infinity, -Infinity]);
+    points.forEach((x, i) => { const e = ends[i % 3]; if (x < e[0]) e[0] = x; if (x > e[1]) e[1] = x; });
+    return boxes[text] = ends[0].flatMap(a => ends[1].flatMap(b => ends[2].map(d => [a, b, d])));
+  }
   function box() {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const see = (p, r) => { for (let k = 0; k < 3; k++) { if (p[k] - r < low[k]) low[k] = p[k] - r; if (p[k] + r > high[k]) high[k] = p[k] + r; } };
@@ -36,6 +44,7 @@ function motion(run, plan) {
         case 'arrow': case 'trail': case 'text': case 'mass': see(v, 0); break;
         case 'polygon': case 'curve': case 'surface': for (let k = 12; k + 2 < v.length; k += 3) see(turned(v[k], v[k + 1], v[k + 2]), 0); break;
         case 'box': for (const a of [-.5, .5]) for (const b of [-.5, .5]) for (const d of [-.5, .5]) see(turned(a * v[12], b * v[13], d * v[14]), 0); break;
+        case 'mesh': for (const [a, b, d] of corners(shape.text)) see(turned(a * v[12], b * v[13], d * v[14]), 0); break;
         case 'cylinder': case 'cone': see(v, Math.max(v[12], v[13] / 2)); break;
         default: see(v, shape.relative ? 0 : Math.abs(v[12] || 0));
       }

@@ -246,7 +246,7 @@ function makeScene(host, plan) {
       case 'cone': return solid('cone').pose(along(v, [v[14], v[15], v[16]], v[13], v[12], false));
       case 'disk': { const r = s.relative ? small : v[12]; return solid('cylinder').pose(along(v, [v[13], v[14], v[15]], r * 0.08, r, true)); }
       case 'torus': return solid('torus').pose(along(v, [v[14], v[15], v[16]], v[13] * 10, v[12], true));
-      case 'mesh': { const [X, Y, Z] = axes(v); const it = items[k] ??= stage.solid('mesh' + k, colour, plan.meshes[s.text]); return it.pose(frame(scaled(X, v[12]), scaled(Y, v[12]), scaled(Z, v[12]), v.subarray(0, 3))); }
+      case 'mesh': { const [X, Y, Z] = axes(v); const it = items[k] ??= stage.solid('mesh' + k, colour, plan.meshes[s.text]); return it.pose(frame(scaled(X, v[12]), scaled(Y, v[13]), scaled(Z, v[14]), v.subarray(0, 3))); }
       case 'surface': {
         if (!items[k]) items[k] = stage.solid('surface' + k, colour, grid(v, s.grid));
         const [X, Y, Z] = axes(v);

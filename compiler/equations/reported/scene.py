@@ -198,6 +198,9 @@ class _Maker(Struct):
                     edges = self.vector(value)
                     found += edges if len(edges) == 3 else [*edges, self.graph.zero]
                     self.size = max(self.size, len(edges))
+                case "scale" if value is not None:
+                    each = self.vector(value)
+                    found += each * (3 // len(each))
                 case "vector" if value is not None:
                     found += self.solid(self.vector(value))
                 case "axis":

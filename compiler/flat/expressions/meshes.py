@@ -23,6 +23,9 @@ from .signature import ElaboratedCall
 POWERS = {"mesh_volume": 3, "mesh_centre": 1, "mesh_inertia": 5}
 """Power of a length in what each function gives."""
 
+MESHES = "STL, OBJ, DAE or GLB file"
+ENDS = [f"'{end}'" for end in READERS]
+
 _OUTWARDS = "the corners of each triangle run counterclockwise, seen from outside"
 
 
@@ -35,7 +38,7 @@ def mesh(call: ElaboratedCall) -> Expression:
 
 def mesh_path(scope: Scope, value: Expression, node_span: Span) -> Path:
     """Return the path of a mesh file."""
-    return path_of(scope, value, node_span, READERS, "E1004", "STL or OBJ file", "'.stl' or '.obj'")
+    return path_of(scope, value, node_span, READERS, "E1004", MESHES, f"{', '.join(ENDS[:-1])} or {ENDS[-1]}")
 
 
 def _of_file(call: ElaboratedCall) -> Expression:

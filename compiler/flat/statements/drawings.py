@@ -25,6 +25,7 @@ from .shapes import COLOURS, SHAPES, ShapeArgument, ShapeKind
 _WANTED = {
     "length": "a length",
     "lengths": "a vector of 2 or 3 lengths",
+    "scale": "a length, or a vector of 3 lengths",
     "vector": "a vector of 2 or 3 lengths",
     "axis": "a vector of 2 or 3 numbers",
     "corners": "a list of points in the axes of the frame, as in '{{0, 0}, {1, 0}, {0, 1}} m'",
@@ -186,6 +187,8 @@ class _Checker(Struct):
                 return lengths and not shape
             case "lengths":
                 return lengths and shape in ((2,), (3,))
+            case "scale":
+                return lengths and shape in ((), (3,))
             case "vector" if argument.name == "height":
                 return lengths and shape in ((), (3,))
             case "vector":
@@ -200,7 +203,8 @@ class _Checker(Struct):
 
     def check_sign(self, argument: ShapeArgument, value: Expression, span: Span) -> None:
         """Report a size that is negative whatever the parameters."""
-        if argument.kind not in ("length", "lengths"):
+        single = argument.kind == "scale" and not value.type.shape
+        if not single and argument.kind not in ("length", "lengths"):
             return
         for item in value.elements if isinstance(value, Array) else (value,):
             number = constant(item)

@@ -7,8 +7,9 @@ from typing import Literal
 
 from msgspec import Struct
 
-ArgumentKind = Literal["length", "lengths", "vector", "axis", "corners", "count", "text", "file"]
-"""``length``: one, not negative; ``lengths``: one for each edge; ``vector``: a displacement; ``axis``: a direction of
+ArgumentKind = Literal["length", "lengths", "scale", "vector", "axis", "corners", "count", "text", "file"]
+"""``length``: one, not negative; ``lengths``: one for each edge; ``scale``: one, or one for each axis, where a negative one
+mirrors; ``vector``: a displacement; ``axis``: a direction of
 any length; ``corners``: points in the axes of the frame; ``count``: a whole number that is known when compiling."""
 
 
@@ -50,7 +51,7 @@ SHAPES: Mapping[str, ShapeKind] = {
     ),
     "polygon": ShapeKind("a closed line through corners", (ShapeArgument("corners", "corners"),)),
     "mesh": ShapeKind(
-        "the surface of an STL or OBJ file", (ShapeArgument("file", "file"), ShapeArgument("scale", "length"))
+        "the surface of a mesh file", (ShapeArgument("file", "file"), ShapeArgument("scale", "scale"))
     ),
     "frame": ShapeKind(
         "three axes", (ShapeArgument("size", "length", optional=True, relative=True),), (1, 1), "never"

@@ -1,4 +1,4 @@
-"""The triangles of a mesh file: STL, text or binary, and OBJ."""
+"""The triangles of a mesh file: STL, text or binary, OBJ, COLLADA and binary glTF."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import struct
 from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 from pathlib import Path
+
+from .collada import collada_triangles
+from .gltf import gltf_triangles
 
 Corner = tuple[float, float, float]
 Triangle = tuple[Corner, Corner, Corner]
@@ -66,5 +69,10 @@ def _corner(numbers: list[str], name: str) -> Corner:
     return x, y, z
 
 
-READERS: Mapping[str, Callable[[bytes, str], list[Triangle]]] = {".stl": _stl, ".obj": _obj}
+READERS: Mapping[str, Callable[[bytes, str], list[Triangle]]] = {
+    ".stl": _stl,
+    ".obj": _obj,
+    ".dae": collada_triangles,
+    ".glb": gltf_triangles,
+}
 """How files are read, by the end of their names."""

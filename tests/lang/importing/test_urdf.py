@@ -378,14 +378,13 @@ def test_surfaces_of_files(tmp_path: Path) -> None:
     assert "there is no such file; --package" in " ".join(wished(inside, **away).left_out)
     for folder in (tmp_path / "ws", where.parent):
         assert "a.stl" in wished(inside, packages=(folder,), **away).text
-    other = wished(robot("package://my_robot/meshes/a.dae"))
+    other = wished(robot("package://my_robot/meshes/a.ply"))
     assert "draw sphere(0.1 m) on a.a" in other.text
-    assert any("surfaces are read from STL and OBJ" in one for one in other.left_out)
+    assert any("surfaces are read from STL, OBJ, DAE and GLB" in one for one in other.left_out)
     assert any("their collision shapes are drawn" in one for one in other.left_out)
-    assert any(
-        "the scales along the axes differ" in one
-        for one in wished(robot("../meshes/a.stl", 'scale="1 1 2"')).left_out
-    )
+    for scale, said in (("1 -1 2", "{1, -1, 2} m"), ("-1 -1 -1", "{-1, -1, -1} m"), ("2 2 2", "2 m")):
+        scaled = wished(robot("../meshes/a.stl", f'scale="{scale}"'))
+        assert f"scale = {said}) on a.a" in scaled.text and not scaled.left_out[1:]
 
 
 def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
