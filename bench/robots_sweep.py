@@ -21,10 +21,11 @@ import io
 import json
 import multiprocessing
 import re
+import resource
+import signal
 import sys
 import tempfile
 import time
-import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator, Sequence
 from importlib.metadata import distributions
 from pathlib import Path
@@ -35,19 +36,29 @@ import numpy as np
 import mechc
 from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
+from mechc.lang.importing.xml import read_xml
 
 from .machine import table, write
 
 STATES = 10
 FRAMES = 3
 """Links whose Jacobians, and joints whose regressors, are compared."""
-LIMIT = 240
-"""Seconds of wall time that a robot may take."""
+LIMIT = 120
+"""Seconds of processor time that a robot may take."""
 URDF, MJCF = "urdf", "mjcf"
 
 
 def files() -> Iterator[tuple[str, str, Path]]:
-    """Yield the package, the format and the file of each robot."""
+    """Yield the package, the format and the file of each robot; of whole files that are the same, the first."""
+    seen: set[bytes] = set()
+    for package, kind, path in _files():
+        text = path.read_bytes()
+        if text not in seen or b"file=" in text:
+            seen.add(text)
+            yield package, kind, path
+
+
+def _files() -> Iterator[tuple[str, str, Path]]:
     for package in sorted(distributions(), key=lambda one: one.metadata["Name"].lower()):
         for file in sorted(package.files or (), key=str):
             path = Path(str(package.locate_file(file))).resolve()
@@ -76,7 +87,7 @@ class Ours:
             self.formatted = _command("fmt", "--check", str(there))[0] == 0
         self.changed = dict(re.findall(r"^//   (\w+ .*): (\w+)$", self.text, re.M))
         begun = time.process_time()
-        model = mechc.loads(re.sub(r",\s*friction = [^,()]*(?=[,)])", "", _without_friction(self.text)))
+        model = mechc.loads(_without_friction(self.text))
         self.f = model.functions
         self.seconds = time.process_time() - begun
         names = [name for name, _ in self.f.states]
@@ -114,8 +125,9 @@ class Refused(Exception):
 
 
 def _without_friction(text: str) -> str:
-    """Return a text without statements of dry friction, one to a line."""
-    return "".join(f"{line}\n" for line in text.splitlines() if line.split()[:1] != ["friction"])
+    """Return the text of a model without dry friction, as statements and as settings of joints."""
+    text = re.sub(r"^ *friction (?!=)[^;]*;\n", "", text, flags=re.M)
+    return re.sub(r",\s*friction = [^,()]*(?=[,)])", "", text)
 
 
 def _turn(random: np.random.Generator) -> Any:
@@ -236,9 +248,8 @@ class _Pinocchio:
 
     def __init__(self, pin: Any, model: Any, path: Path, ours: Ours) -> None:
         self.pin, self.m, self.ours = pin, model, ours
-        tree = ET.parse(path).getroot()
-        self.joints = {one.get("name"): one for one in tree.findall("joint")}
-        self.inertial = {one.get("name") for one in tree.findall("link") if one.find("inertial") is not None}
+        robot = read_xml(path.read_text(encoding="utf-8"))
+        self.joints = {one.get("name"): one for one in robot.all("joint")}
         self.armature = np.array(model.armature)
         self.damping = np.zeros(model.nv)
         for k in range(1, model.njoints):
@@ -247,16 +258,18 @@ class _Pinocchio:
                 at = model.joints[k].idx_v
                 self.damping[at : at + model.joints[k].nv] = float(dynamics.get("damping", 0))
 
-    def element(self, joint: int, tag: str) -> Any:
+    def element(self, joint: int, tag: str) -> dict[str, str] | None:
+        """Return the attributes of what stands in the element of a joint."""
         found = self.joints.get(self.m.names[joint])
-        return None if found is None else found.find(tag)
+        inner = None if found is None else found.one(tag)
+        return None if inner is None else inner.attributes
 
     def leads(self, joint: int) -> tuple[int, float, float]:
         """Return what a joint follows in the end, with factor and offset; itself where it follows none."""
         mimic = self.element(joint, "mimic")
-        if mimic is None or not self.m.existJointName(mimic.get("joint")):
+        if mimic is None or not self.m.existJointName(mimic["joint"]):
             return joint, 1.0, 0.0
-        leader, factor, offset = self.leads(self.m.getJointId(mimic.get("joint")))
+        leader, factor, offset = self.leads(self.m.getJointId(mimic["joint"]))
         own = float(mimic.get("multiplier", 1))
         return leader, own * factor, own * offset + float(mimic.get("offset", 0))
 
@@ -343,7 +356,7 @@ class _Pinocchio:
         for k in range(1, self.m.njoints):
             child = self.element(k, "child")
             if child is not None and self.m.joints[k].nv == 1:
-                found.append((k, child.get("link")))
+                found.append((k, child["link"]))
         return [found[k] for k in sorted({0, len(found) // 2, len(found) - 1})][:FRAMES] if found else []
 
 
@@ -554,6 +567,7 @@ def _measured(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     receive, send = multiprocessing.Pipe(duplex=False)
 
     def call() -> None:
+        resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT))
         try:
             send.send(work())
         except Refused as refused:
@@ -567,18 +581,19 @@ def _measured(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     process.start()
     send.close()
     try:
-        found: dict[str, Any] = receive.recv() if receive.poll(LIMIT) else {"failed": f"it takes more than {LIMIT} s"}
+        found: dict[str, Any] = receive.recv()
+        process.join()
     except EOFError:
-        found = {"failed": "the process ended"}
-    process.kill()
-    process.join()
+        process.join()
+        ended = process.exitcode == -signal.SIGXCPU or process.exitcode == -signal.SIGKILL
+        found = {"failed": f"it takes more than {LIMIT} s" if ended else f"the process ended: {process.exitcode}"}
     return found
 
 
 def sweep(words: Sequence[str], keep: Path | None, floating: bool) -> dict[str, dict[str, Any]]:
     """Measure all robots whose paths hold one of the words; those that ``keep`` holds are taken from there."""
     known = json.loads(keep.read_text()) if keep is not None and keep.is_file() else {}
-    for package, kind, path in files():
+    for package, kind, path in sorted(files(), key=lambda one: one[2].stat().st_size):
         place = "/".join(path.parts[-4:])
         name = f"{package}: {place}" + (" floating" if floating and kind == URDF else "")
         if (words and not any(word in str(path) for word in words)) or name in known:

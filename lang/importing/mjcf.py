@@ -17,6 +17,7 @@ from .writing import (
     Matrix,
     Vector,
     Writer,
+    each_axis,
     in_axes,
     matrix,
     moved,
@@ -79,6 +80,8 @@ class _Robot:
         self.lengths: dict[int, str] = {}
         """By tendon."""
         self.stops: list[str] = []
+        self.together = self._limited_together()
+        """By joint whose actuators have a largest force together: their forces."""
         self.sites = self._asked_sites()
         self.sign = "~" if model.neq and model.eq_active0.any() else "="
         """Starts of joints that constraints bind are guesses."""
@@ -129,6 +132,7 @@ class _Robot:
         self._equalities()
         for actuator in range(m.nu):
             self._actuator(actuator)
+        self._forces_together()
         if self.stops:
             self.writer.statements.insert(
                 at,
@@ -358,7 +362,7 @@ class _Robot:
             if m.jnt_limited[joint]:
                 zero = self._reference(joint)
                 self._stop(name, q, [float(x) - zero for x in m.jnt_range[joint]], unit)
-            if getattr(m, "jnt_actfrclimited", None) is not None and m.jnt_actfrclimited[joint]:
+            if m.jnt_actfrclimited[joint] and joint not in self.together:
                 self.writer.leave_out(f"the largest force of actuators on '{name}'", line)
             return
         rates = [(f"der({name}.orientation)", "kg.m^2", "N.m.s")]
@@ -439,8 +443,6 @@ class _Robot:
         )
         if not given:
             why = "their vertices stand in the file itself"
-        elif not why and len(set(scale)) > 1:
-            why = "the scales along the axes differ"
         if why:
             if self.wishes.meshes != "none":
                 self.writer.leave_out(f"meshes: {why}", self.line(("mesh",), self.given("mesh", mesh)))
@@ -449,7 +451,7 @@ class _Robot:
         turn = _times(turn, (back[0], -back[1], -back[2], -back[3]))
         shift = _rotation(turn)
         place = tuple(place[i] - sum(shift[i][k] * own[k] for k in range(3)) for i in range(3))
-        return f"mesh({text(file)}, scale = {quantity(scale[0], 'm')})", place, turn
+        return f"mesh({text(file)}, scale = {each_axis(scale)})", place, turn
 
     # ------------------------------------------------------------ tendons, equalities, actuators
 
@@ -631,8 +633,44 @@ class _Robot:
             force = f"clamp({force}, {_bounds(m.actuator_forcerange[k])})"
         elif summed:
             force = f"({force})"
+        if (joint := self._driven(k)) in self.together:
+            gear = number(m.actuator_gear[k][0])
+            self.together[joint].append(force if gear == "1" else f"{force}*{gear}")
+            return
         for statement in target[0]:
             self.writer.say(statement.replace(FORCE, force))
+
+    def _driven(self, k: int) -> int:
+        """Return the joint that an actuator drives by itself, -1 where it drives something else."""
+        by_joint = (int(self.mj.mjtTrn.mjTRN_JOINT), int(self.mj.mjtTrn.mjTRN_JOINTINPARENT))
+        return int(self.m.actuator_trnid[k][0]) if int(self.m.actuator_trntype[k]) in by_joint else -1
+
+    def _limited_together(self) -> dict[int, list[str]]:
+        """Return joints of one freedom that no actuator drives but by itself, where their forces have a bound together."""
+        m = self.m
+        wrapped: set[int] = set()
+        for k in range(m.nu):
+            if self._driven(k) >= 0:
+                continue
+            if int(m.actuator_trntype[k]) != int(self.mj.mjtTrn.mjTRN_TENDON):
+                return {}
+            start = int(m.tendon_adr[int(m.actuator_trnid[k][0])])
+            if int(m.wrap_type[start]) != int(self.mj.mjtWrap.mjWRAP_JOINT):
+                return {}
+            count = int(m.tendon_num[int(m.actuator_trnid[k][0])])
+            wrapped |= {int(joint) for joint in m.wrap_objid[start : start + count]}
+        bound = [j for j in range(m.njnt) if m.jnt_actfrclimited[j] and int(m.jnt_type[j]) in UNITS]
+        return {joint: [] for joint in bound if joint not in wrapped}
+
+    def _forces_together(self) -> None:
+        """Write the forces of actuators on joints where the sum of all has a bound."""
+        m = self.m
+        for joint, forces in self.together.items():
+            if forces:
+                bounds, unit = _bounds(m.jnt_actfrcrange[joint]), UNITS[int(m.jnt_type[joint])][2]
+                force = " + ".join(forces).replace("+ -", "- ")
+                self.writer.gap()
+                self.writer.say(f"force clamp({force}, {bounds})*{quantity(1, unit)} on {self.moved[joint]};")
 
     def _target(self, k: int) -> tuple[tuple[tuple[str, ...], str, str], str]:
         """Return the statements that apply ``FORCE``, the length and its rate times the gear, and why there are none."""

@@ -188,6 +188,39 @@ def test_the_text_of_a_hopper(tmp_path: Path) -> None:
     }
 
 
+TOGETHER = """\
+<mujoco model="together">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="a"><joint name="p" axis="0 1 0" actuatorfrcrange="-0.9 0.7"/><geom size="0.1" pos="0.3 0 0"/>
+      <body name="b" pos="0.3 0 0"><joint name="q" type="slide" actuatorfrcrange="-0.3 0.2"/><geom size="0.1"/>
+        <body name="c"><joint name="r" axis="0 0 1" actuatorfrcrange="-0.1 0.1"/><geom size="0.1" pos="0 0.1 0"/></body>
+      </body></body>
+  </worldbody>
+  <tendon><fixed name="t"><joint joint="r" coef="2"/></fixed></tendon>
+  <actuator>
+    <motor name="one" joint="p" gear="2"/>
+    <position name="two" joint="p" kp="3"/>
+    <motor name="three" joint="q"/>
+    <motor name="four" tendon="t"/>
+  </actuator>
+</mujoco>
+"""
+
+
+def test_forces_on_a_joint_have_a_bound_together(tmp_path: Path) -> None:
+    model = made(tmp_path, TOGETHER)
+    said = "force clamp(one_control*2 + (3*two_control - 3*1*p.angle/(1 rad)), -0.9, 0.7)*1 N.m on p.angle;"
+    assert said in " ".join(model.text.split())
+    assert "the largest force of actuators on 'r' (line 6)" in model.left_out  # a tendon drives it
+    free = TOGETHER.replace(' actuatorfrcrange="-0.1 0.1"', "")
+    twin = Twin(free, mechc.loads(made(tmp_path, free).text), ("CONTACT",))
+    joints = {"p": "p.angle", "q": "q.position", "r": "r.angle"}
+    controls = {name: f"{name}_control" for name in ("one", "two", "three", "four")}
+    random = np.random.default_rng(5)
+    assert max(twin.apart(random, joints, controls) for _ in range(20)) < 1e-13
+
+
 LOOP = """\
 <mujoco model="loop">
   <option gravity="0 0 -9.81"/>
