@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.compiler.flat.values.mesh_files import triangles
+from mechc.presentation.surfaces import drawn_triangles
 from mechc.requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class Painter:
             case "sphere":
                 self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
             case "mesh":
-                corners = np.array(triangles(shape.text)).reshape(-1, 3) * v[12:15]
+                corners = np.array(drawn_triangles(shape.text)).reshape(-1, 3) * v[12:15]
                 self._faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
@@ -323,7 +323,7 @@ class Painter:
 
 def _box_of(shape: ShapeEntry, values: Array) -> Array:
     """Return the corners [n, 8, 3] of the box around a mesh, in its axes."""
-    corners = np.array(triangles(shape.text)).reshape(-1, 3)
+    corners = np.array(drawn_triangles(shape.text)).reshape(-1, 3)
     low, high = corners.min(axis=0), corners.max(axis=0)
     box = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
     placed: Array = values[:, None, 12:15] * box

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
 
-from mechc.compiler.flat.values.mesh_files import triangles
+from mechc.presentation.surfaces import drawn_triangles
 from mechc.display import Display, factor, shown_unit
 from mechc.presentation.extents import Extents
 from mechc.runtime.interface import Experiment, Quantity, Scene
@@ -312,7 +312,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
 
 def _mesh(path: str) -> dict[str, Any]:
     """Return points, normals and triangles of a file, as the page draws them."""
-    corners = triangles(path)
+    corners = drawn_triangles(path)
     normals: list[float] = []
     for a, b, c in corners:
         u, v = [y - x for x, y in zip(a, b, strict=True)], [y - x for x, y in zip(a, c, strict=True)]

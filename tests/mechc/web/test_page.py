@@ -84,6 +84,31 @@ def test_a_curve_has_no_page() -> None:
         page(mechc.load(ROOT / "examples" / "curves" / "thrown.mech"), recorded=True)
 
 
+MESHES = """
+import mech.spatial.*;
+model Meshes
+  Body body(m = 1 kg, com = {0, 0, 0} m, J = diag({1, 1, 1} kg.m^2));
+  Prismatic slide(world -> body.a, axis = {1, 0, 0}, der(position) = 2 m/s);
+  draw none;
+  draw mesh("t.obj", scale = {2, -1, 0.5} m) on body.a;
+  experiment(stop = 1 s);
+end Meshes;
+"""
+
+
+def meshes(folder: Path, text: str = "v 0.1 0 0\nv 0.2 0.3 0\nv 0.1 0 -0.4\nf 1 2 3\n") -> mechc.Model:
+    (folder / "t.obj").write_text(text)
+    (folder / "meshes.mech").write_text(MESHES)
+    return mechc.load(folder / "meshes.mech")
+
+
+def test_a_mesh_that_cannot_be_read(tmp_path: Path) -> None:
+    model = meshes(tmp_path, "f 1 2 3\n")
+    assert model.simulate()["slide.position"][-1] == pytest.approx(2, rel=1e-9)
+    with pytest.raises(UsageMistake, match="there is no corner 1, and a 'draw' of the model shows it"):
+        page(model, recorded=True)
+
+
 def test_no_browser_is_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -328,6 +353,20 @@ def test_before_the_first_result_nothing_is_shown_as_one(browser: Any, tmp_path:
 
 
 @pytest.mark.slow
+@needs_browser
+def test_the_picture_holds_meshes_as_they_are_scaled(browser: Any, tmp_path: Path) -> None:
+    """A triangle of 10 to 20 cm, stretched, mirrored and squeezed along its axes, on a body that goes 2 m along x."""
+    path = tmp_path / "meshes.html"
+    text = page(meshes(tmp_path), recorded=True)
+    path.write_text(text)
+    opened = Opened(browser, path)
+    box = opened.tab.evaluate("plan => motion(page.run, plan).box()", parts_of(text)["info"]["scene"])
+    assert box["low"] == pytest.approx([0.2, -0.3, -0.2], abs=1e-5)
+    assert box["high"] == pytest.approx([2.4, 0, 0], abs=1e-5)
+    assert opened.said == []
+    opened.tab.close()
+
+
 @needs_browser
 def test_parts_that_do_not_reach_are_told(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "crank.html"
