@@ -417,6 +417,9 @@ def _take_out(mujoco: Any, m: Any, left_out: Sequence[str]) -> list[str]:
             k = _index(mujoco, m, "tendon", found[1])
             m.tendon_stiffness[k] = m.tendon_damping[k] = m.tendon_armature[k] = 0
             less.append("tendon round a shape")
+        elif found := re.match(r"that the activation of '(.*?)' acts a step early", line):
+            m.actuator_actearly[_index(mujoco, m, "actuator", found[1])] = False
+            less.append("activation a step early")
         elif line.startswith("forces of the fluid on ellipsoids"):
             m.geom_fluid[:] = 0
             less.append("fluid on ellipsoids")

@@ -633,6 +633,10 @@ class _Robot:
             force = f"clamp({force}, {_bounds(m.actuator_forcerange[k])})"
         elif summed:
             force = f"({force})"
+        if m.actuator_actearly[k]:
+            self.writer.leave_out(
+                f"that the activation of '{given or name}' acts a step early: there are no steps", line
+            )
         if (joint := self._driven(k)) in self.together:
             gear = number(m.actuator_gear[k][0])
             self.together[joint].append(force if gear == "1" else f"{force}*{gear}")
