@@ -2,7 +2,7 @@
 
 Robots are sought in the packages that are installed beside pin and mujoco, so call this by the Python of an environment that has
 them (``bench/peers/README.md``): ``python -m bench.robots_sweep [--floating] [--keep FILE] [WORD ...]``, where words pick files by
-their paths, and what FILE holds already is not measured again.
+their paths, and what FILE holds already is not measured again. The page is ``bench/report/robots_sweep.md``.
 
 Each file goes through ``mechc import``; the text must be what ``mechc fmt`` gives. Joints are found by the names at the head of
 the text. Ranges, contacts and dry friction are off in both programs, as the quantities compared are smooth; dry friction is taken
@@ -16,6 +16,7 @@ quotient of sixth order along the motion.
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import io
 import json
@@ -23,7 +24,6 @@ import multiprocessing
 import re
 import resource
 import signal
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -108,7 +108,9 @@ class Ours:
             for name, k in self.velocities.items()
             if re.fullmatch(rf"der\({re.escape(coordinate)}(\[\d\])?\)(\[\d\])?", name)
         ]
-        assert q and v, f"no coordinate {coordinate} among {list(self.states)[:8]}, {list(self.velocities)[:8]}"
+        assert q and v, (
+            f"no coordinate {coordinate} among {list(self.states)[:8]}, {list(self.velocities)[:8]}"
+        )
         return q, v
 
 
@@ -160,7 +162,9 @@ def compare_urdf(path: Path, floating: bool) -> dict[str, Any]:
     import pinocchio as pin
 
     pin_model = (
-        pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer()) if floating else pin.buildModelFromUrdf(str(path))
+        pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
+        if floating
+        else pin.buildModelFromUrdf(str(path))
     )
     if pin_model.nv == 0:
         return {"skipped": "nothing moves"}
@@ -171,7 +175,9 @@ def compare_urdf(path: Path, floating: bool) -> dict[str, Any]:
     links = theirs.links()
     frames = [(link, _frame(f, ours.name("link", link))) for link in links]
     carried = theirs.carried()
-    regressor = f.regressor([_name_of_frame(f, ours.name("link", link)) for _, link in carried]) if carried else None
+    regressor = (
+        f.regressor([_name_of_frame(f, ours.name("link", link)) for _, link in carried]) if carried else None
+    )
     heights = []
     for _ in range(STATES):
         y, u, a = f.start.copy(), np.zeros(len(f.inputs)), random.normal(size=ours.nv)
@@ -304,7 +310,9 @@ class _Pinocchio:
                 drift[rows[:3]] = -np.cross(w, R.T @ p)
                 continue
             if "Planar" in kind:
-                x, z, angle = (self.ours.places(f"{self.coordinate(k)}.{name}") for name in ("x", "y", "angle"))
+                x, z, angle = (
+                    self.ours.places(f"{self.coordinate(k)}.{name}") for name in ("x", "y", "angle")
+                )
                 y[[x[0][0], z[0][0], angle[0][0]]] = random.uniform(-1, 1, size=3)
                 columns = [x[1][0], z[1][0], angle[1][0]]
                 y[[nq_ours + c for c in columns]] = random.uniform(-1, 1, size=3)
@@ -392,7 +400,9 @@ def compare_mjcf(path: Path) -> dict[str, Any]:
         order = theirs.order
         errors.note("mass matrix", f.mass_matrix(y), mass[np.ix_(order, order)])
         force = mass @ theirs.d.qacc_smooth
-        errors.note("bias", f.bias(y, 0.0, u), -force[order], np.abs(theirs.d.qfrc_bias).max() + np.abs(force).max())
+        errors.note(
+            "bias", f.bias(y, 0.0, u), -force[order], np.abs(theirs.d.qfrc_bias).max() + np.abs(force).max()
+        )
         exact = theirs.accelerations(mass, force)
         found = np.empty(m.nv)
         found[order] = f.accelerations(y, 0.0, u)
@@ -446,8 +456,12 @@ def _take_out(mujoco: Any, m: Any, left_out: Sequence[str]) -> list[str]:
 def _index(mujoco: Any, m: Any, kind: str, name: str) -> int:
     """Return the number of what has a name, or was called by its number; names that changed differ in signs alone."""
     count = {"actuator": m.nu, "tendon": m.ntendon, "joint": m.njnt}[kind]
-    named = [mujoco.mj_id2name(m, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), k) or "" for k in range(count)]
-    plain = [re.sub(r"\W+", "_", one or f"{kind}_{k}", flags=re.ASCII).strip("_") for k, one in enumerate(named)]
+    named = [
+        mujoco.mj_id2name(m, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), k) or "" for k in range(count)
+    ]
+    plain = [
+        re.sub(r"\W+", "_", one or f"{kind}_{k}", flags=re.ASCII).strip("_") for k, one in enumerate(named)
+    ]
     if name in named:
         return named.index(name)
     return plain.index(name) if name in plain else plain.index(name.removesuffix(f"_{kind}"))
@@ -466,7 +480,9 @@ class _MuJoCo:
             given = self.named("joint", k)
             name, kind = ours.name("joint", given), int(m.jnt_type[k])
             a, d = int(m.jnt_qposadr[k]), int(m.jnt_dofadr[k])
-            parts = {0: ("position", "orientation"), 1: ("orientation",), 2: ("position",), 3: ("angle",)}[kind]
+            parts = {0: ("position", "orientation"), 1: ("orientation",), 2: ("position",), 3: ("angle",)}[
+                kind
+            ]
             for part in parts:
                 y, v = ours.places(f"{name}.{part}")
                 of = float(m.qpos0[a]) if kind > 1 else 0.0
@@ -589,7 +605,9 @@ def _measured(work: Callable[[], dict[str, Any]]) -> dict[str, Any]:
     except EOFError:
         process.join()
         ended = process.exitcode == -signal.SIGXCPU or process.exitcode == -signal.SIGKILL
-        found = {"failed": f"it takes more than {LIMIT} s" if ended else f"the process ended: {process.exitcode}"}
+        found = {
+            "failed": f"it takes more than {LIMIT} s" if ended else f"the process ended: {process.exitcode}"
+        }
     return found
 
 
@@ -622,10 +640,68 @@ def _short(found: dict[str, Any]) -> str:
     return f"{found['freedoms']} freedoms; {shown}; {'' if found['formatted'] else 'not as fmt; '}{found.get('less', '')}"
 
 
-def main(quick: bool = False) -> None:
-    words = [word for word in sys.argv[1:] if not word.startswith("--") and not word.endswith(".json")]
-    keep = next((Path(word) for word in sys.argv[1:] if word.endswith(".json")), None)
-    sweep(words, keep, "--floating" in sys.argv)
+QUANTITIES = {
+    URDF: (
+        "mass matrix",
+        "bias",
+        "inverse dynamics",
+        "accelerations",
+        "Jacobian",
+        "momenta",
+        "regressor",
+        "kinetic energy",
+        "potential energy",
+    ),
+    MJCF: ("mass matrix", "bias", "accelerations", "activations"),
+}
+
+
+def report(known: dict[str, dict[str, Any]], kind: str) -> list[str]:
+    """Return what is said of the robots of a format: how many, the worst errors, each robot, what is none."""
+    of = {name: one for name, one in known.items() if one["kind"] == kind}
+    compared = {name: one for name, one in of.items() if "errors" in one}
+    others = {name: one for name, one in of.items() if "errors" not in one}
+    worst = [
+        (q, max(((one["errors"].get(q, 0.0), name) for name, one in compared.items()), default=(0.0, "")))
+        for q in QUANTITIES[kind]
+    ]
+    rows = []
+    for name, one in compared.items():
+        cells = [f"{one['errors'][q]:.0e}" if q in one["errors"] else "" for q in QUANTITIES[kind]]
+        rows.append([name, str(one["freedoms"]), *cells, "; ".join(one.get("less", []))])
+    unlike = [name for name, one in compared.items() if not one["formatted"]]
+    words = [
+        (next(w for w in ("skipped", "refused", "failed") if w in one), name, one)
+        for name, one in others.items()
+    ]
+    parts = [
+        f"{len(of)} files in {kind.upper()}; {len(compared)} compared, the text of {len(compared) - len(unlike)} as `mechc fmt` "
+        f"lays it out. The largest errors:",
+        table(["quantity", "error", "robot"], [[q, f"{value:.1e}", name] for q, (value, name) in worst]),
+    ]
+    if rows:
+        parts.append(table(["robot", "freedoms", *QUANTITIES[kind], "without"], rows))
+    if words:
+        parts.append(
+            table(["file", "", "why"], [[name, what, one[what][:200]] for what, name, one in sorted(words)])
+        )
+    return parts
+
+
+def main() -> None:
+    reader = argparse.ArgumentParser(
+        prog="python -m bench.robots_sweep", description="Compare imported robots."
+    )
+    reader.add_argument("words", nargs="*", help="take the files whose paths hold one of them")
+    reader.add_argument("--floating", action="store_true", help="let the roots of URDFs move freely")
+    reader.add_argument("--keep", type=Path, help="a file of JSON: what it holds is not measured again")
+    given = reader.parse_args()
+    known = sweep(given.words, given.keep, given.floating)
+    write(
+        "robots_sweep",
+        "Robots of other packages",
+        [part for kind in (URDF, MJCF) for part in report(known, kind)],
+    )
 
 
 if __name__ == "__main__":

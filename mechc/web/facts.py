@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
 
-from mechc.presentation.surfaces import drawn_triangles
 from mechc.display import Display, factor, shown_unit
 from mechc.presentation.extents import Extents
+from mechc.presentation.surfaces import drawn_triangles
 from mechc.runtime.interface import Experiment, Quantity, Scene
 from mechc.runtime.limits_of_time import DEFAULT_TOLERANCE
 from mechc.runtime.problem import Problem

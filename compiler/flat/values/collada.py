@@ -95,7 +95,9 @@ class _File:
             vertex = _meaning(inputs, "VERTEX")
             corners = [_moved(placed, corner) for corner in self.corners(self.of(vertex, "source"))]
             offset = int(vertex.get("offset", "0"))
-            counts = [int(k) for k in self.numbers(one)] if (one := faces.find("vcount")) is not None else None
+            counts = (
+                [int(k) for k in self.numbers(one)] if (one := faces.find("vcount")) is not None else None
+            )
             for p in faces.iter("p"):
                 places = [int(k) for k in self.numbers(p)][offset::step]
                 for a, b, c in _cut(faces.tag, places, counts):
@@ -176,9 +178,7 @@ _TURNS: Mapping[str, tuple[int, Callable[[list[float]], Rows]]] = {
 def _times(first: Rows, then: Rows) -> Rows:
     """Return the map that does ``then``, and ``first`` after it."""
     return tuple(
-        tuple(
-            sum(row[i] * then[i][k] for i in range(3)) + (row[3] if k == 3 else 0.0) for k in range(4)
-        )
+        tuple(sum(row[i] * then[i][k] for i in range(3)) + (row[3] if k == 3 else 0.0) for k in range(4))
         for row in first
     )
 

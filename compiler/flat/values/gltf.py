@@ -78,7 +78,9 @@ class _File:
         elif kind == FAN:
             faces = [(places[0], b, c) for b, c in pairwise(places[1:])]
         else:
-            faces = [(places[k], places[k + 1 + k % 2], places[k + 2 - k % 2]) for k in range(len(places) - 2)]
+            faces = [
+                (places[k], places[k + 1 + k % 2], places[k + 2 - k % 2]) for k in range(len(places) - 2)
+            ]
         for a, b, c in faces:
             yield corners[a], corners[b], corners[c]
 
@@ -115,7 +117,9 @@ def _own(node: Any) -> Columns:
 def _times(first: Columns, then: Columns) -> Columns:
     """Return the map that does ``then``, and ``first`` after it."""
     return [
-        sum(first[4 * i + row] * then[4 * column + i] for i in range(4)) for column in range(4) for row in range(4)
+        sum(first[4 * i + row] * then[4 * column + i] for i in range(4))
+        for column in range(4)
+        for row in range(4)
     ]
 
 

@@ -38,8 +38,8 @@ def dae(shapes: str, nodes: str, more: str = "") -> str:
 INPUTS = '<input semantic="NORMAL" source="#n" offset="0"/><input semantic="VERTEX" source="#v" offset="1"/>'
 LISTED = " ".join(f"0 {k}" for face in FACES for k in face)
 CUT = {
-    "triangles": f"<triangles count=\"4\">{INPUTS}<p>{LISTED}</p></triangles>",
-    "polylist": f"<polylist count=\"4\">{INPUTS}<vcount>3 3 3 3</vcount><p>{LISTED}</p></polylist>",
+    "triangles": f'<triangles count="4">{INPUTS}<p>{LISTED}</p></triangles>',
+    "polylist": f'<polylist count="4">{INPUTS}<vcount>3 3 3 3</vcount><p>{LISTED}</p></polylist>',
     "polygons": f"<polygons>{INPUTS}"
     + "".join("<p>" + " ".join(f"0 {k}" for k in face) + "</p>" for face in FACES)
     + "</polygons>",
@@ -74,7 +74,9 @@ def test_a_collada_file(tmp_path: Path, kind: str) -> None:
 def test_nodes_of_a_library_and_matrices(tmp_path: Path) -> None:
     rows = np.hstack([TURN.as_matrix() * STRETCH, SHIFT[:, None]])
     node = f'<node id="k"><matrix>{" ".join(map(str, rows.ravel()))} 0 0 0 1</matrix><instance_geometry url="#g"/></node>'
-    text = dae(CUT["triangles"], '<node><instance_node url="#k"/></node>', f"<library_nodes>{node}</library_nodes>")
+    text = dae(
+        CUT["triangles"], '<node><instance_node url="#k"/></node>', f"<library_nodes>{node}</library_nodes>"
+    )
     (tmp_path / "t.dae").write_text(text)
     assert sorted_rows(triangles(tmp_path / "t.dae")) == pytest.approx(expected(0.01), abs=1e-12)
 
@@ -89,7 +91,10 @@ def test_nodes_of_a_library_and_matrices(tmp_path: Path) -> None:
         (dae(CUT["triangles"], "<node><skew>1</skew></node>"), "places a shape by 'skew', which is not read"),
         (dae(CUT["triangles"], "<node><scale>1 2</scale></node>"), "'scale' is not so many numbers"),
         (dae(CUT["triangles"].replace("VERTEX", "OTHER"), PLACED), "there is no input 'VERTEX'"),
-        (dae(CUT["triangles"].replace("<p>0 0", "<p>0 9"), PLACED), "is no COLLADA file: list index out of range"),
+        (
+            dae(CUT["triangles"].replace("<p>0 0", "<p>0 9"), PLACED),
+            "is no COLLADA file: list index out of range",
+        ),
         (dae(CUT["triangles"], "<node/>"), "'t.dae' holds no triangle"),
     ],
 )
@@ -102,7 +107,9 @@ def test_wrong_collada_files(tmp_path: Path, text: str, said: str) -> None:
 def glb(tree: dict[str, Any], numbers: bytes) -> bytes:
     text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
-    body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(numbers), b"BIN\0") + numbers
+    body = (
+        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(numbers), b"BIN\0") + numbers
+    )
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
 
 
@@ -148,7 +155,10 @@ def test_a_gltf_file(tmp_path: Path, mode: int) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"extensionsRequired": ["KHR_draco_mesh_compression"]}, "needs KHR_draco_mesh_compression of glTF, which is"),
+        (
+            {"extensionsRequired": ["KHR_draco_mesh_compression"]},
+            "needs KHR_draco_mesh_compression of glTF, which is",
+        ),
         ({"buffers": [{"uri": "t.bin", "byteLength": 9}]}, "keeps its corners in another file"),
         ({"accessors": []}, "is no glTF file"),
         ({"nodes": [{"children": [0]}]}, "a node holds itself"),
