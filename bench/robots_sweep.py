@@ -161,11 +161,11 @@ def compare_urdf(path: Path, floating: bool) -> dict[str, Any]:
     """Compare with Pinocchio."""
     import pinocchio as pin
 
-    pin_model = (
-        pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
-        if floating
-        else pin.buildModelFromUrdf(str(path))
-    )
+    root = [pin.JointModelFreeFlyer()] if floating else []
+    try:
+        pin_model = pin.buildModelFromUrdf(str(path), *root)
+    except ValueError as error:
+        return {"skipped": f"Pinocchio does not load it: {' '.join(str(error).split())[-90:]}"}
     if pin_model.nv == 0:
         return {"skipped": "nothing moves"}
     ours = Ours(path, "--meshes", "none", *(["--floating"] if floating else []))
@@ -257,6 +257,9 @@ class _Pinocchio:
         robot = read_xml(path.read_text(encoding="utf-8"))
         self.joints = {one.get("name"): one for one in robot.all("joint")}
         self.armature = np.array(model.armature)
+        held = (re.match(r"the freedom of '(.*?)': .* stays at (\S+) ", line) for line in ours.left_out)
+        self.held = {one[1]: float(one[2]) for one in held if one is not None}
+        """Joints that move nothing with mass: where they stay."""
         self.damping = np.zeros(model.nv)
         for k in range(1, model.njoints):
             dynamics = self.element(k, "dynamics")
@@ -297,6 +300,12 @@ class _Pinocchio:
         for k in order:
             joint, kind = self.m.joints[k], self.m.joints[k].shortname()
             leader, factor, offset = self.leads(k)
+            if self.m.names[k] in self.held:
+                start = self.held[self.m.names[k]]
+                q[joint.idx_q : joint.idx_q + joint.nq] = (
+                    (np.cos(start), np.sin(start)) if joint.nq == 2 else start
+                )
+                continue
             if "FreeFlyer" in kind:
                 place, at = self.ours.places(f"{self.coordinate(k)}.position")
                 turned, spins = self.ours.places(f"{self.coordinate(k)}.orientation")
@@ -342,7 +351,7 @@ class _Pinocchio:
         load = np.zeros(self.ours.nv)
         for k in range(1, self.m.njoints):
             kind = self.m.joints[k].shortname()
-            if "FreeFlyer" in kind or "Planar" in kind:
+            if "FreeFlyer" in kind or "Planar" in kind or self.m.names[k] in self.held:
                 continue
             leader, factor, _ = self.leads(k)
             drive = "force" if "ModelP" in kind else "torque"

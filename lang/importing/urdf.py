@@ -235,6 +235,9 @@ class _Robot:
         if kind in MOVES:
             if not any(axis):
                 raise NotRead(f"the axis of the joint '{given}' has no direction", joint.line)
+            if self._idle(joint):
+                self._held(joint, MOVES[kind], child, carrier, axis)
+                return child
             self._moving(joint, MOVES[kind], child, carrier, axis)
             return child
         name = self.writer.name("joint", given)
@@ -258,6 +261,63 @@ class _Robot:
         self._looks(child)
         return child
 
+    def _idle(self, joint: XmlElement) -> bool:
+        """Tell whether nothing with mass or damping moves with a joint, nor with those that follow it, in a robot that has a mass."""
+        mimic = self._mimic(joint)
+        if mimic is not None and not self._idle(self.joints[mimic.need("joint")]):
+            return False
+        if not any(_inertial(link) for link in self.links.values()):
+            return False
+        name = joint.get("name")
+        followers = [one for one in self.joints.values() if self._follows(one, name)]
+        return all(self._light(one) and not _dynamics(one, "N.s/m", "N") for one in [joint, *followers])
+
+    def _follows(self, joint: XmlElement, leader: str) -> bool:
+        """Tell whether a joint follows another, or one that follows it."""
+        mimic = self._mimic(joint)
+        if mimic is None:
+            return False
+        above = mimic.need("joint")
+        return above == leader or self._follows(self.joints[above], leader)
+
+    def _light(self, joint: XmlElement) -> bool:
+        """Tell whether the link that a joint carries, and all that hang on it, have no mass."""
+        child = joint.one("child")
+        assert child is not None
+        waiting = [child.get("link")]
+        while waiting:
+            link = waiting.pop()
+            if _inertial(self.links[link]) is not None:
+                return False
+            waiting += [
+                end.get("link") for one in self.below.get(link, []) if (end := one.one("child")) is not None
+            ]
+        return True
+
+    def _start(self, joint: XmlElement) -> float:
+        """Return where a joint of one freedom starts: at zero, or at the nearer end of its range."""
+        mimic = self._mimic(joint)
+        if mimic is not None:
+            leader = self._start(self.joints[mimic.need("joint")])
+            return mimic.number("multiplier", 1.0) * leader + mimic.number("offset", 0.0)
+        low, high, _, _ = _limits(joint, joint.one("limit"))
+        return 0.0 if low is None or high is None else min(max(0.0, low), high)
+
+    def _held(self, joint: XmlElement, moves: str, child: str, carrier: str, axis: Vector) -> None:
+        """Write a joint that moves nothing with mass: no law tells its motion, and it stays where it starts."""
+        self._ignore_limits(joint)
+        start = quantity(self._start(joint), UNITS[moves][1])
+        plain = vector(_unit(axis))
+        if self._start(joint):
+            carrier += (
+                f" * axis_angle({plain}, {start})" if moves == "angle" else f" * trans({start}*{plain})"
+            )
+        self._body(child, carrier)
+        self.writer.leave_out(
+            f"the freedom of '{joint.get('name')}': nothing with mass moves with it, and it stays at {start}",
+            joint.line,
+        )
+
     def _part(self, part: str, statement: str) -> None:
         self.used.add(part)
         self.writer.say(statement)
@@ -269,7 +329,7 @@ class _Robot:
         type_, unit, load, strength, resistance = UNITS[moves]
         limit, mimic = joint.one("limit"), self._mimic(joint)
         low, high, effort, speed = _limits(joint, limit)
-        begins = 0.0 if low is None or high is None else min(max(0.0, low), high)
+        begins = self._start(joint)
         about = text(f"at most {number(speed)} {unit}/s") if speed else ""
         passive = _dynamics(joint, resistance, strength)
         if mimic is not None:

@@ -332,6 +332,35 @@ def test_wrong_robots(tmp_path: Path, text: str, message: str) -> None:
         made(tmp_path, text)
 
 
+LIGHT = f"""
+<robot name="light">
+  <link name="base"/>{link("arm")}<link name="tip"/><link name="pad"/><link name="rub"/>{link("claw")}
+  {joint("j", "revolute", "base", "arm", '<limit lower="-1" upper="1" effort="0" velocity="0"/>')}
+  {joint("open", "revolute", "arm", "tip", '<axis xyz="0 0 2"/><limit lower="0.5" upper="1" effort="3" velocity="2"/>')}
+  {joint("like", "prismatic", "tip", "pad", '<axis xyz="0 1 0"/><mimic joint="open" multiplier="-2" offset="0.25"/>')}
+  {joint("drags", "continuous", "pad", "rub", '<dynamics damping="0.3"/>')}
+  {joint("leads", "continuous", "pad", "cup", "")}<link name="cup"/>
+  {joint("led", "continuous", "arm", "claw", '<mimic joint="leads"/>')}
+</robot>"""
+
+
+def test_joints_that_move_nothing_with_mass(tmp_path: Path) -> None:
+    """They stay where they start, and followers with them; damping or a follower with a mass tells how a joint moves."""
+    found = made(tmp_path, LIGHT.strip())
+    left = [one for one in found.left_out if "freedom" in one]
+    assert [one.partition(" (line")[0] for one in left] == [
+        "the freedom of 'open': nothing with mass moves with it, and it stays at 0.5 rad",
+        "the freedom of 'like': nothing with mass moves with it, and it stays at -0.75 m",
+    ]
+    model = mechc.loads(found.text)
+    names = [name for name, _ in model.functions.states]
+    assert {"j.angle", "drags.angle", "leads.angle"} <= set(names)
+    assert not [name for name in names if name.startswith(("open", "like"))]
+    frame, y = model.functions.frame("pad"), model.functions.start
+    place = np.array(frame.position(y)) - model.functions.frame("tip").position(y)
+    assert place == pytest.approx(-0.75 * np.array([-np.sin(0.5), np.cos(0.5), 0]), abs=1e-12)
+
+
 def test_a_leader_that_is_missing(tmp_path: Path) -> None:
     robot = f"<robot>{link('a')}{link('b')}\n{joint('j', 'continuous', 'a', 'b', MIMIC.format('k'))}</robot>"
     found = made(tmp_path, robot)
