@@ -61,10 +61,35 @@ def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]
         raise NotRead(f"MuJoCo refuses it: {' '.join(str(error).split())}") from None
     finally:
         mujoco.set_mju_user_warning(None)
+    _settle_flags(model, mujoco)
     writer, parts = _Robot(root, wishes, model, mujoco).written()
     for warning in warned:
         writer.leave_out(f"MuJoCo warns: {' '.join(warning.split())}", 0)
     return writer, parts
+
+
+def _settle_flags(m: Any, mujoco: Any) -> None:
+    """Take out of a model what its flags switch off."""
+    flags = int(m.opt.disableflags)
+
+    def off(*names: str) -> bool:
+        bits = (getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", 0) for name in names)
+        return any(flags & int(bit) for bit in bits)
+
+    springs, dampers = off("SPRING", "PASSIVE"), off("DAMPER", "PASSIVE")
+    for switched_off, arrays in (
+        (off("CONSTRAINT", "EQUALITY"), ("eq_active0",)),
+        (off("CONSTRAINT", "LIMIT"), ("jnt_limited", "tendon_limited")),
+        (off("CONSTRAINT", "FRICTIONLOSS"), ("dof_frictionloss", "tendon_frictionloss")),
+        (springs, ("jnt_stiffness", "tendon_stiffness")),
+        (dampers, ("dof_damping", "tendon_damping")),
+        (springs and dampers, ("body_gravcomp",)),
+        (off("CLAMPCTRL"), ("actuator_ctrllimited",)),
+    ):
+        for array in arrays if switched_off else ():
+            getattr(m, array)[:] = 0
+    if springs and dampers:
+        m.opt.density = m.opt.viscosity = 0
 
 
 class _Robot:
@@ -151,7 +176,9 @@ class _Robot:
     def _rest(self) -> None:
         """List what belongs to no body and is not written."""
         m = self.m
-        if (m.geom_contype | m.geom_conaffinity).any() or m.npair:
+        switched_off = ("CONSTRAINT", "CONTACT")
+        bits = sum(int(getattr(self.mj.mjtDisableBit, f"mjDSBL_{name}")) for name in switched_off)
+        if not int(m.opt.disableflags) & bits and ((m.geom_contype | m.geom_conaffinity).any() or m.npair):
             self.writer.leave_out("contacts: nothing touches anything", 0)
         if (m.opt.density or m.opt.viscosity) and m.geom_fluid.any():
             self.leave_out(
@@ -594,6 +621,9 @@ class _Robot:
             (one.line for one in _within(self.root) if given and one.attributes.get("name") == given), 0
         )
         target, why = self._target(k)
+        no_actuation = int(m.opt.disableflags) & int(mj.mjtDisableBit.mjDSBL_ACTUATION)
+        if no_actuation or int(m.opt.disableactuator) >> int(m.actuator_group[k]) & 1:
+            why = "it is disabled"
         dynamics, gain, bias = (
             int(m.actuator_dyntype[k]),
             int(m.actuator_gaintype[k]),

@@ -97,8 +97,14 @@ class Twin:
         self.states = [q.name for q in self.problem.states]
         self.inputs = [q.name for q in self.problem.inputs]
 
-    def apart(self, random: np.random.Generator, joints: dict[str, str], controls: dict[str, str]) -> float:
-        """Return how far accelerations of a random state are apart, relative to the largest."""
+    def apart(
+        self,
+        random: np.random.Generator,
+        joints: dict[str, str],
+        controls: dict[str, str],
+        most: float = 1.0,
+    ) -> float:
+        """Return how far accelerations of a random state are apart, relative to the largest; ``most``: of a control."""
         y, u = self.case.y0.copy(), np.zeros(len(self.inputs))
         rows: list[int] = []
         columns: list[int] = []
@@ -131,7 +137,7 @@ class Twin:
             columns += range(v, v + 3)
         for there, here in controls.items():
             actuator = self.m.actuator(there)
-            self.d.ctrl[actuator.id] = u[self.inputs.index(here)] = random.uniform(-1, 1)
+            self.d.ctrl[actuator.id] = u[self.inputs.index(here)] = random.uniform(-most, most)
             if f"{there}_activation" in self.states:
                 level = random.uniform(0, 1)
                 self.d.act[int(self.m.actuator_actadr[actuator.id])] = level
@@ -222,6 +228,58 @@ def test_forces_on_a_joint_have_a_bound_together(tmp_path: Path) -> None:
     controls = {name: f"{name}_control" for name in ("one", "two", "three", "four")}
     random = np.random.default_rng(5)
     assert max(twin.apart(random, joints, controls) for _ in range(20)) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("flags", "gone"),
+    [
+        ("constraint", ("friction", "contact ", "constraint")),
+        ("equality", ("constraint",)),
+        ("limit", ("contact ",)),
+        ("frictionloss", ("friction",)),
+        ("gravity", ("gravity {",)),
+        ("contact", ()),
+        ("clampctrl", ("clamp(push",)),
+        ("actuation", ("input", "clamp(push")),
+        ("spring", ("stiffness", "potential")),
+        ("damper", ("damping",)),
+        ("spring damper", ("stiffness", "potential", "damping", "flow", "force {")),
+    ],
+)
+def test_what_flags_switch_off(tmp_path: Path, flags: str, gone: tuple[str, ...]) -> None:
+    """The text does not hold it, and moves as MuJoCo does with the flags."""
+    options = " ".join(f'{flag}="disable"' for flag in flags.split())
+    text = FLAGS.replace("<option", f"<option><flag {options}/></option><option")
+    model = made(tmp_path, text)
+    whole = made(tmp_path, FLAGS).text
+    for words in gone:
+        assert words in whole and words not in model.text.partition("\nmodel ")[2], words
+    said = " ".join(model.left_out)
+    assert ("contacts: nothing" in said) == (flags not in ("constraint", "contact"))
+    assert ("the actuator 'push': it is disabled" in said) == (flags == "actuation")
+    assert ("the equality 'tie', which is not active" in said) == (flags in ("constraint", "equality"))
+    free = without(re.sub(r"\n  constraint tie:[^;]*;", "", model.text), "friction")
+    twin = Twin(text, mechc.loads(free), ("CONTACT", "LIMIT", "FRICTIONLOSS", "EQUALITY"))
+    controls = {} if flags == "actuation" else {"push": "push_control"}
+    random = np.random.default_rng(3)
+    joints = {"p": "p.angle", "q": "q.angle"}
+    assert max(twin.apart(random, joints, controls, 3.0) for _ in range(6)) < 1e-13
+
+
+FLAGS = """\
+<mujoco model="flags">
+  <compiler angle="radian"/>
+  <option density="30" viscosity="0.05"/>
+  <worldbody>
+    <body name="a" gravcomp="0.3"><joint name="p" axis="0 1 0" damping="0.2" stiffness="3" frictionloss="0.4" range="-1 1" limited="true"/>
+      <geom size="0.1" pos="0.3 0 0"/>
+      <body name="b" pos="0.3 0 0"><joint name="q" axis="0 0 1"/><geom size="0.1" pos="0 0.1 0"/></body></body>
+  </worldbody>
+  <tendon><fixed name="t" stiffness="2" damping="0.1"><joint joint="q" coef="2"/></fixed></tendon>
+  <equality><joint name="tie" joint1="q" joint2="p"/></equality>
+  <actuator><motor name="push" joint="p" ctrlrange="-0.5 0.5" ctrllimited="true"/></actuator>
+</mujoco>
+"""
 
 
 LOOP = """\
