@@ -4,18 +4,20 @@ velocities and Jacobian; mass centre and momenta."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.runtime.native.build import build_shared, find_compiler, find_quick_compiler, model_flags
 
 from .compilation import Compilation
-from .equations.model import Function
+from .equations.model import Equations, Function, Slot
 from .graph import Graph, Node
 from .graph import vector as v3
 from .graph.differentiate import jacobian, jvp
-from .graph.rewrite import substitute
+from .graph.rewrite import substitute, transfer
 from .mechanics.kinematics.frames import Frame, Point
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower_functions
@@ -39,8 +41,7 @@ def is_frame_or_point(compilation: Compilation, name: str) -> bool:
 def frame_functions(compilation: Compilation, name: str, *, quick: bool) -> FrameFunctions | None:
     """Build the functions of a frame or point; None where its motion is not one of the states alone, as after a drive that balances
     find. Raises BuildError and CompilerMissing."""
-    made = _functions(compilation, name)
-    return None if made is None else _built(compilation, made, quick)
+    return _built(compilation, _functions(compilation, name), quick)
 
 
 def centroid_functions(compilation: Compilation, *, quick: bool) -> FrameFunctions | None:
@@ -52,11 +53,14 @@ def centroid_functions(compilation: Compilation, *, quick: bool) -> FrameFunctio
 Made = list[tuple[Function, tuple[int, ...]]]
 
 
-def _built(compilation: Compilation, made: Made, quick: bool) -> FrameFunctions:
+def _built(compilation: Compilation, made: Made, quick: bool) -> FrameFunctions | None:
     from .problem import header
     from .targets.c import emit_functions
 
-    program = lower_functions(compilation.equations, compilation.program, [f for f, _ in made])
+    placed = _of_the_states(compilation, [f for f, _ in made])
+    if placed is None:
+        return None
+    program = lower_functions(placed, compilation.program, placed.functions)
     compiler = find_quick_compiler() if quick else None
     text = emit_functions(program)
     library = build_shared(
@@ -67,6 +71,38 @@ def _built(compilation: Compilation, made: Made, quick: bool) -> FrameFunctions:
     return FrameFunctions(library, {f.name: shape for f, shape in made}, compiler is not None)
 
 
+def _of_the_states(compilation: Compilation, functions: Sequence[Function]) -> Equations | None:
+    """Return equations with other functions, formulas of the graph of the system; None where these depend on what has no place at run
+    time."""
+    from .equations.solve.dead_symbols import built_without
+
+    graph, equations = compilation.system.graph, compilation.equations
+    layout = _layout(compilation)
+    outputs = [n for f in functions for n in f.outputs]
+    dead = [n for n in graph.support(*outputs) if n not in layout]
+    if not dead:
+        return replace(equations, graph=graph, layout=layout, functions=tuple(functions))
+    found = built_without(graph, outputs, dead)
+    if found is None:
+        return None
+    fresh, images = found
+    nodes = iter(images)
+    return replace(
+        equations,
+        graph=fresh,
+        layout={fresh.symbol(graph.name(n)): slot for n, slot in layout.items()},
+        functions=tuple(Function(f.name, f.doc, tuple(islice(nodes, len(f.outputs)))) for f in functions),
+    )
+
+
+def _layout(compilation: Compilation) -> dict[Node, Slot]:
+    """Return the places of symbols of the graph of the system; equations may have been formed again in another graph."""
+    graph, equations = compilation.system.graph, compilation.equations
+    if equations.graph is graph:
+        return dict(equations.layout)
+    return {graph.symbol(equations.graph.name(n)): slot for n, slot in equations.layout.items()}
+
+
 class _State(Struct, frozen=True):
     """What derivatives are taken by: velocities with a place at run time; ``along``: the rates of all that moves; ``driven``: what
     stands for prescribed coordinates."""
@@ -75,7 +111,6 @@ class _State(Struct, frozen=True):
     velocities: list[Node]
     along: dict[Node, Node]
     driven: dict[Node, Node]
-    known: set[Node]
 
     def settled(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         return tuple(substitute(self.graph, substitute(self.graph, list(nodes), self.driven), self.driven))
@@ -88,61 +123,52 @@ class _State(Struct, frozen=True):
         """Return time derivatives where accelerations are zero."""
         return tuple(jvp(self.graph, nodes, self.along))
 
-    def known_all(self, made: Made) -> Made | None:
-        found = set(self.graph.support(*(n for f, _ in made for n in f.outputs)))
-        return made if found <= self.known else None
 
-
-def _state(compilation: Compilation) -> _State | None:
+def _state(compilation: Compilation) -> _State:
     from .equations.solve.solved import prescribed_motion
 
     system, equations = compilation.system, compilation.equations
     graph = system.graph
-    if equations.graph is not graph:  # formed again without symbols that cancel
-        return None
-    by_index = {slot.index: n for n, slot in equations.layout.items() if slot.array == "y"}
+    by_index = {slot.index: n for n, slot in _layout(compilation).items() if slot.array == "y"}
     nq, nv = equations.nq, equations.nv
-    rhs = next(f for f in equations.functions if f.name == "rhs").outputs
-    along = dict(zip((by_index[k] for k in range(nq)), rhs[:nq], strict=True))
+    rates = next(f for f in equations.functions if f.name == "rhs").outputs[:nq]
+    if equations.graph is not graph:
+        rates = tuple(transfer(equations.graph, rates, graph))
+    along = dict(zip((by_index[k] for k in range(nq)), rates, strict=True))
     return _State(
         graph,
         [by_index[k] for k in range(nq, nq + nv)],
         {**along, system.symbols.time: graph.one},
         prescribed_motion(system)[0],
-        set(equations.layout),
     )
 
 
-def _functions(compilation: Compilation, name: str) -> Made | None:
+def _functions(compilation: Compilation, name: str) -> Made:
     system, state = compilation.system, _state(compilation)
-    if state is None:
-        return None
     with system.lowering.aside():
         value = system.lowering.named(name)
     kinds = {k: state.settled(n) for k, n in _kinds(system, value)}
     moved = [n for k in ("velocity", "angular_velocity") for n in kinds.get(k, ())]
     shape, size = (len(moved), len(state.velocities)), system.kinematics.size
     dense = state.by_velocities(moved)
-    return state.known_all(
-        [
-            *(
-                (Function(k, k.replace("_", " "), n), (size, size) if k == "rotation" else (len(n),))
-                for k, n in kinds.items()
-            ),
-            (Function("frame_jacobian", "velocities by those of the model", dense), shape),
-            (Function("jacobian_rate", "time derivative of the Jacobian", state.rates(dense)), shape),
-            (
-                Function("drift", "accelerations where those of the model are zero", state.rates(moved)),
-                shape[:1],
-            ),
-        ]
-    )
+    return [
+        *(
+            (Function(k, k.replace("_", " "), n), (size, size) if k == "rotation" else (len(n),))
+            for k, n in kinds.items()
+        ),
+        (Function("frame_jacobian", "velocities by those of the model", dense), shape),
+        (Function("jacobian_rate", "time derivative of the Jacobian", state.rates(dense)), shape),
+        (
+            Function("drift", "accelerations where those of the model are zero", state.rates(moved)),
+            shape[:1],
+        ),
+    ]
 
 
 def _of_all_bodies(compilation: Compilation) -> Made | None:
     """Form the mass centre, and the momenta: linear, then angular about the mass centre."""
     system, state = compilation.system, _state(compilation)
-    if state is None or not system.masses:
+    if not system.masses:
         return None
     graph, kinematics = system.graph, system.kinematics
     size = kinematics.size
@@ -185,7 +211,7 @@ def _of_all_bodies(compilation: Compilation) -> Made | None:
     ]
     if field is not None:
         made.append((Function("gravity", "acceleration of gravity", state.settled(field)), (size,)))
-    return state.known_all(made)
+    return made
 
 
 def _kinds(system: MechanicalSystem, value: object) -> Iterator[tuple[str, tuple[Node, ...]]]:

@@ -51,6 +51,26 @@ def _equal(graph: Graph, pairs: Sequence[tuple[Node, Node]]) -> bool:
     return all(decided.values())
 
 
+def built_without(
+    source: Graph, outputs: Sequence[Node], dead: Sequence[Node]
+) -> tuple[Graph, list[Node]] | None:
+    """Build formulas again in a fresh graph without symbols that cancel; None where their values depend on one."""
+    target, images, apart = _built_again(source, outputs, dead)
+    return None if apart and not _equal(target, apart) else (target, images)
+
+
+def _built_again(
+    source: Graph, outputs: Sequence[Node], dead: Sequence[Node]
+) -> tuple[Graph, list[Node], list[tuple[Node, Node]]]:
+    """Return a fresh graph, the formulas in it with zero for the symbols, and those that are other nodes with another number."""
+    target = Graph(by_value=source.by_value)
+    for table in source.tables:
+        target.add_table(table)
+    images = transfer(source, outputs, target, dict.fromkeys(dead, target.zero))
+    others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
+    return target, images, [pair for pair in zip(images, others, strict=True) if not target.identical(*pair)]
+
+
 def without_dead_symbols(equations: Equations) -> Equations:
     """Return equations whose functions contain no symbols but those that have a place at run time."""
     source = equations.graph
@@ -59,14 +79,9 @@ def without_dead_symbols(equations: Equations) -> Equations:
     dead = [n for n in source.support(*outputs) if n not in equations.layout]
     if not dead:
         return equations
-    target = Graph(by_value=source.by_value)
-    for table in source.tables:
-        target.add_table(table)
-    images = transfer(source, outputs, target, dict.fromkeys(dead, target.zero))
-    others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
+    target, images, apart = _built_again(source, outputs, dead)
     # without identities of values only symbols that cancel term by term are gone
     forgotten = dead if source.by_value else [n for n in dead if source.name(n).startswith(PREFIX)]
-    apart = [pair for pair in zip(images, others, strict=True) if not target.identical(*pair)]
     if forgotten and apart and not _equal(target, apart):
         names = ", ".join(source.name(n) for n in forgotten)
         raise Malformed(

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from pathlib import Path
+
+import numpy as np
 import pytest
 from compiled import compiled
 from msgspec.structs import replace
@@ -11,6 +15,7 @@ from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.equations.solve.dead_symbols import without_dead_symbols
 from mechc.compiler.malformed import Malformed
 
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 MODEL = "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;"
 
 
@@ -63,3 +68,17 @@ def test_a_root_of_squares_may_be_a_number_or_not() -> None:
         for t in (MOVING, plain)
     ]
     assert ends[0] == pytest.approx(ends[1], abs=1e-8)
+
+
+def test_frames_of_equations_that_were_built_again() -> None:
+    """A frame has its functions there, too: Hooke's joint turns the shaft behind it with W/cos(bend) where the shaft before it is at zero."""
+    model = mechc.load(EXAMPLES / "universal_joint_shaft.mech")
+    compilation = model.compilation
+    assert compilation.equations.graph is not compilation.system.graph, "else this tests nothing"
+    functions = model.functions
+    y, shaft, bend = functions.start, functions.frame("shaft_out.a"), math.pi / 6
+    along = [math.sin(bend), 0, math.cos(bend)]
+    assert shaft.rotation is not None and shaft.angular_velocity is not None
+    assert shaft.rotation(y)[:, 2] == pytest.approx(along, abs=1e-12)
+    assert np.array(along) @ shaft.angular_velocity(y) == pytest.approx(10 / math.cos(bend), rel=1e-12)
+    assert functions.centroid.mass(y) == pytest.approx(2, rel=1e-15)
