@@ -93,6 +93,8 @@ class Ours:
         names = [name for name, _ in self.f.states]
         self.states = {name: k for k, name in enumerate(names)}
         self.nv = len(self.f.offer("accelerations").rows)
+        if self.nv == 0:
+            raise Refused("no joint moves a mass")
         self.nq = next(k for k, name in enumerate(names) if name.startswith("der("))
         self.velocities = {name: k for k, name in enumerate(names[self.nq : self.nq + self.nv])}
         self.inputs = {name: k for k, (name, _) in enumerate(self.f.inputs)}

@@ -358,7 +358,7 @@ def test_corners_that_turn_inside_out_end_the_run() -> None:
 
 FILES = {
     "none.stl": ("there is no file", None),
-    "a.ply": ("is no STL or OBJ file", "ply"),
+    "a.ply": ("is no STL, OBJ, DAE or GLB file", "ply"),
     "a.stl": ("is no STL file", "solid nothing"),
     "a.obj": ("there is no corner 4", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
     "b.obj": ("is no corner of a face", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n"),
