@@ -27,6 +27,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import Any
@@ -85,7 +86,7 @@ class Ours:
             self.left_out = re.findall(r"^  left out: (.*)$", said, re.M)
             self.text = there.read_text(encoding="utf-8")
             self.formatted = _command("fmt", "--check", str(there))[0] == 0
-        self.changed = dict(re.findall(r"^//   (\w+ .*): (\w+)$", self.text, re.M))
+        self.changed: dict[str, str] = dict(re.findall(r"^//   (\w+ .*): (\w+)$", self.text, re.M))
         begun = time.process_time()
         model = mechc.loads(_without_friction(self.text))
         self.f = model.functions
@@ -575,9 +576,9 @@ class _MuJoCo:
         y[self.activations] = d.act
         for k in range(self.m.nu):
             name = f"{ours.name('actuator', self.named('actuator', k))}_control"
-            there = ours.inputs.get(ours.name("input", name))
-            if there is not None:
-                u[there] = d.ctrl[k]
+            entry = ours.inputs.get(ours.name("input", name))
+            if entry is not None:
+                u[entry] = d.ctrl[k]
         return y, u
 
 
@@ -636,9 +637,8 @@ def sweep(words: Sequence[str], keep: Path | None, floating: bool) -> dict[str, 
         if floating and kind == MJCF:
             continue
         begun = time.monotonic()
-        found = _measured(
-            (lambda p=path: compare_urdf(p, floating)) if kind == URDF else (lambda p=path: compare_mjcf(p))
-        )
+        work = partial(compare_urdf, path, floating) if kind == URDF else partial(compare_mjcf, path)
+        found = _measured(work)
         known[name] = {"kind": kind, **found}
         if keep is not None:
             keep.write_text(json.dumps(known, indent=1))
