@@ -505,7 +505,7 @@ def examine(case: Case, folder: Path, built: bool, monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.skipif(
-    np.finfo(np.longdouble).eps > 1e-18, reason="its long doubles are too short for references"
+    bool(np.finfo(np.longdouble).eps > 1e-18), reason="its long doubles are too short for references"
 )
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
