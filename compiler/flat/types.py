@@ -149,8 +149,6 @@ def unit_words(dimension: Dimension, angle: bool = False) -> str:
         return "an angle" if angle else "a number"
     word = dimension_word(dimension, angle)
     unit = preferred_unit(dimension, angle)
-    if word == "energy":
-        return "an energy (J) or a torque (N.m)"
     return f"a quantity in {unit}" if word == "quantity" else f"{with_article(word)} ({unit})"
 
 

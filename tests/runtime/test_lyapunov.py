@@ -151,7 +151,7 @@ model Ueda
   damping 0.05 on x;
   force 7.5*sin(time) on x;
 end Ueda;
-""").lyapunov(time=3000)
+""").lyapunov(time=6000)
     (error,) = (one.error for one in ueda.values if one.name == "dimension")
     assert error is not None and abs(ueda["dimension"] - 1.6741) < 1.5 * error < 0.2
     assert any("strobed" in remark for remark in ueda.remarks)
