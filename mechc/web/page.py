@@ -88,7 +88,7 @@ def module_of(facts: PageFacts, program: Program) -> Linked:
     return linked(program, loaded(facts.kernel), name)
 
 
-MOST_OPERATIONS, MOST_SIGNS = 2000, 60_000
+MOST_OPERATIONS, MOST_SIGNS = 500, 60_000
 """Of all functions of a model whose equations a page shows, and of these: larger ones are no reading, and take long to be printed."""
 
 
