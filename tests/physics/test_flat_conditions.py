@@ -6,11 +6,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.compiler.graph import Graph
 from mechc.compiler.mechanics.meaning.relations import less, less_equal
+
+Array = NDArray[np.float64]
 
 K, C = 1e4, 20.0
 FALLING = """
@@ -80,3 +83,55 @@ def test_a_relation_without_such_a_region_stays_as_it_is() -> None:
     assert less(graph, graph.zero, graph.maximum(graph.zero, x)) != graph.less(
         graph.zero, graph.maximum(graph.zero, x)
     )
+
+
+PADDED = """
+import mech.translational.*;
+
+model Pad
+  input Length below;
+  input Length above;
+  let lo = below;
+  Gap gap(lo -> above, k = 1e4 N/m, c = 60 N.s/m, rest = 0.1 m);
+  output Force F = gap.push;
+end Pad;
+
+model Cell
+  input Length floor;
+  Slider body(m = 2 kg, s = 0.3 m);
+  let top = body.s;
+  Pad pad(below = floor, above = top);
+  potential 2 kg*9.81 m/s^2*body.s;
+end Cell;
+
+model Padded
+  let Length road = 2 cm*sin(5 rad/s*time);
+  Cell cell(floor = road);
+  state impulse = 0 N.s;
+  equation der(impulse) = cell.pad.F;
+  when impulse > 30 N.s then
+    terminate("enough");
+  end when;
+  experiment(stop = 5 s, tolerance = 1e-10);
+end Padded;
+"""
+
+
+def test_a_gap_in_a_part_of_a_part_over_a_moving_floor_lets_go() -> None:
+    """F = max(0, k overlap - c v) while both sides overlap, and nothing after; the times by SciPy."""
+
+    def rate(t: float, x: Array) -> list[float]:
+        overlap, v = 0.1 - x[0] + 0.02 * np.sin(5 * t), x[1] - 0.1 * np.cos(5 * t)
+        push = max(0.0, 1e4 * overlap - 60 * v) if overlap >= 0 else 0.0
+        return [x[1], push / 2 - 9.81, push]
+
+    def enough(_: float, x: Array) -> float:
+        return float(x[2] - 30)
+
+    enough.terminal = True  # type: ignore[attr-defined]
+    known = solve_ivp(
+        rate, (0, 5), [0.3, 0, 0], "DOP853", rtol=1e-10, atol=1e-11, max_step=1e-3, events=[enough]
+    )
+    run = mechc.loads(PADDED, model="Padded").simulate()
+    assert run.time[-1] == pytest.approx(known.t[-1], abs=1e-7)
+    assert run["cell.body.s"][-1] == pytest.approx(known.y[0, -1], abs=1e-7)
