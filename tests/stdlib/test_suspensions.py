@@ -304,11 +304,12 @@ def test_a_corner_on_a_rough_road() -> None:
     start = (
         [0.0, z0, 0.0, float(s["der(left.travel)"][0])] if "der(left.travel)" in s else [0.0, z0, 0.0, 0.0]
     )
+    once = np.diff(s.time, prepend=-1) > 0  # events have two rows
     found = solve_ivp(
-        corner.rate, (0, 1), start, "DOP853", rtol=1e-9, atol=1e-11, t_eval=s.time, max_step=2e-3
+        corner.rate, (0, 1), start, "DOP853", rtol=1e-9, atol=1e-11, t_eval=s.time[once], max_step=2e-3
     )
-    assert s["guide.position"] == pytest.approx(found.y[0], abs=2e-6)
-    assert s["left.travel"] == pytest.approx(found.y[1], abs=2e-6)
+    assert s["guide.position"][once] == pytest.approx(found.y[0], abs=2e-6)
+    assert s["left.travel"][once] == pytest.approx(found.y[1], abs=2e-6)
 
 
 @pytest.mark.slow
