@@ -730,25 +730,30 @@ class _Work:
         self.assertions.append(AssertionRow(holds, message, origin))
 
     def _undecided(self, block: Sequence[Massless]) -> Exception:
-        names = _listed([self.system.v[m.v].of for m in block])
-        return self.reporter.fail(
+        return self._refused(
+            block,
             "E0520",
-            f"nothing with mass moves with {names}, and at the start no force decides the motion",
-            self.system.v[block[0].v].variable.origin.shown,
+            "at the start no force decides the motion",
             caption="the balance of forces does not depend on this coordinate there",
             help="guess a start or a rate where a spring or a damping acts on it, as 'initial der(q) ~ ..'; or give a mass to what "
             "it moves",
         )
 
     def _too_large(self, block: Sequence[Massless]) -> Exception:
-        names = _listed([self.system.v[m.v].of for m in block])
-        return self.reporter.fail(
+        return self._refused(
+            block,
             "E0591",
-            f"nothing with mass moves with {names}, and the law of the forces on it is too long to be solved",
-            self.system.v[block[0].v].variable.origin.shown,
+            "the law of the forces on it is too long to be solved",
             caption="the balance of forces decides this coordinate, by a law of thousands of operations",
             help="give a mass to what it moves: 'kinetic 1/2*m*der(q)^2;'",
         )
+
+    def _refused(
+        self, block: Sequence[Massless], code: str, why: str, *, caption: str, help: str
+    ) -> Exception:
+        moved = [self.system.v[m.v] for m in block]
+        message = f"nothing with mass moves with {_listed([one.of for one in moved])}, and {why}"
+        return self.reporter.fail(code, message, moved[0].variable.origin.shown, caption=caption, help=help)
 
 
 def _listed(names: Sequence[str]) -> str:
