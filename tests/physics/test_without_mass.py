@@ -692,3 +692,57 @@ def test_a_rotation_after_a_coordinate_without_mass() -> None:
     assert both["oil"][-1] == pytest.approx(0.2 * np.exp(-3), abs=1e-10)
     for k in (1, 2, 3, 4):
         assert both[f"q[{k}]"][-1] == pytest.approx(alone[f"q[{k}]"][-1], abs=1e-10)
+
+
+MEASURED = """
+import mech.rotational.*;
+
+model Half
+  input Angle shaft;
+  let hub = shaft;
+  parameter RotationalStiffness stiff = 100 N.m/rad;
+  Node middle;
+  let joint = middle.angle;
+  SpringDamper quill(hub -> joint, k = 50 N.m/rad);
+  Backlash teeth(from = joint, to = 0 rad, k = stiff, play = 0 deg);
+end Half;
+
+model Line
+  input Torque load = 0 N.m;
+  Rotor wheel(J = 0.1 kg.m^2, angle = 0 rad);
+  Half half(shaft = wheel.angle, stiff = 200 N.m/rad);
+  force load on wheel.angle;
+  when wheel.angle > 0.5 rad then
+    terminate("far enough");
+  end when;
+  experiment(stop = 5 s, tolerance = 1e-10);
+end Line;
+"""
+
+
+def test_a_node_in_a_part_under_a_measured_load_until_it_ends() -> None:
+    """Springs in series, 50 and 200: J w' = load - 40 angle; by SciPy from point to point of the load."""
+    times, loads = np.arange(6.0), np.array([0.0, 4, -6, 14, 20, 0])
+
+    def far(_: float, x: Array) -> float:
+        return float(x[0] - 0.5)
+
+    far.terminal, far.direction = True, 1  # type: ignore[attr-defined]
+    state, end = np.zeros(2), 0.0
+    for first, last in pairwise(times):
+        found = solve_ivp(
+            lambda t, x: [x[1], (np.interp(t, times, loads) - 40 * x[0]) / 0.1],
+            (first, last),
+            state,
+            "DOP853",
+            rtol=1e-12,
+            atol=1e-13,
+            events=far,
+        )
+        state, end = found.y[:, -1], float(found.t[-1])
+        if found.status == 1:
+            break
+    ran = mechc.loads(MEASURED, model="Line").simulate(inputs={"load": (times, loads)}, estimate_error=False)
+    assert ran.time[-1] == pytest.approx(end, abs=1e-8)
+    assert ran["der(wheel.angle)"][-1] == pytest.approx(state[1], abs=1e-7)
+    assert ran["half.middle.angle"][-1] == pytest.approx(0.1, abs=1e-9)
