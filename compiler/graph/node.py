@@ -90,6 +90,10 @@ class Graph(Arithmetic):
             return n
         return self._opaque(code, a)
 
+    def unsigned(self, a: Node) -> Node:
+        """Return what a node is the negative of, or the node: odd functions of negative arguments are negatives."""
+        return self._left[a] if self._code[a] == NEG else a
+
     def _is_negative(self, a: Node) -> bool:
         code = self._code[a]
         return code == NEG or (code == CONST and self._constants[a] < 0)

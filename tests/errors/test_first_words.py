@@ -52,6 +52,7 @@ CIRCUIT = "state i = 0 A; parameter L = 1 mH; parameter R = 2 Ohm;\n"
         (BODY + "parameter b = 3; parameter a = b % 2;", "E0105", ["'mod(x, y)'"]),
         (BODY + "parameter a = 5%;", "E0113", ["'5 %'"]),
         (BODY + "parameter l = 3; parameter a = 2l;", "E0113", ["'2*l'"]),
+        ("import mech.rotational.*;\nInertia wheel(J = 1 kg.m^2);", "E0203", ["there are Rotor, Node"]),
     ],
 )
 def test_help_says_what_to_write(text: str, code: str, words: list[str]) -> None:

@@ -40,11 +40,9 @@ def with_past(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> S
                     help="give it a mass, or let a 'state' follow it and delay that",
                 )
         within = set(graph.reach([now]))
-        settled = dict(
-            zip(system.lowering.relations, solved.resolve(list(system.lowering.relations)), strict=True)
-        )
-        asked = [relation for relation in settled.values() if relation in within]
-        system.lowering.relations.update(dict.fromkeys(substitute(graph, asked, images)))
+        settled = map(graph.unsigned, solved.resolve(list(system.lowering.relations)))
+        asked = [relation for relation in settled if relation in within]
+        system.lowering.relations.update(dict.fromkeys(map(graph.unsigned, substitute(graph, asked, images))))
         (formulas[n],) = substitute(graph, [now], images)
     if not formulas:
         return solved

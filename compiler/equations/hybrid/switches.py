@@ -73,7 +73,7 @@ def find_switches(
     """
     graph = system.graph
     written = [n for n in system.lowering.relations if n not in left]
-    settled = system.lowering.questions.settle(written)  # as they stand in what is differentiated
+    settled = map(graph.unsigned, system.lowering.questions.settle(written))  # as in what is differentiated
     relations = [*written, *(n for n, m in zip(settled, written, strict=True) if n != m), *further]
     if not relations and not sides:
         return Switches((), (), {})
@@ -98,7 +98,8 @@ def find_switches(
             rate = graph.zero
         located.append(SwitchPlan(symbol, g, rate, written, text))
 
-    for relation, image in zip(relations, images, strict=True):
+    for relation, found in zip(relations, images, strict=True):
+        image = graph.unsigned(found)  # the sign of what is the negative of its formula
         if image not in reached or image in replace:
             continue
         support = set(graph.support(image))
@@ -119,6 +120,7 @@ def find_switches(
         if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
             continue
         (a, b, negated), (below, above, _) = pairs, compared(graph, relation) or pairs
+        below, above = (above, below) if image != found else (below, above)
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
@@ -166,7 +168,8 @@ def jumps_of_dissipation(
     graph, velocities = system.graph, system.symbols.velocities
     inside = _inside_unknowns(system, {})
     compares = [n for n in graph.reach(laws) if compared(graph, n) is not None and n not in inside]
-    images = dict(zip(compares, substitute(graph, compares, resolve), strict=True))
+    resolved = map(graph.unsigned, substitute(graph, compares, resolve))
+    images = dict(zip(compares, resolved, strict=True))
     felt = set(graph.reached_among(rates, list(images.values()))).difference(written)
     return [
         n

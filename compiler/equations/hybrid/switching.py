@@ -73,7 +73,7 @@ def add_events(
         *(*rhs.outputs, *conditions, *energies, *held),
         *(n for eight in values.values() for n in eight),
     )
-    written = solved.resolve(list(system.lowering.relations))
+    written = set(map(graph.unsigned, solved.resolve(list(system.lowering.relations))))
     braking = vjp(graph, [(system.dissipation, graph.one)], sorted(system.symbols.velocities))
     bends = [
         *relations_of_time(system, held, solved.replace),

@@ -107,7 +107,11 @@ def solve_system(
         for n, rows in enumerate(system.constraints)
     ]
     raw = residual(system, multipliers)
-    steady = steady_inputs(system, [*raw, *system.xdot.values()])
+    following = [n for row in system.drives if row.balanced for n in (*row.values, *row.rates)]
+    steady = steady_inputs(system, [*raw, *system.xdot.values(), *following])
+    driven = (
+        dict(zip(driven, substitute(graph, list(driven.values()), steady), strict=True)) if steady else driven
+    )
     still = {**resting(system), **sticking(system), **steady}
     xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
     state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}

@@ -117,6 +117,9 @@ def _extent_words(sizes: tuple[int, ...]) -> str:
     return " x ".join(map(str, sizes)) + " elements" if sizes else "no elements: it is no array"
 
 
+OF_VARIABLES = {"start", "fixed", "min", "max", "nominal", "unit", "displayUnit", "quantity"}
+"""What other languages say of a variable behind its name."""
+
 MOST_MODELS = 8
 """Models that a message lists."""
 
@@ -148,14 +151,17 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
     if found is None or not isinstance(found.definition, ast.Model):
         if scope.namespace.broken:
             raise Poisoned
-        if found is None and declaration.type.rpartition(".")[2] in (*PLAIN_TYPES, *NAMED_TYPES):
+        is_type = found is None and declaration.type.rpartition(".")[2] in (*PLAIN_TYPES, *NAMED_TYPES)
+        if is_type and {m.target.span.text for m in declaration.modifications} <= OF_VARIABLES:
             raise _no_keyword(scope, declaration)
-        near = closest(declaration.type, scope.namespace.names())
+        near = None if is_type else closest(declaration.type, scope.namespace.names())
         raise scope.fail(
             "E0203",
             f"there is no model '{declaration.type}'",
             span,
-            caption="unknown model" if found is None else f"'{declaration.type}' is no model",
+            caption="unknown model"
+            if found is None and not is_type
+            else f"'{declaration.type}' is {'a type of numbers' if is_type else 'no model'}",
             help=f"did you mean '{near}'?"
             if near and not packages_with(declaration.type)
             else _where_models_are(scope, declaration.type),

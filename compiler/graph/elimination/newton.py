@@ -31,6 +31,12 @@ SMALL = 1e-9
 VANISHING = 1e-5
 """An unknown smaller than this share of the largest value on its way is measured against that value."""
 
+ROUNDING = 1e-15
+"""Residual, as a share of its terms, that no step makes smaller."""
+
+BEYOND = 1e300
+"""Steps where derivatives vanish are longer than that, or no numbers."""
+
 Nodes = tuple[Node, ...]
 
 
@@ -182,16 +188,24 @@ class _System:
         return self.graph.less(*totals)
 
     def small(self, point: _Point, step: Nodes) -> Node:
-        """Tell whether a step changes nothing any more, and all rows of more than unknowns agree."""
-        graph, result = self.graph, self.graph.one
+        """Tell whether a step changes nothing any more, or rows are rounding of their terms, as those of an unknown that is zero; and
+        whether all rows of more than unknowns agree."""
+        graph, result, finite = self.graph, self.graph.one, self.graph.one
         for x, d, largest in zip(point.values, step, point.largest, strict=True):
             size = graph.maximum(graph.abs(x), graph.mul(graph.constant(VANISHING), largest))
             limit = graph.mul(graph.constant(SMALL), size)
             result = graph.logical_and(result, graph.less_equal(graph.abs(d), limit))
+            finite = graph.logical_and(finite, graph.less(graph.abs(d), graph.constant(BEYOND)))
         if len(self.rows) > len(self.unknowns):
-            for h, size in zip(point.residual, point.sizes, strict=True):
-                limit = graph.mul(graph.constant(SMALL), size)
-                result = graph.logical_and(result, graph.less_equal(graph.abs(h), limit))
+            return graph.logical_and(result, self._vanishing(point, SMALL))
+        return graph.logical_or(result, graph.logical_and(finite, self._vanishing(point, ROUNDING)))
+
+    def _vanishing(self, point: _Point, share: float) -> Node:
+        """Tell whether all rows are at most such a share of their terms."""
+        graph, result = self.graph, self.graph.one
+        for h, size in zip(point.residual, point.sizes, strict=True):
+            limit = graph.mul(graph.constant(share), size)
+            result = graph.logical_and(result, graph.less_equal(graph.abs(h), limit))
         return result
 
     def checked(self, values: Nodes, small: Node) -> Nodes:

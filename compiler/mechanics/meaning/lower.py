@@ -204,7 +204,7 @@ class Lowering:
                 caption=f"the {'determinant' if singular else 'divisor'} is zero whatever the values",
             ) from None
         if function in RELATIONS:
-            self.relations[node(result)] = None
+            self.relations[self.graph.unsigned(node(result))] = None
         if function in STAIRS:
             self.relations |= dict.fromkeys(self._whole_parts(node(result)))
         return result
