@@ -746,3 +746,47 @@ def test_a_node_in_a_part_under_a_measured_load_until_it_ends() -> None:
     assert ran.time[-1] == pytest.approx(end, abs=1e-8)
     assert ran["der(wheel.angle)"][-1] == pytest.approx(state[1], abs=1e-7)
     assert ran["half.middle.angle"][-1] == pytest.approx(0.1, abs=1e-9)
+
+
+GEARED = """
+import mech.rotational.*;
+Rotor rotor(J = 0.1 kg.m^2);
+Node mid(angle ~ 0 rad);
+Node hub(angle ~ 0 rad);
+Rotor load(J = 0.03 kg.m^2, angle {start} 0 rad);
+SpringDamper shaft(rotor.angle -> mid.angle, k = 100 N.m/rad, c = 1 N.m.s/rad);
+SpringDamper belt(hub.angle -> load.angle, k = 30 N.m/rad, c = 0.2 N.m.s/rad);
+{gear}
+initial der(rotor.angle) = 1 rad/s;
+experiment(stop = 1 s);
+"""
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, -3.0])
+@pytest.mark.parametrize("start", ["=", "~"])
+def test_a_gear_between_nodes_leaves_the_load_at_rest(ratio: float, start: str) -> None:
+    """Dampers give the rate of the gear at the start; nothing strikes the load. SciPy with the reduced equations."""
+
+    def motion(_: float, y: Array) -> list[float]:
+        r, w, far, u, hub = y
+        rate = (ratio * (w - 100 * (ratio * hub - r)) - 30 * (hub - far) + 0.2 * u) / (ratio**2 + 0.2)
+        pull = 100 * (ratio * hub - r) + ratio * rate - w
+        return [w, pull / 0.1, u, (30 * (hub - far) + 0.2 * (rate - u)) / 0.03, rate]
+
+    expected = solve_ivp(motion, (0, 1), [0, 1, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    gear = f"Gear gear(mid.angle -> hub.angle, ratio = {ratio});"
+    found = mechc.loads(GEARED.format(gear=gear, start=start)).simulate(tolerance=1e-10)
+    names = ("rotor.angle", "der(rotor.angle)", "load.angle", "der(load.angle)", "hub.angle")
+    assert found["der(load.angle)"][0] == 0
+    assert [found[name][-1] for name in names] == pytest.approx(expected.tolist(), abs=1e-8)
+
+
+def test_a_start_moves_what_has_no_mass_onto_a_constraint() -> None:
+    gear = "constraint mesh: mid.angle = hub.angle - 0.1 rad;"
+    found = mechc.loads(GEARED.format(gear=gear, start="~")).simulate()
+    begun = {
+        name: found[name][0] for name in ("rotor.angle", "load.angle", "der(load.angle)", "der(hub.angle)")
+    }
+    assert begun == pytest.approx(
+        {"rotor.angle": 0, "load.angle": 0, "der(load.angle)": 0, "der(hub.angle)": (1 - 3) / 1.2}, abs=1e-12
+    )

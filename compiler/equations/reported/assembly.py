@@ -18,6 +18,7 @@ from ...mechanics.system import InitialRow, MechanicalSystem
 from ..model import Function
 from ..quantities import origin
 from ..rows.constraints import Row
+from ..rows.residual import constraint_rates
 from ..solve.solved import Solved
 from .entries import Layout
 from .found import FoundStart, StartCondition
@@ -77,12 +78,16 @@ def assembly(
             _rate_is_open(system, condition.row, loose[0], reporter)
         return 1
 
+    followed = _followed(system)
     for row in (*solved.all_rows, *held):
         if row.position is not None:
             residual, rate = wanted(row, [row.position, row.rate])
             name, unit = row.title, row.constraint.units[row.component]
             entry = AssemblyRow(name, 1, "constraint", True, unit, origin(row.constraint.origin.shown))
-            add(entry, residual, *jacobian(system.graph, [rate], velocities))
+            if row.constraint.name in followed:
+                add(entry, residual, _displaced(system, residual, layout))
+            else:
+                add(entry, residual, *jacobian(system.graph, [rate], velocities))
     stages = [stage(condition) for condition in conditions]
     for condition, number in zip(conditions, stages, strict=True):
         if number == 1:
@@ -92,7 +97,10 @@ def assembly(
         unit = row.constraint.units[row.component]
         unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit
         entry = AssemblyRow(row.title, 2, "constraint", True, unit, origin(row.constraint.origin.shown))
-        add(entry, residual, *jacobian(system.graph, [residual], velocities))
+        (gradient,) = jacobian(system.graph, [residual], velocities)
+        held_by = followed.get(row.constraint.name, ())
+        moved = {j: n for j, n in gradient.items() if velocities[j] in held_by}
+        add(entry, residual, moved or gradient)
     for condition, number in zip(conditions, stages, strict=True):
         if number == 2:
             add(
@@ -107,6 +115,18 @@ def assembly(
         Function("assembly", "residuals of what an initial state must fulfil", tuple(residuals)),
         Function("assembly_jacobian", "their derivatives by the velocities, row by row", tuple(dense)),
     )
+
+
+def _followed(system: MechanicalSystem) -> dict[str, set[Node]]:
+    """Return the velocities in each constraint on what balances of forces move: a start fulfils it by these, and leaves alone the
+    velocities of masses on which the forces depend."""
+    balanced = {system.v[i].node for drive in system.drives if drive.balanced for i in drive.v}
+    found = {}
+    for rows in system.constraints if balanced else ():
+        support = set(system.graph.support(*constraint_rates(system, rows)))
+        if balanced & support:
+            found[rows.name] = support & system.symbols.velocities
+    return found
 
 
 def _displaced(system: MechanicalSystem, residual: Node, layout: Layout) -> dict[int, Node]:
