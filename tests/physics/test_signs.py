@@ -139,3 +139,26 @@ def test_what_a_part_holds_is_not_moved_from_outside() -> None:
         SimulationError, match=r"need the rate of the input 'teeth\.to', which they take to be zero"
     ):
         model.simulate(inputs=moved)
+
+
+VALLEYS = (
+    "potential 1 N*abs(x);",
+    "potential 1 N*sqrt(x^2);",
+    "let y = -x; potential 1 N*max(y, -y);",
+    "parameter k = 2 N; potential sum(k/2*abs(e) for e in {x});",
+)
+
+
+@pytest.mark.parametrize("valley", VALLEYS)
+def test_a_valley_with_a_sharp_floor(valley: str) -> None:
+    """Its force jumps where its derivative does: the same parabolas."""
+    solution = mechc.loads(PUSHED.format(valley)).simulate()
+    left = 10 - 7 * math.sqrt(2)
+    assert solution.statistics.steps < 40
+    assert solution["x"][-1] == pytest.approx(math.sqrt(2) * left - left**2 / 2, abs=1e-12)
+
+
+def test_what_bends_ends_no_step() -> None:
+    """The force of a spring that only pushes is continuous."""
+    found = mechc.loads("coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*max(x, 0 m)^2;")
+    assert found.problem().hybrid is None

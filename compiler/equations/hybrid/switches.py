@@ -151,30 +151,31 @@ def relations_of_time(
     return [n for n in asked if known.issuperset(graph.support(n))]
 
 
-def jumps_of_dissipation(
-    system: MechanicalSystem,
-    rates: Sequence[Node],
-    laws: Sequence[Node],
-    resolve: Mapping[Node, Node],
-    written: Collection[Node],
+def jumps_of_forces(
+    system: MechanicalSystem, rates: Sequence[Node], resolve: Mapping[Node, Node], written: Collection[Node]
 ) -> list[Node]:
-    """Return what the derivatives of a dissipation, ``laws``, ask of velocities where ``rates`` jump, as the sign in the
-    force of c*abs(v).
+    """Return what the derivatives of energies ask where the ``rates`` of the motion jump: the signs in the forces of a potential
+    k*abs(x) and of a dissipation c*abs(v).
 
     A motion may slide along such a jump, and no step across it would end. Where both sides agree, as those of abs(v)^3 do
     at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user, nor by what solves laws of
     forces, which ``resolve`` puts instead of answers about them.
     """
-    graph, velocities = system.graph, system.symbols.velocities
+    graph, symbols = system.graph, system.symbols
+    energy = graph.sub(graph.add(system.kinetic, system.lagrangian), system.potential)
+    velocities = sorted(symbols.velocities)
+    laws = vjp(graph, [(system.dissipation, graph.one)], velocities)
+    laws += vjp(graph, [(energy, graph.one)], [*(s.node for s in system.q), *velocities])
     inside = _inside_unknowns(system, {})
     compares = [n for n in graph.reach(laws) if compared(graph, n) is not None and n not in inside]
     resolved = map(graph.unsigned, substitute(graph, compares, resolve))
     images = dict(zip(compares, resolved, strict=True))
     felt = set(graph.reached_among(rates, list(images.values()))).difference(written)
+    moving = symbols.positions | symbols.velocities
     return [
         n
         for n, there in images.items()
-        if there in felt and not velocities.isdisjoint(graph.support(there)) and _jumps(graph, there, rates)
+        if there in felt and not moving.isdisjoint(graph.support(there)) and _jumps(graph, there, rates)
     ]
 
 

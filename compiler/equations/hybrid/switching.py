@@ -29,7 +29,7 @@ from .energy_jumps import EnergyStep, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
-from .switches import Switches, SwitchPlan, find_switches, jumps_of_dissipation, relations_of_time
+from .switches import Switches, SwitchPlan, find_switches, jumps_of_forces, relations_of_time
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -74,10 +74,9 @@ def add_events(
         *(n for eight in values.values() for n in eight),
     )
     written = set(map(graph.unsigned, solved.resolve(list(system.lowering.relations))))
-    braking = vjp(graph, [(system.dissipation, graph.one)], sorted(system.symbols.velocities))
     bends = [
         *relations_of_time(system, held, solved.replace),
-        *jumps_of_dissipation(system, rhs.outputs, braking, solved.replace, written),
+        *jumps_of_forces(system, rhs.outputs, solved.replace, written),
     ]
     left = system.lowering.tables.bends if "bends" in parts else {}
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides, left)
