@@ -1,4 +1,4 @@
-"""Values with which no run can begin: of parameters, and of the state."""
+"""Values with which no run can begin, of parameters, inputs and the state, and the bounds of a search among the others."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from .interface import Quantity
 from .memo import once
 from .outcome import SimulationError
 from .problem import Array, Problem
+from .settings import Free
 
 
 @once
@@ -98,3 +99,12 @@ def _check_range(quantity: Quantity, value: float, what: str) -> None:
             f"{what} '{quantity.name}' is {value:g}{unit}, above its maximum {quantity.maximum:g}{unit}",
             quantity.origin,
         )
+
+
+def bounds_of(problem: Problem, free: Free) -> tuple[float, float]:
+    """Give the bounds between which a value is searched: its own, else those of the model; infinite where there are none."""
+    quantities = (*problem.parameters, *problem.states, *problem.inputs)
+    stated = next(q for q in quantities if q.name == free.name)
+    low = stated.minimum if free.low is None else free.low
+    high = stated.maximum if free.high is None else free.high
+    return -math.inf if low is None else low, math.inf if high is None else high

@@ -175,3 +175,13 @@ def test_what_comes_to_rest_is_one_point() -> None:
 def test_values_without_points_are_counted() -> None:
     found = mechc.loads(CUBIC).diagram(over="r = -1 .. 1, 3", hold=60, where="x = 5")
     assert "at 3 of 3 values the motion has no such points" in " ".join(found.remarks)
+
+
+@pytest.mark.parametrize(("hold", "times"), [("0.3 s", [0.2, 0.3]), ("0.7 s", [0.4, 0.5, 0.6, 0.7])])
+def test_the_last_point_lies_at_the_end_of_a_hold(hold: str, times: list[float]) -> None:
+    """3 times 0.1 is more than 0.3 in double precision."""
+    text = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; parameter k = 4 N/m; potential 1/2*k*x^2;"
+    found = mechc.loads(text).diagram(over="k = 4 N/m .. 9 N/m, 2", every="0.1 s", hold=hold, order="start")
+    for row, rate in zip(found.details["diagram"], (2, 3), strict=True):
+        assert row["times"] == pytest.approx(times)
+        assert row["points"] == pytest.approx(np.cos(rate * np.array(times)), abs=1e-9)

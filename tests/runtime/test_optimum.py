@@ -80,3 +80,78 @@ def test_a_bound_and_mistakes() -> None:
         model.optimum(goal="far")
     with pytest.raises(mechc.SimulationError, match="what counts"):
         model.optimum(vary="angle", goal="far", when="later")
+
+
+CLIMB = """\
+model Climb
+  parameter c(min = 0 N.s/m) = 0.3 N.s/m;
+  parameter k = 4 N/m;
+  coordinate x = 1 m;
+  coordinate y = 0 m;
+  initial der(y) = 1 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*k*x^2 + 9.81 N*y;
+  damping c on x;
+  experiment(stop = 10 s, every = 1 s);
+end Climb;
+"""
+"""A mass on a spring, and a throw whose highest point lies between two points of the output."""
+
+
+def test_the_highest_value_lies_between_the_points_of_the_output() -> None:
+    """v^2/(2 g), after v/g: half a second at 5 m/s, where the output has a point each second."""
+    climb = mechc.loads(CLIMB)
+    found = climb.optimum(vary="der(y) = 0 m/s .. 5 m/s", goal="y", when="highest")
+    assert found["y"] == pytest.approx(25 / (2 * 9.81), rel=1e-12)
+    lowest = climb.optimum(vary="c = 0.1 N.s/m .. 0.2 N.s/m", goal="x", when="lowest")
+    decay, swing = (
+        0.1,
+        math.sqrt(4 - 0.1**2),
+    )  # at c = 0.2 the first swing ends at -exp(-c/2 pi/w), less at less
+    assert lowest["x"] == pytest.approx(-math.exp(-decay * math.pi / swing), rel=1e-10)
+
+
+def test_a_value_is_looked_for_over_its_whole_range_wherever_the_model_begins() -> None:
+    """cos(sqrt(k) 10 s) is greatest where sqrt(k) 10 s is a multiple of 2 pi; the model begins at 4 N/m, out of each range."""
+    swing = mechc.loads(CLIMB)
+    for low, high, turns in ((10, 15, 6), (4.5, 7, 4), (1.2, 2, 2)):
+        found = swing.optimum(vary=f"k = {low} N/m .. {high} N/m", goal="x", set={"c": 0})
+        assert found["k"] == pytest.approx((turns * 2 * math.pi / 10) ** 2, rel=1e-7)
+        assert found["x"] == pytest.approx(1, abs=1e-9)
+
+
+def test_a_simplex_begins_within_its_bounds() -> None:
+    """The range of a throw without drag, v^2 sin(2 a)/g: at the greatest speed, 45 degrees up, from neither of which it begins."""
+    text = """\
+model Throw
+  parameter a = 10 deg;
+  parameter v = 1 m/s;
+  coordinate x = 0 m;
+  coordinate y = 0 m;
+  initial der(x) = v*cos(a);
+  initial der(y) = v*sin(a);
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 9.81 N*y;
+  when y < 0 m then terminate("down"); end when;
+  experiment(stop = 9 s);
+end Throw;
+"""
+    found = mechc.loads(text).optimum(vary="a = 20 deg .. 80 deg, v = 2 m/s .. 4 m/s", goal="x")
+    assert found["v"] == 4 and found["a"] == pytest.approx(math.pi / 4, abs=1e-4)
+    assert found["x"] == pytest.approx(16 / 9.81, rel=1e-7)
+    assert found.remarks[0].startswith("v: at its bound")
+
+
+@pytest.mark.parametrize("bounds", ["c = 0 N.s/m .. 0.5 N.s/m", "c"])
+def test_a_bound_of_zero_is_reached(bounds: str) -> None:
+    """Without damping the swing is fastest, at 2 m/s; a negative one is out of the range of the model."""
+    found = mechc.loads(CLIMB).optimum(vary=bounds, goal="der(x)", when="highest")
+    assert found["c"] == 0 and found["der(x)"] == pytest.approx(2, rel=1e-9)
+    assert found.remarks[0] == "c: at its bound, where the goal may still grow beyond"
+
+
+def test_the_end_of_what_was_looked_at_is_told() -> None:
+    """Without bounds a value is looked for between nothing and twice that of the model."""
+    found = mechc.loads(CLIMB).optimum(vary="k", goal="-k/(1 N/m)", least=True)
+    assert found["k"] == pytest.approx(8, rel=1e-5)
+    assert "k: at an end of 0 .. 8, where it was looked for as it has no bounds" in found.remarks[0]

@@ -35,6 +35,19 @@ def extrema(solution: Solution, name: str, t: Array, sign: float) -> Array:
     return np.asarray((low + high) / 2)
 
 
+def turns(solution: Solution, name: str, begin: float = -np.inf) -> tuple[Array, Array]:
+    """Return times and values between which a quantity only rises or only falls: extrema, both sides of events, and what is between."""
+    begin, end = max(begin, float(solution.time[0])), float(solution.time[-1])
+    fine = fine_times(solution, begin, end)
+    more = np.concatenate([fine, *(extrema(solution, name, fine, sign) for sign in (1.0, -1.0))])
+    rows = solution.time >= begin
+    t = np.concatenate([solution.time[rows], more])
+    x = np.concatenate([np.asarray(solution[name], dtype=float)[rows], solution(more)[name]])
+    order = np.argsort(t, kind="stable")
+    kept = np.concatenate([[True], np.diff(t[order]) > 0]) | (order < np.count_nonzero(rows))
+    return t[order][kept], x[order][kept]
+
+
 def crossings(t: Array, g: Array, value: Callable[[Array], Array], direction: str) -> Array:
     """Give the times [m] at which ``value`` goes through zero between the times ``t`` [n], where it is ``g`` [n].
 

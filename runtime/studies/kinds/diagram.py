@@ -140,7 +140,7 @@ class Diagram(Study, frozen=True, kw_only=True):
             interval = interval_of(plan, plan.case.y0, self.every, "the time between the points")
             last = math.floor((end - begin) / interval * (1 + 1e-12))
             count: Array = np.arange(math.ceil((half - begin) / interval), last + 1, dtype=float)
-            return begin + interval * count
+            return np.minimum(begin + interval * count, end)
         if passages == "impacts" and self.where is None:
             hits = {event.time for event in solution.events if event.kind == "impact"}
             return np.array(sorted(t for t in hits if t >= half))

@@ -15,6 +15,7 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import replace
 
+from ...allowed_values import bounds_of
 from ...case import prepare
 from ...fitting.driven import (
     DRAWS,
@@ -172,8 +173,7 @@ def _unknowns(problem: Problem, study: Fit) -> tuple[FitUnknown, ...]:
                 problem.inputs[index],
                 inputs(case.begin, case.y0, np.empty(0), case.z, case.p)[index],
             )
-        low = _bound(free.low, None if initial else quantity.minimum, -np.inf)
-        high = _bound(free.high, None if initial else quantity.maximum, np.inf)
+        low, high = bounds_of(problem, free)
         if not np.isfinite(value):
             value = 0.0
         if not low <= value <= high:
@@ -196,10 +196,6 @@ def _unknowns(problem: Problem, study: Fit) -> tuple[FitUnknown, ...]:
             f"{numbers} measured numbers cannot tell {len(found)} unknowns and their errors"
         )
     return tuple(found)
-
-
-def _bound(asked: float | None, stated: float | None, otherwise: float) -> float:
-    return asked if asked is not None else otherwise if stated is None else stated
 
 
 # ---------------------------------------------------------------- the answer

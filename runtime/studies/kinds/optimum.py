@@ -11,8 +11,10 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from ...allowed_values import bounds_of
 from ...case import find_setting
 from ...integrate.interruption import NotedInterruptions
 from ...numerics.roots import minimum
@@ -21,6 +23,7 @@ from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Free, settable
 from ..findings import Curve, Findings, Panel, Value
+from ..flow.crossings import turns
 from ..flow.pieces import with_horizon
 from ..runs.companion import closer
 from ..runs.simulate import plan_run, run
@@ -33,6 +36,8 @@ WIDTH = 0.2
 DIFFERENCE = 2e-3
 """Of the size of a value: for derivatives by differences of fourth order."""
 NEWTON = 6
+BESIDE = 1e-5
+"""Of the size of a value: so near to a bound it is on it."""
 WHEN = ("end", "highest", "lowest")
 TURN = math.pi / 2
 EPSILON = float(np.finfo(float).eps)
@@ -82,18 +87,21 @@ class _Search:
             if setting.array == "u":
                 raise SimulationError(f"'{one.name}' is an input: make it a parameter to vary it")
             begin.append(float(arrays[setting.array][setting.index]))
-        self.begin = np.array(begin)
-        self.size = np.array([
-            (one.high - one.low) / 2 if one.low is not None and one.high is not None
-            else TURN if one.unit == "rad" and abs(x) < TURN else abs(x) or 1.0
-            for one, x in zip(study.vary, begin, strict=True)
-        ])  # fmt: skip
-        self.low = np.array([-np.inf if one.low is None else one.low for one in study.vary])
-        self.high = np.array([np.inf if one.high is None else one.high for one in study.vary])
+        self.low, self.high = np.array([bounds_of(problem, one) for one in study.vary]).T
+        bounded = np.isfinite(self.low) & np.isfinite(self.high)
+        inside = (np.array(begin) >= self.low) & (np.array(begin) <= self.high)
+        with np.errstate(invalid="ignore"):
+            self.begin = np.where(inside, begin, (self.low + self.high) / 2)
+            self.size = np.where(bounded, (self.high - self.low) / 2, [
+                TURN if one.unit == "rad" and abs(x) < TURN else abs(x) or 1.0
+                for one, x in zip(study.vary, begin, strict=True)
+            ])  # fmt: skip
         self.count = 0
         self.closer: dict[str, float] = {}
         """Settings of motions beside those of the study, from which errors follow."""
         self.seen: list[tuple[Array, float]] = []
+        self.looked: tuple[float, float] | None = None
+        """Between which ends a single value without bounds was looked for."""
         self.failed = ""
         """Why one of the motions has no end."""
 
@@ -120,21 +128,23 @@ class _Search:
         if solution.outcome not in ENDED:
             self.failed = f": {solution.message}"
             return math.nan
-        values = solution[self.goal.name]
         match self.study.when:
             case "highest":
-                return float(np.max(values))
+                return float(np.max(turns(solution, self.goal.name)[1]))
             case "lowest":
-                return float(np.min(values))
-        return float(values[-1])
+                return float(np.min(turns(solution, self.goal.name)[1]))
+        return float(solution[self.goal.name][-1])
 
     def rough(self, interrupted: Any) -> Array:
         """Look for the optimum without derivatives."""
         if len(self.names) == 1:
-            both = bool(np.isfinite(self.low[0]) and np.isfinite(self.high[0]))
-            reach = 2 * self.size[0] if both else self.size[0]
-            low = max(float(self.low[0]), float(self.begin[0] - reach))
-            high = min(float(self.high[0]), float(self.begin[0] + reach))
+            low, high = float(self.low[0]), float(self.high[0])
+            if not math.isfinite(high - low):
+                low, high = (
+                    max(low, float((self.begin - self.size)[0])),
+                    min(high, float((self.begin + self.size)[0])),
+                )
+                self.looked = low, high
             axis = np.linspace(low, high, LOOKS)
             values = [math.inf if interrupted() else self(np.array([x])) for x in axis]
             k = int(np.argmin(values))
@@ -144,16 +154,20 @@ class _Search:
                 )
             low, high = axis[max(k - 1, 0)], axis[min(k + 1, LOOKS - 1)]
             return np.array([minimum(lambda x: self(np.array([x])), low, high, 1e-6 * self.size[0])[0]])
-        simplex = np.vstack([self.begin, self.begin + WIDTH * np.diag(self.size)])
+        inwards = np.where(self.begin + WIDTH * self.size > self.high, -WIDTH, WIDTH)
+        low, high = (self.low - self.begin) / self.size, (self.high - self.begin) / self.size
         found = minimize(
-            self, self.begin, method="Nelder-Mead",
-            options={"initial_simplex": simplex, "xatol": 1e-6, "fatol": 1e-13, "maxiter": 400 * len(self.names)},
+            lambda z: self(np.clip(self.begin + self.size * z, self.low, self.high)), np.zeros_like(inwards),
+            method="Nelder-Mead", bounds=list(zip(low, high, strict=True)),
+            options={"initial_simplex": np.vstack([np.zeros_like(inwards), np.diag(inwards)]),
+                     "xatol": 1e-6, "fatol": 1e-13, "maxiter": 400 * len(self.names)},
         )  # fmt: skip
         if not math.isfinite(found.fun):
             raise SimulationError(
                 f"no motion of '{self.problem.name}' near its start has a goal{self.failed}"
             )
-        return np.asarray(found.x, dtype=np.float64)
+        place: Array = np.clip(self.begin + self.size * found.x, self.low, self.high)
+        return place
 
     def polished(self, x: Array) -> tuple[Array, Array | None]:
         """Take Newton's steps to where the derivatives vanish; give the place and the last step, None at a bound or
@@ -180,11 +194,13 @@ class _Search:
 
     def at_bound(self, x: Array) -> Array:
         """Give the place with what lies next to a bound on it, where the goal is no worse there."""
-        there = x.copy()
-        for end in (self.low, self.high):
-            beside = np.abs(x - end) < 1e-5 * np.maximum(np.abs(x), 1e-300)
-            there[beside] = end[beside]
+        there = np.where(self.beside(x, self.low), self.low, x)
+        there = np.where(self.beside(x, self.high), self.high, there)
         return there if self(there) <= self(x) else x
+
+    def beside(self, x: Array, end: Array) -> NDArray[np.bool_]:
+        """Say which values lie on a bound, as far as the search tells."""
+        return np.asarray(np.abs(x - end) < BESIDE * self.size)
 
     def moved(self, x: Array) -> Array:
         """Give how far Newton's step leads from the optimum, by the motions of now: nan where it leads nowhere."""
@@ -226,12 +242,16 @@ def _findings(
     word = "least" if search.study.least else "greatest"
     unit = best.unit(search.goal.name)
     remarks = []
-    at_bound = [
-        name for name, x, low, high in zip(search.names, place, search.low, search.high, strict=True)
-        if min(x - low, high - x) < 1e-5 * max(abs(x), 1e-300)
-    ]  # fmt: skip
+    on = search.beside(place, search.low) | search.beside(place, search.high)
+    at_bound = [name for name, there in zip(search.names, on, strict=True) if there]
     if at_bound:
         remarks.append(f"{', '.join(at_bound)}: at its bound, where the goal may still grow beyond")
+    elif search.looked and any(search.beside(place, np.array([end])).all() for end in search.looked):
+        low, high = search.looked
+        remarks.append(
+            f"{search.names[0]}: at an end of {low:g} .. {high:g}, where it was looked for as it has no bounds: the goal may still "
+            "grow beyond"
+        )
     elif off is None:
         remarks.append("the goal is not smooth there, or flat: how far the place may be off cannot be told")
     if best.outcome is Outcome.TERMINATED:

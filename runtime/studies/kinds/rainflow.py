@@ -20,7 +20,7 @@ from ...results.solution import Solution
 from ...settings import Formula, settable
 from ..findings import Curve, Findings, Panel, Table, Value
 from ..flow.carried_sweep import interval_of
-from ..flow.crossings import extrema, fine_times
+from ..flow.crossings import turns
 from ..runs.companion import closer
 from ..runs.simulate import is_as_stated, plan_run, run
 from ..study import Study
@@ -138,19 +138,6 @@ def cycles(x: Array) -> list[Cycle]:
     return found
 
 
-def series_of(solution: Solution, name: str, begin: float) -> tuple[Array, Array]:
-    """Return times and values between which a quantity only rises or only falls: extrema, both sides of events, and what is between."""
-    begin, end = max(begin, float(solution.time[0])), float(solution.time[-1])
-    fine = fine_times(solution, begin, end)
-    more = np.concatenate([fine, *(extrema(solution, name, fine, sign) for sign in (1.0, -1.0))])
-    rows = solution.time >= begin
-    t = np.concatenate([solution.time[rows], more])
-    x = np.concatenate([np.asarray(solution[name], dtype=float)[rows], solution(more)[name]])
-    order = np.argsort(t, kind="stable")
-    kept = np.concatenate([[True], np.diff(t[order]) > 0]) | (order < np.count_nonzero(rows))
-    return t[order][kept], x[order][kept]
-
-
 def _counted(x: Array, least: float) -> tuple[list[Cycle], int]:
     """Return the cycles that count, by their ranges, and the number of those that are too small."""
     every = cycles(x)
@@ -167,9 +154,9 @@ def _findings(
     problem: Problem, study: Rainflow, seen: Formula, begin: float, solution: Solution, rough: Solution
 ) -> Findings:
     unit, time = solution.unit(seen.name), problem.time
-    t, x = series_of(solution, seen.name, begin)
+    t, x = turns(solution, seen.name, begin)
     found, faint = _counted(x, study.least)
-    other, _ = _counted(series_of(rough, seen.name, begin)[1], study.least)
+    other, _ = _counted(turns(rough, seen.name, begin)[1], study.least)
     largest = found[0].range if found else 0.0
     values = (
         Value("cycles", "", _total(found), abs(_total(found) - _total(other))),
