@@ -19,7 +19,7 @@ from ..presentation.numbers import number, with_unit
 from ..presentation.report import report
 from ..requests.parse_values import UsageMistake, unknown_name
 from ..runtime.outcome import Outcome, SimulationError
-from ..runtime.studies.flow.crossings import extrema, fine_times
+from ..runtime.studies.flow.crossings import turns
 from ..runtime.studies.table import STUDIES
 from .blocks import Block, Document, Heading, MovingPage, Paragraph, Picture, Preformatted, Rows
 
@@ -102,13 +102,9 @@ def _loads(model: Model, settings: Mapping[str, Any]) -> list[Load]:
     told = model.with_formulas({name: formula for name, (_, _, formula) in reactions.items()})
     solution = told.simulate(**settings, estimate_error=False)
     entries = [q for q in solution.problem.outputs if q.unit in FORCES]
-    t = fine_times(solution, float(solution.time[0]), float(solution.time[-1]))
     found: list[tuple[str, float, Load]] = []
     for entry in entries:
-        more = [extrema(solution, entry.name, t, sign) for sign in (1.0, -1.0)]
-        times = np.concatenate([t, *more])
-        values = np.concatenate([np.asarray(solution(times)[entry.name], dtype=float), solution[entry.name]])
-        times = np.concatenate([times, solution.time])
+        times, values = turns(solution, entry.name)
         k = int(np.nanargmax(np.abs(values)))
         place, what, _ = reactions.get(entry.name, (entry.name, entry.doc or "output", ""))
         unit, factor = solution.shown_unit(entry.name)

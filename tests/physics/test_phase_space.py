@@ -185,3 +185,21 @@ def test_action_in_a_uniform_field() -> None:
         end = model.simulate(stop=t)(t)
         assert end["x"] == pytest.approx(x, rel=1e-9)
         assert end["der(x)"] == pytest.approx(math.sqrt(2 * m * (E + F * x)) / m, rel=1e-9)  # dW/dx
+
+
+def test_an_output_that_is_zero_is_part_of_no_sum() -> None:
+    """Rates of momenta are sums of forces, beside the drag of a damper that is turned off."""
+    text = """\
+model Plane
+  parameter c = 0 N.s/m;
+  coordinate x = 0.1 m;
+  coordinate y = 0.3 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*3 N/m*x^2 + 2 N/m*y^2 + 1 N/m*x*y;
+  output drag = -c*der(x);
+end Plane;
+"""
+    found = mechc.loads(text).brackets().details["brackets"]
+    told = {(one["f"], one["g"]): one["bracket"] for one in found}
+    assert told["drag", "H"] == told["drag", "x"] == "0"
+    assert told["p_x", "H"] == "-3*x - y" and told["p_y", "H"] == "-x - 4*y"

@@ -216,7 +216,8 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
             ratio = values / column
             if np.ptp(ratio) <= EXACT * np.abs(ratio).max():
                 return sum_text([_number(float(ratio[0]))], [_whole(name)])
-    columns = np.hstack([np.ones((len(values), 1)), quantities])
+    moving = np.flatnonzero(quantities.any(axis=0))  # what is zero is part of no sum
+    columns = np.hstack([np.ones((len(values), 1)), quantities[:, moving]])
     if columns.shape[1] > len(values) - 4:
         return ""
     scale = np.abs(columns).max(axis=0)
@@ -226,7 +227,7 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
         return ""
     pairs = [
         (_number(float(c / s)), name)
-        for c, s, name in zip(solution, scale, ["1", *names], strict=True)
+        for c, s, name in zip(solution, scale, ["1", *(names[k] for k in moving)], strict=True)
         if abs(c) > 1e-8 * np.abs(solution).max()
     ]
     return sum_text([c for c, _ in pairs], [_whole(name) for _, name in pairs])
