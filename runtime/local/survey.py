@@ -19,7 +19,7 @@ from ..problem import Array
 from .equilibrium import REGULAR, at_rest, rest
 from .operating_point import Site
 from .search import Search, spread_evenly
-from .vibration import SECOND_ORDER
+from .vibration import mass_matrix
 
 CELLS = {1: 601, 2: 47}
 """Along each coordinate; odd, so that no node lies at the middle, where models like to be singular."""
@@ -141,20 +141,12 @@ def _field(search: Search) -> Field:
     """Return the generalised forces and rates of states [m] as a function of the values of the coordinates."""
     site, nv = search.site, search.site.problem.nv
     start = at_rest(site, site.y)
-    pattern = np.array(site.problem.patterns[SECOND_ORDER], dtype=np.intp).reshape(-1, 2)
-    masses = pattern[:, 1] < nv
     rows = search.rows()
 
     def field(values: Array) -> Array:
         y = search.placed(start, values)
         rates = site.rates(y)[site.chart.nd :]
-        entries = (
-            site.case.functions.matrices[SECOND_ORDER](site.t, y, site.u, site.z, site.p)
-            if len(pattern)
-            else np.zeros(0)
-        )
-        mass = np.zeros((nv, nv))
-        mass[pattern[masses, 0], pattern[masses, 1]] = entries[masses]
+        mass = mass_matrix(site, y)
         found: Array = np.concatenate([mass @ rates[:nv], rates[nv:]])[rows]
         return found
 
@@ -249,10 +241,7 @@ def _signs(search: Search, field: Field) -> int | None:
 def _weighed(search: Search, y: Array, slopes: Array) -> Array:
     """Return derivatives of forces from those of accelerations, at a state where forces vanish."""
     site, nv = search.site, search.site.problem.nv
-    pattern = np.array(site.problem.patterns[SECOND_ORDER], dtype=np.intp).reshape(-1, 2)
-    entries = site.case.functions.matrices[SECOND_ORDER](site.t, y, site.u, site.z, site.p)
-    mass, masses = np.zeros((nv, nv)), pattern[:, 1] < nv
-    mass[pattern[masses, 0], pattern[masses, 1]] = entries[masses]
+    mass = mass_matrix(site, y)
     return np.vstack([mass @ slopes[:nv], slopes[nv:]])
 
 

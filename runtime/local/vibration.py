@@ -60,15 +60,29 @@ class Modes(Struct, frozen=True, eq=False):
     groups: tuple[tuple[int, ...], ...]
 
 
+def second_order(site: Site, y: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return (row, column) and values of the derivatives of the equations of motion; none of a model without coordinates."""
+    pattern = np.array(site.problem.patterns[SECOND_ORDER], dtype=np.intp).reshape(-1, 2)
+    if not len(pattern):
+        return pattern, np.zeros(0)
+    return pattern, site.case.functions.matrices[SECOND_ORDER](site.t, y, site.u, site.z, site.p)
+
+
+def mass_matrix(site: Site, y: Array) -> Array:
+    """Return the mass matrix [nv, nv]."""
+    nv = site.problem.nv
+    pattern, values = second_order(site, y)
+    masses, found = pattern[:, 1] < nv, np.zeros((nv, nv))
+    found[pattern[masses, 0], pattern[masses, 1]] = values[masses]
+    return found
+
+
 def vibration(site: Site, y: Array) -> Vibration:
     """Return the equations of small motions about an equilibrium, with what holds there as constraints. Raises
     SimulationError at singular positions."""
     problem, nv = site.problem, site.problem.nv
-    pattern = np.array(problem.patterns[SECOND_ORDER], dtype=np.intp).reshape(-1, 2)
     shape = (nv, 2 * nv + site.chart.nd)
-    values = np.zeros(0)
-    if len(pattern):
-        values = site.case.functions.matrices[SECOND_ORDER](site.t, y, site.u, site.z, site.p)
+    pattern, values = second_order(site, y)
     if not np.isfinite(values).all():
         raise SimulationError("the equations of motion have no derivatives at this state")
     whole = scipy.sparse.csc_array((values, (pattern[:, 0], pattern[:, 1])), shape=shape)

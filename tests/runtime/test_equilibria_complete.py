@@ -105,6 +105,29 @@ def test_known_counts(name: str) -> None:
     assert answer.summary()["may_be_incomplete"] is False
 
 
+def test_states_alone_are_counted() -> None:
+    """Two species that displace each other rest at four places, where the determinants of their slopes are 6, 2, -1 and 3."""
+    answer = found("""\
+model Species
+  dimensionless;
+  state x(min = -1, max = 4) = 1;
+  state y(min = -1, max = 4) = 2;
+  equation der(x) = x*(3 - x - 2*y);
+  equation der(y) = y*(2 - x - y);
+end Species;
+""")
+    places = sorted(
+        tuple(round(v, 9) for v in one["values"].values()) for one in answer.details["equilibria"]
+    )
+    assert places == [(0, 0), (0, 2), (1, 1), (3, 0)]
+    stable = {
+        tuple(np.round(list(one["values"].values()), 9)): one["stable"]
+        for one in answer.details["equilibria"]
+    }
+    assert stable == {(0, 0): False, (0, 2): True, (1, 1): False, (3, 0): True}
+    assert answer.details["signs"] == answer.details["signs_expected"] == 2
+
+
 def test_what_may_be_missing_is_told() -> None:
     """Zeros at 1, -1, 9 and two between: two lie beyond -4 .. 4, where nobody said to look. The signs within do add up to 1."""
     answer = found(points("coordinate x = 0.1;", "(x^2 - 1)^2*(x - 9)^2/81"))
