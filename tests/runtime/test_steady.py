@@ -320,3 +320,28 @@ def test_what_leaves_a_family_is_refused() -> None:
 def test_what_moves_otherwise_is_refused(name: str, settings: dict[str, str], said: str) -> None:
     with pytest.raises(SimulationError, match=said):
         steady(name, **settings)
+
+
+def test_a_pole_is_left_out() -> None:
+    """Two spherical pendulums lean by cos(a) = g/(l w^2), each to either side; at the poles, where a bob hangs or stands, an azimuth
+    means nothing, and no rate of it is a steady motion."""
+    text = """
+model Two
+  parameter w = 20 rad/s;
+  coordinate Angle phi[2] = {0, 0} rad;
+  coordinate Angle a[2] = {20, 30} deg;
+  initial der(phi) = {w, w};
+  kinetic sum(1/2*i*1 kg*(0.3 m)^2*(der(a[i])^2 + sin(a[i])^2*der(phi[i])^2) for i in 1:2);
+  potential -sum(i*9.81 N*0.3 m*cos(a[i]) for i in 1:2);
+end Two;
+"""
+    found = mechc.loads(text).steady(vary="a[1], a[2]")
+    lean = math.acos(9.81 / (0.3 * 400))
+    places = sorted((one["values"]["a[1]"], one["values"]["a[2]"]) for one in found.details["steady"])
+    assert np.allclose(
+        places, [(-lean, -lean), (-lean, lean), (lean, -lean), (lean, lean)], rtol=0, atol=1e-12
+    )
+    frequency = math.sqrt(400 * math.sin(lean) ** 2 + 4 * 400 * math.cos(lean) ** 2)  # w^2 (1 + 3 cos^2 a)
+    for one in found.details["steady"]:
+        assert one["stable"] and np.allclose(np.abs(one["eigenvalues"]).max(axis=1), frequency)
+    assert any("loses its meaning there" in remark for remark in found.remarks)

@@ -28,6 +28,8 @@ LONGEST = 0.5
 NEAR = 1e-10
 """A last step, in sizes of the unknowns, below which a solution is one."""
 SAME = 1e-6
+POLE = 1e-14
+"""Of its inertia at the start: below this a cyclic coordinate has none, as an azimuth nearer than 1e-7 to a pole."""
 REACH = 100.0
 """Times the size of the rates of the start, and one over it, between which unknown rates are looked for."""
 
@@ -59,6 +61,8 @@ class SteadySearch:
         self.momenta = [k for k, q in enumerate(problem.phase) if q.kind == "momentum"]
         self.energy_place = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
         self.fixed = not vary
+        self.undefined: set[str] = set()
+        """Where cyclic coordinates lose their meaning, as an azimuth at a pole, and rates of them are no motions."""
         rates = [nq + k for k in self.cyclic]
         if self.fixed:
             self.unknown = np.array([*self.shape, *rates], dtype=np.intp)
@@ -178,11 +182,21 @@ class SteadySearch:
         solved = newton(y, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
         return self._told(solved.at) if solved.converged else None
 
+    def _means_nothing(self, y: Array) -> bool:
+        """Whether the momenta of cyclic coordinates hardly feel a rate of them, beside those of the start."""
+        rates = [self.nq + k for k in self.cyclic]
+        here, start = (self._slopes(at)[:, rates] for at in (y, self.start))
+        size = np.sqrt(np.maximum(np.abs(np.diag(start)), 1e-300))
+        return bool(np.linalg.eigvalsh(here / np.outer(size, size)).min(initial=1.0) < POLE)
+
     def _told(self, y: Array) -> SteadyMotion | None:
         turns = [k for k in self.unknown if self.periodic[k]]
         y[turns] -= 2 * np.pi * np.ceil((y[turns] - np.pi * (1 + 1e-12)) / (2 * np.pi))
         bounded = [k for k in self.unknown if self.stated[k]]
         if ((y[bounded] < self.low[bounded]) | (y[bounded] > self.high[bounded])).any():
+            return None
+        if self._means_nothing(y):
+            self.undefined.add(", ".join(f"{self.names[k]} = {round(y[k], 6) + 0.0:g}" for k in self.shape))
             return None
         left, slopes = self.equations(y)
         scale = np.abs(slopes) @ np.maximum(np.abs(y[: 2 * self.nq]), 1e-3 * self.sizes)

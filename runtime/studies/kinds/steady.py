@@ -8,7 +8,7 @@ cyclic coordinates held is stable.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -24,6 +24,8 @@ from .relative_equilibria import CarriedSearch
 from .routh import SteadyMotion, SteadySearch
 
 Search = SteadySearch | CarriedSearch
+SHOWN = 4
+"""Places that a remark names."""
 COUNT = 41
 WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
 
@@ -62,13 +64,14 @@ class Steady(Study, frozen=True, kw_only=True):
             return _listed(first, first.run())
         over = self.over[0]
         values = np.linspace(over.low, over.high, over.count or COUNT)
-        found = []
+        found, searches = [], []
         for k, value in enumerate(values):
             search = _search(problem, self, {over.name: float(value)})
             found.append((float(value), search.run()))
+            searches.append(search)
             if self.progress is not None:
                 self.progress((k + 1) / len(values))
-        return _followed(first, over, found)
+        return _followed(first, over, found, _poles(searches))
 
 
 def _search(problem: Problem, study: Steady, values: Mapping[str, float]) -> Search:
@@ -115,6 +118,7 @@ def _listed(search: Search, found: list[SteadyMotion]) -> Findings:
     remarks = list(moving_inputs(site))
     if words := search.words():
         remarks.append(f"as at the start: {words}")
+    remarks += _poles([search])
     if any(not np.isfinite(e) for one in found for e in one.errors.values()):
         remarks.append(
             "some of these are not isolated, or where the coordinates are singular: their errors cannot be told"
@@ -136,6 +140,18 @@ def _listed(search: Search, found: list[SteadyMotion]) -> Findings:
             "accuracy": {"errors": [r["errors"] for r in records], "errors_from": "residual and rounding times the condition"},
         },
     )  # fmt: skip
+
+
+def _poles(searches: Sequence[Search]) -> list[str]:
+    """Say where coordinates lose their meaning, which is none of the motions that are told."""
+    places = sorted({place for one in searches if isinstance(one, SteadySearch) for place in one.undefined})
+    if not places:
+        return []
+    more = f"; and {len(places) - SHOWN} more" if len(places) > SHOWN else ""
+    return [
+        f"left out, as a cyclic coordinate loses its meaning there, like an azimuth at a pole: {'; '.join(places[:SHOWN])}{more}; "
+        "what is steady there needs other coordinates"
+    ]
 
 
 def _cells(one: SteadyMotion, columns: list[int]) -> tuple[Cell, ...]:
@@ -183,7 +199,9 @@ def _potential(search: Search, found: list[SteadyMotion]) -> tuple[Panel, ...]:
     return (Panel("Routh's potential", search.names[k], problem.states[k].unit, "energy", unit, curves),)
 
 
-def _followed(search: Search, over: Range, found: list[tuple[float, list[SteadyMotion]]]) -> Findings:
+def _followed(
+    search: Search, over: Range, found: list[tuple[float, list[SteadyMotion]]], remarks: Sequence[str]
+) -> Findings:
     problem, units = search.site.problem, search.units
     records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
     panels = []
@@ -212,7 +230,7 @@ def _followed(search: Search, over: Range, found: list[tuple[float, list[SteadyM
         message=f"{between} steady motion{'' if between == '1' else 's'} at each of {len(found)} values of {over.name}",
         values=(),
         errors_from="residual and rounding times the condition of the equations",
-        remarks=tuple(_changes(over, found)),
+        remarks=(*remarks, *_changes(over, found)),
         tables=(Table("", head, rows),) if rows else (),
         panels=tuple(panels),
         details={"steady": records, "cyclic": search.axes},
