@@ -28,6 +28,10 @@ class Stability(Struct, frozen=True, eq=False):
     conservative: bool
 
 
+UNTOLD = Stability(None, np.zeros(0, dtype=np.complex128), (), False)
+"""Where the equations have no derivatives."""
+
+
 def stability(site: Site, y: Array, idle: tuple[str, ...] = (), within: Array | None = None) -> Stability:
     """Tell whether an equilibrium is stable, but for displacements along ``idle`` coordinates, which nothing depends on.
 

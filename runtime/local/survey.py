@@ -225,7 +225,10 @@ def _signs(search: Search, field: Field) -> int | None:
         if one.free.size:
             return None
         if one.condition < REGULAR:
-            here = rest(search.site, one.y, search.box.moved)
+            try:
+                here = rest(search.site, one.y, search.box.moved)
+            except SimulationError:  # a derivative is undefined there
+                return None
             slopes = _weighed(search, one.y, here.slopes)[rows]
             total += int(np.sign(np.linalg.det(-slopes / max(float(np.abs(slopes).max()), 1e-300))))
             continue

@@ -192,3 +192,20 @@ def test_crossing_frequencies_are_no_collision() -> None:
                   "1/2*(der(x)^2 + der(y)^2)")  # fmt: skip
     text = text.replace("coordinate x(", "parameter k = 2; coordinate x(", 1)
     assert found(text, over="k = 0.5 .. 2").special == ()
+
+
+def test_a_pole_keeps_no_other_from_being_told() -> None:
+    """A bob in angles hangs where its azimuth means nothing and derivatives divide zero by zero; it also stands, and falls from there."""
+    answer = found("""\
+model Bob
+  coordinate Angle phi = 0 rad;
+  coordinate Angle a = 20 deg;
+  kinetic 1/2*1 kg*(0.3 m)^2*(der(a)^2 + sin(a)^2*der(phi)^2);
+  potential -1 kg*9.81 m/s^2*0.3 m*cos(a);
+end Bob;
+""")
+    hangs, stands = answer.details["equilibria"]
+    assert hangs["values"]["a"] == pytest.approx(0, abs=1e-12) and hangs["stable"] is None
+    assert stands["values"]["a"] == pytest.approx(math.pi) and stands["stable"] is False
+    assert max(stands["eigenvalues"])[0] == pytest.approx(math.sqrt(9.81 / 0.3))
+    assert any("of one cannot be told: a derivative is undefined" in remark for remark in answer.remarks)

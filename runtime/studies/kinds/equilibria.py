@@ -12,7 +12,7 @@ from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ...local.equilibrium_feasibility import check_side, contacts, penetrated, standing, stilled, touched_by
 from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.search import Box, Search, box_of
-from ...local.stability import Stability, stability
+from ...local.stability import UNTOLD, Stability, stability
 from ...local.survey import Survey, surveyed
 from ...local.vibration import SECOND_ORDER
 from ...outcome import Outcome, SimulationError
@@ -144,7 +144,11 @@ def _listed(
         if not stands.rests:
             continue
         there = edges(stands.site, one.y)
-        told = stability(stands.site, one.y, box.idle, one.errors)
+        try:
+            told = stability(stands.site, one.y, box.idle, one.errors)
+        except SimulationError as error:
+            told = UNTOLD
+            remarks.append(f"eigenvalues and stability of one cannot be told: {error}")
         if there.sharp:
             told = replace(told, stable=None)
             remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not looked at")
