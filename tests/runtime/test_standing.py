@@ -160,8 +160,20 @@ def test_the_region_in_the_plane_ends_at_walls() -> None:
         " kinetic 1/2*(der(x)^2 + der(y)^2); potential 1/2*(x^2 + y^2); contact wall: x restitution 1; end P;"
     )
     found = asked(model, "energy")
-    area = next(v.value for v in found.values if v.name == "area")
-    assert area == pytest.approx(math.pi / 2, abs=(2 + math.pi) * 0.5 * 4 / 240)
+    area = next(v for v in found.values if v.name == "area")
+    assert area.value == pytest.approx(math.pi / 2, abs=(2 + math.pi) * 0.5 * 4 / 240) and area.unit == ""
+
+
+@pytest.mark.parametrize(("kinds", "unit"), [("mm", "m^2"), ("mr", "m rad")])
+def test_the_area_has_the_unit_of_both_coordinates(kinds: str, unit: str) -> None:
+    units = {"m": "m", "r": "rad"}
+    a, b = (units[k] for k in kinds)
+    model = mechc.loads(
+        f"model P coordinate x = 1 {a}; coordinate y = 0.5 {b}; kinetic 1/2*1 J.s^2*(der(x)^2/(1 {a}^2) + der(y)^2/(1 {b}^2));"
+        f" potential 1/2*1 J*(x^2/(1 {a}^2) + y^2/(1 {b}^2)); end P;"
+    )
+    area = next(v for v in asked(model, "energy").values if v.name == "area")
+    assert area.unit == unit and area.value == pytest.approx(1.25 * math.pi, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,7 @@ class Energy(Study, frozen=True, kw_only=True):
             message=f"{parts} part{'' if parts == 1 else 's'} with energy below {level:.6g} {unit}".rstrip(),
             values=(
                 Value("energy", unit, level, 0.0),
-                Value("area", "", area, abs(area - coarse)),
+                Value("area", _product(axes[0].unit, axes[1].unit), area, abs(area - coarse)),
             ),
             errors_from="area: every second point of the grid",
             remarks=tuple(remarks),
@@ -170,6 +170,11 @@ class Energy(Study, frozen=True, kw_only=True):
                 "border": [[float(a), float(b)] for a, b in zip(*border(x, y, values, level), strict=True)],
             },
         )
+
+
+def _product(a: str, b: str) -> str:
+    """Return the unit of an area over two coordinates."""
+    return f"{a}^2" if a == b and a.isalpha() else f"{a} {b}".strip()
 
 
 def _near(values: Array, level: float) -> Array:
