@@ -137,3 +137,14 @@ def test_what_is_missing_is_said() -> None:
         sweep(CUBIC, over="x = -1 .. 1", hold=1)
     with pytest.raises(SimulationError, match="is held is positive, it is -1"):
         sweep(CUBIC, over="r = -1 .. 1", hold="-r^2")
+
+
+def test_the_highest_value_is_that_beside_an_impact() -> None:
+    """A ball hits the floor with sqrt(2 g h), and leaves it with half of that, in the last quarter of the hold, which is seen."""
+    ball = mechc.loads(
+        "parameter Length h = 1 m; coordinate Length y = h; kinetic 1/2*1 kg*der(y)^2; potential 9.81 N*y;"
+        " contact floor: y restitution 0.5; parameter F = 0 N; force F on y;"
+    )
+    (row, _) = ball.hysteresis(over="F = 0 N .. 1e-9 N, 2", hold="0.5 s", of="der(y)").details["up"]
+    assert row["lowest"] == pytest.approx(-math.sqrt(2 * 9.81), rel=1e-9)
+    assert row["highest"] == pytest.approx(math.sqrt(2 * 9.81) / 2, rel=1e-9)

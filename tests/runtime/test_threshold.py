@@ -158,3 +158,22 @@ def test_initial_values_and_inputs_are_varied_too() -> None:
     (one,) = mechc.loads(driven).threshold(over="u = 0 .. 5", reaches="h = 1.5").summary()["thresholds"]
     assert one["parameter"]["u"] == pytest.approx(9.81 - 25 / 3, abs=1e-9)
     assert np.isfinite(one["error"])
+
+
+@pytest.mark.parametrize("level", ["-5 m/s", "2.5 m/s"])
+def test_what_jumps_reaches_both_sides_of_its_jumps(level: str) -> None:
+    """A ball hits the floor with sqrt(2 g h) and leaves it with half of that: with 5 and 2.5 m/s from h = 25/(2 g) on."""
+    ball = mechc.loads("""
+model Ball
+  parameter Length h = 1 m;
+  coordinate Length y = h;
+  kinetic 1/2*1 kg*der(y)^2;
+  potential 9.81 N*y;
+  contact floor: y restitution 0.5;
+  experiment(stop = 3 s);
+end Ball;
+""")
+    found = ball.threshold(over="h = 1 m .. 2 m, 3", reaches=f"der(y) = {level}").details["thresholds"]
+    assert [one["parameter"]["h"] for one in found] == [pytest.approx(25 / (2 * 9.81), rel=1e-10)]
+    assert found[0]["above"] and not found[0]["below"]
+    assert not ball.threshold(over="h = 0.5 m .. 1.2 m, 3", reaches=f"der(y) = {level}").details["thresholds"]

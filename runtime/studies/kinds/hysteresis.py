@@ -14,6 +14,7 @@ from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table
 from ..flow.carried_sweep import CarriedSweep, interval_of, refuse_states
+from ..flow.crossings import turns
 from ..runs.simulate import Plan
 from ..study import Study
 
@@ -89,15 +90,16 @@ def _branch(sweep: CarriedSweep, seen: Formula, values: Array, part: tuple[float
 
 def _seen(value: float, solution: Solution, seen: Formula) -> Held:
     end = float(solution.time[-1])
-    t = np.linspace(end - SEEN * (end - float(solution.time[0])), end, SAMPLES)
-    x = solution(t)[seen.name]
+    begin = end - SEEN * (end - float(solution.time[0]))
+    x = solution(np.linspace(begin, end, SAMPLES))[seen.name]
+    whole = turns(solution, seen.name, begin)[1]
     early, late = x[: SAMPLES // 2], x[SAMPLES // 2 :]
     change = max(
         abs(np.ptp(early) - np.ptp(late)) / 2,
         abs(early.max() - late.max()),
         abs(early.min() - late.min()),
     )
-    return Held(value, float(x.min()), float(x.max()), float(x.mean()), float(x.std()), float(change))
+    return Held(value, float(whole.min()), float(whole.max()), float(x.mean()), float(x.std()), float(change))
 
 
 def _findings(

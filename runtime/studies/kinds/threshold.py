@@ -10,10 +10,11 @@ from msgspec.structs import replace
 
 from ...integrate.interruption import NotedInterruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text
-from ...problem import Array, Problem
+from ...problem import Problem
 from ...results.solution import Solution
 from ...settings import FormulaSurface, Range, settable
 from ..findings import Curve, Findings, Panel, Table
+from ..flow.crossings import turns
 from ..runs.companion import closer
 from ..runs.simulate import plan_run, run
 from ..study import Study
@@ -24,8 +25,6 @@ WIDTH = 1e-12
 """Of the range, to which a threshold is bisected."""
 TOLERANCE = 1e-10
 """Of a threshold for which no tolerance is said."""
-BETWEEN = 6
-"""Times in each step at which a motion is looked at."""
 
 
 class Threshold(Study, frozen=True, kw_only=True):
@@ -101,22 +100,13 @@ class _Bisection:
 
     def _reached(self, solution: Solution, surface: FormulaSurface) -> tuple[bool, float]:
         """Say whether a motion goes through a level, and how far it comes towards it from where it begins."""
-        t = solution.time
-        count = max(BETWEEN * solution.statistics.steps, 4 * len(t))
-        fine = np.unique(np.r_[t, np.linspace(float(t[0]), float(t[-1]), count)])
-        g = solution(fine)[surface.name] - surface.level
-        good = np.isfinite(g)
-        fine, g = fine[good], g[good]
+        g = turns(solution, surface.name)[1] - surface.level
+        g = g[np.isfinite(g)]
         begun = np.flatnonzero(g)
         if not len(begun):
             return True, surface.level
         sign = float(np.sign(g[begun[0]]))
-        k = int(np.argmin(sign * g))
-        closest = float(sign * g[k])
-        if closest > 0 and 0 < k < len(g) - 1:  # it may just touch the level between two of these
-            near = np.linspace(fine[k - 1], fine[k + 1], 64)
-            values = sign * (solution(near)[surface.name] - surface.level)
-            closest = min(closest, float(np.nanmin(_lowest(values))))
+        closest = float((sign * g).min())
         return closest <= 0, surface.level + sign * closest
 
     def findings(self, interrupted: Callable[[], bool]) -> Findings:
@@ -238,13 +228,3 @@ class _Bisection:
         return [
             f"{count} motion{'s' if count > 1 else ''} ended before that, as with {self.over.name} = {value:.6g}: {message}"
         ]
-
-
-def _lowest(g: Array) -> Array:
-    """Return values and the lowest point of the parabola through the three around the least of them."""
-    k = int(np.nanargmin(g))
-    if not 0 < k < len(g) - 1:
-        return g
-    a, b, c = g[k - 1 : k + 2]
-    bend = a - 2 * b + c
-    return np.append(g, b - (a - c) ** 2 / (8 * bend)) if bend > 0 else g
