@@ -227,7 +227,7 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
         return ""
     pairs = [
         (_number(float(c / s)), name)
-        for c, s, name in zip(solution, scale, ["1", *(names[k] for k in moving)], strict=True)
+        for c, s, name in zip(solution, scale, ["1", *(names[int(k)] for k in moving)], strict=True)
         if abs(c) > 1e-8 * np.abs(solution).max()
     ]
     return sum_text([c for c, _ in pairs], [_whole(name) for _, name in pairs])
