@@ -56,6 +56,18 @@ def test_a_pendulum_is_an_elliptic_integral() -> None:
         assert abs(period.value - float(exact)) <= max(period.error, loose * float(exact))
 
 
+def test_the_slope_of_the_action_beside_a_separatrix() -> None:
+    """dJ/dE of the double well at 1e-6 above its saddle, where the depth is 1/4: T = 4 K(m)/w of
+    x = A cn(w t), A^2 = 1 + sqrt(1 + 4 E), w^2 = A^2 - 1, m = A^2/(2 w^2). A fixed step of the energy leads beyond the saddle: 1573."""
+    found = one("x^4/4 - x^2/2", start=1.5, energy=1e-6)
+    (remark,) = (text for text in found.remarks if "dJ/dE" in text)
+    slope = float(remark.partition(" is ")[2].partition(":")[0])
+    A2 = 1 + math.sqrt(1 + 4e-6)
+    exact = 4 * ellipk(A2 / (2 * (A2 - 1))) / math.sqrt(A2 - 1)
+    assert slope == pytest.approx(exact, rel=1e-6)
+    assert found.details["period"] == pytest.approx(exact, rel=1e-10)
+
+
 def test_a_rotor_of_twice_the_energy() -> None:
     """Beyond the separatrix the period of a turn is 2 K(2/(1 + e)) sqrt(2/(1 + e)): 3.3132763 at 2, 2.0021548 at 5."""
     model = example("rotor")
