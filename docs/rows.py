@@ -19,7 +19,8 @@ HEAD = """# What the sources ask
 Every row of five texts: what it asks, what the answer is, a file that a reader can run, and the tests that compare the answer of mechc with
 it. U are lecture notes (Physics 206), K a thesis on the double pendulum, T questions of advanced mechanics, V a text on variation
 principles, P a chapter of classical mechanics. `mechc run FILE`, and `mechc study FILE` where the file states studies, print the
-numbers; where a formula is the answer, they print its value for the numbers of the file, and `--set` asks for others. `python docs/rows.py` makes this page from `docs/sources.txt`.
+numbers; where a formula is the answer, they print its value for the numbers of the file, and `--set` asks for others. Experiments with
+names are run by `--experiment NAME`. Where the answer is a Lagrangian, an equation of motion or a momentum, `mechc equations FILE` prints it. `python docs/rows.py` makes this page from `docs/sources.txt`.
 
 | row | asked | answered | file | tests | remark |
 |---|---|---|---|---|---|

@@ -407,15 +407,18 @@ def test_spinning_sphere() -> None:
 
 
 def test_coriolis() -> None:
-    """U104: 0.1031245 N east, 0.0240635 N; U105: 0.0683 m; U107: 670 m; U108: the same whatever the direction. P10."""
+    """U104: 0.1031245 N east, 0.0240635 N; U105: 0.0683 m; U107: 670 m; U108: the same whatever the direction, to the right in the north, to
+    the left in the south. P10."""
     found = outputs("coriolis")
     assert vector(found, "coriolis") == pytest.approx([0, 0.1031245, 0], abs=5e-8)
     assert vector(found, "centrifugal") == pytest.approx([0.0240635, 0, 0], abs=5e-8)
     assert found["tilt"] == pytest.approx(0.0683, abs=5e-5)
     assert found["from_height"] == pytest.approx(670, abs=0.5)
     sideways = 2 * 1000 * 7.292e-5 * math.sin(math.radians(45))
-    assert found["eastwards"] == pytest.approx(sideways, rel=1e-12)
-    assert found["northwards"] == pytest.approx(sideways, rel=1e-12)
+    south = example("coriolis").simulate(experiment="south", estimate_error=False).final()
+    for k in range(1, 5):
+        assert found[f"to_the_right[{k}]"] == pytest.approx(sideways, rel=1e-12)
+        assert south[f"to_the_right[{k}]"] == pytest.approx(-sideways, rel=1e-12)
 
 
 # ---------------------------------------------------------------- Hamilton's mechanics

@@ -127,6 +127,10 @@ def test_stick_slip_on_a_belt(experiment: str | None, fk: float, fs: float, u: f
     assert found == pytest.approx(period, abs=5e-8)
     assert np.diff(slips) == pytest.approx(found, rel=1e-10)
     assert np.diff(sticks) == pytest.approx(found, rel=1e-10)
+    end = solution.final()
+    assert [end[name] for name in ("slips_at", "sticks_at", "cycle")] == pytest.approx(
+        [y0, 2 - y0, found], abs=1e-8
+    )
     for t in sticks:
         assert solution(t)["y"] == pytest.approx(2 - y0, abs=1e-9)
     for slip, stick in zip(slips, sticks, strict=False):
