@@ -92,6 +92,7 @@ OTHERS = {  # modes of contact and friction that only a run chooses, motions too
     "squeezing_mechanism", "elbow", "geared_servo", "quarter_car", "half_car", "rope_hoist", "wishbone_corner", "four_wheels",
     "wheelset_hunting", "hydraulic_axis", "gear_shift", "conveyor", "current_limit",  # a stationary start in a part; drives of inputs; long
     "lagrangian_with_acceleration", "vectors",  # derivatives of accelerations and of paths, which it does not form
+    "pendulum_period",  # an elliptic integral, which it does not form
 }  # fmt: skip
 
 
