@@ -327,7 +327,7 @@ ROWS = (
     row("U97", "racing_car", ASKED, "car[1]", "car[2]"),
     row("U99", "spinning_sphere", ASKED, "place[1]", "place[2]"),
     row("U104, U105, U107, U108, P10", "coriolis", ASKED, T, "coriolis[2]"),
-    row("T25", "uniform_force", "test_phase_space.py", T, "S expected"),
+    row("T25", "uniform_force", "test_printed_answers.py", T, "S expected"),
     row("U146, U148, P15, P16, T24, T25, U65", "hamilton_spring", ASKED, T, "q"),
     row("U147, U149", "hamilton_pendulum", ASKED, T, "theta"),
     row("T23", "relativistic_particle", ASKED, "x", "y"),
