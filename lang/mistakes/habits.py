@@ -256,6 +256,26 @@ def action_outside_when(s: Situation) -> Finding | None:
     return error("E0110", message, s.span(first), help=help), Panic()
 
 
+def block_in_when(s: Situation) -> Finding | None:
+    """``if`` and ``for`` among the actions of a ``when``; the whole block is passed over."""
+    word = s.token.text
+    if word not in ("if", "for") or not s.at_beginning or "REINIT" not in s.expected:
+        return None
+    help = "put the choice into the value, 'n := if c then a else n;', or into a 'when' of its own"
+    if word == "for":
+        help = "put the 'for' around the 'when'"
+    problem = error("E0110", f"'{word}' is no action of a 'when'", s.span(s.token), help=help)
+    open_blocks = 0
+    for index in range(s.index, len(s.tokens) - 2):
+        if s.tokens[index].text == word and s.tokens[index - 1].text in (";", "then", "else", "loop"):
+            open_blocks += 1
+        if s.tokens[index].text == "end" and s.tokens[index + 1].text == word:
+            open_blocks -= 1
+            if not open_blocks:
+                return problem, TokenEdit(delete=index + 3 - s.index)
+    return problem, Panic()
+
+
 def braces_around_block(s: Situation) -> Finding | None:
     """``model a { .. }`` as in C: blocks begin with their own words and end with 'end'."""
     ends = s.token.kind == "RBRACE" and s.at_beginning and s.bracket is None and s.block is not None

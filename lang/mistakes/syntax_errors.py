@@ -21,6 +21,7 @@ from .functions import function_head, function_not_closed, function_step, step_o
 from .habits import (
     action_outside_when,
     assignment_sign,
+    block_in_when,
     braces_around_block,
     choice_behind_value,
     comparison_sign,
@@ -216,6 +217,7 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     _stray_end,
     reserved_word,
     action_outside_when,
+    block_in_when,
     assignment_sign,
     equals_behind_keyword,
     comparison_sign,

@@ -219,6 +219,23 @@ def test_ends_of_blocks_and_files(text: str, code: str, marked: str) -> None:
     assert (error.code, error.span and error.span.text) == (code, marked)
 
 
+@pytest.mark.parametrize(
+    "block, word, advice",
+    [
+        (
+            "if x > 1 then n := 1; else if x > 2 then n := 3; end if; end if;",
+            "if",
+            "n := if c then a else n;",
+        ),
+        ("for i in 1:2 loop for j in 1:2 loop n := j; end for; end for;", "for", "around the 'when'"),
+    ],
+)
+def test_blocks_among_actions_get_one_message(block: str, word: str, advice: str) -> None:
+    (found,) = errors_of(f"when x > 0 then n := 2; {block} m := 1; end when; let a = 2;")
+    assert found.code == "E0110" and found.message == f"'{word}' is no action of a 'when'"
+    assert advice in found.help
+
+
 def test_braces_around_blocks_as_in_c() -> None:
     text = "model A {\n for i in 1:3 {\n  mass m at P;\n }\n when x > 0 m {\n  n := 1;\n }\n}\n"
     found = errors_of(text)
