@@ -103,9 +103,10 @@ def _swung(stop: float) -> Array:
     def changes(_: float, y: Array, touching: bool) -> float:
         if touching:
             return math.copysign(1, y[2]) * (spring(y[2]) + 0.5 * rate(y, True))
-        return 0.01 - abs(y[2])
+        return 0.01 - abs(float(y[2]))
 
-    changes.terminal, changes.direction = True, -1  # type: ignore[attr-defined]
+    changes.terminal = True  # type: ignore[attr-defined]
+    changes.direction = -1  # type: ignore[attr-defined]
     t, y, touching = 0.0, np.array([0.0, 1.0, 0.0]), False
     while t < stop:
         found = solve_ivp(
