@@ -140,3 +140,25 @@ def test_a_jump_at_the_end_of_a_step_is_nothing_that_was_passed_over(monkeypatch
     mechc.loads(text).simulate(tolerance=1e-9)
     assert seen
     assert all(found is not None and found.step is None for found in seen)
+
+
+def test_an_error_of_steps_is_no_narrow_feature() -> None:
+    """At tight tolerances an error of some hundred tolerances is stated, not met by a hundred thousand steps."""
+    text = """
+    coordinate x = 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 1/2*1600 N/m*x^2;
+    parameter v0 = 1 m/s;
+    let v = der(x)/v0;
+    force 120 N + 80 N*cos(2*pi*time/1 s) - 20 N*(1 + 0.5*exp(-abs(v)))*tanh(v/0.1) on x;
+    experiment(stop = 1 s);
+    """
+    model = mechc.loads(text)
+    run, closer = (model.simulate(tolerance=tolerance) for tolerance in (1e-12, 1e-14))
+    assert not remarks(run)
+    assert run.statistics.steps < 1000
+    error = run.accuracy.error
+    assert error is not None
+    for name in ("x", "der(x)"):
+        off = np.abs(run[name] - closer[name]) / (np.abs(closer[name]) + np.abs(closer[name]).max())
+        assert off.max() <= 2 * error.largest < 2e-9

@@ -22,8 +22,9 @@ from .companion import Estimated, Plan, estimate, trajectory_of
 EXPLICIT = "dop853"
 LOOKS, LEAST, MOST = 20_000, 8, 1000
 """Places that are looked at in the whole of a run, at least and at most so many in a step."""
-TOLERANCES = 100.0
-"""What has been passed over changes a state by more than so many tolerances."""
+TOLERANCES, LEAST_CHANGE = 100.0, 1e-9
+"""What has been passed over changes a state by more than so many tolerances, and such a share of its size: below that the error that a
+run states is the better answer than a run of many more steps."""
 OF_ITS_LENGTH = 4
 """Steps in the shortest thing that was seen."""
 ROUNDS = 3
@@ -128,9 +129,9 @@ def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
     modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
     rates = evaluate_rows(case, "rhs", times, states, modes)
     own = np.array([q.kind != "account" for q in problem.states])
-    sizes = case.tolerance * (plan.nominal + np.abs(states))
+    sizes = _noticed(plan) * (plan.nominal + np.abs(states))
     change = np.abs(rates - slopes) * np.repeat(apart, each)[:, None] / sizes
-    unseen = np.any(change[:, own] > TOLERANCES, axis=1)
+    unseen = np.any(change[:, own] > 1, axis=1)
     largest = float(apart.max())
     if not np.any(unseen):
         return MissedFeature(largest)
@@ -146,5 +147,9 @@ def _differs(plan: Plan, one: Trajectory, other: Trajectory) -> bool:
     shared = min(one.t.size, other.t.size)
     if one.t.size != other.t.size:
         return True
-    sizes = plan.case.tolerance * (plan.nominal + np.abs(one.y[:shared]))
-    return bool(np.any(np.abs(one.y[:shared] - other.y[:shared]) > TOLERANCES * sizes))
+    sizes = _noticed(plan) * (plan.nominal + np.abs(one.y[:shared]))
+    return bool(np.any(np.abs(one.y[:shared] - other.y[:shared]) > sizes))
+
+
+def _noticed(plan: Plan) -> float:
+    return max(TOLERANCES * plan.case.tolerance, LEAST_CHANGE)
