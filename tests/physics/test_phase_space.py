@@ -203,3 +203,10 @@ end Plane;
     told = {(one["f"], one["g"]): one["bracket"] for one in found}
     assert told["drag", "H"] == told["drag", "x"] == "0"
     assert told["p_x", "H"] == "-3*x - y" and told["p_y", "H"] == "-x - 4*y"
+
+
+def test_a_lagrangian_with_accelerations_has_no_such_equations() -> None:
+    """Its momentum m q'/2 is half of that of the oscillator which it is."""
+    model = mechc.loads("dimensionless; coordinate q = 1; lagrangian -1/2*2*q*der(q, 2) - 1/2*3*q^2;")
+    with pytest.raises(mechc.SimulationError, match="holds accelerations"):
+        model.study("hamilton")

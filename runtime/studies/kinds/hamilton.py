@@ -61,6 +61,11 @@ class Hamilton(Study, frozen=True, kw_only=True):
         n = problem.nv
         energy = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
         momenta = [k for k, q in enumerate(problem.phase) if q.kind == "momentum"]
+        if not _are_conjugate(case, energy, momenta):
+            raise SimulationError(
+                f"the Lagrangian of '{problem.name}' holds accelerations: it has no Hamilton's equations in its coordinates and their momenta",
+                help="add the rate of a function of coordinates and time that cancels them: that changes no motion",
+            )
         names = fit.names
         equations = [fit.equation("H", lambda s: s.phase[:, energy], 2)]
         root = ""
@@ -259,6 +264,20 @@ def _rate_of(place: int, sample: PhaseSample) -> Array:
 def _slope_of(place: int, sample: PhaseSample) -> Array:
     found: Array = sample.phase_rate[:, place]
     return found
+
+
+def _are_conjugate(case: Case, energy: int, momenta: Sequence[int]) -> bool:
+    """Tell whether dE/dv = v dp/dv, as of E = v p - L with p = dL/dv."""
+    nq, nv = case.problem.nq, case.problem.nv
+    gradient = case.functions.phase_gradient
+    assert gradient is not None
+    sample = Sampler(case, seed=7).states(8)
+    for t, y in zip(sample.t, sample.y, strict=True):
+        rows = gradient(t, y, inputs_at(case, t), case.z, case.p).reshape(-1, nq + nv)[:, nq:]
+        terms = y[nq : nq + nv, None] * rows[momenta]
+        if np.any(np.abs(rows[energy] - terms.sum(axis=0)) > FITS * np.abs(terms).sum(axis=0)):
+            return False
+    return True
 
 
 def _cyclic(case: Case, momenta: Sequence[int]) -> list[int]:
