@@ -80,12 +80,21 @@ def _solver(case: Case, options: SolverOptions, reader: Reader | None) -> Solver
     storage = Passing() if reader else options.follower.storage if options.follower else IN_MEMORY
     tolerance, step, dense = options.tolerance, options.step or 0.0, options.dense
     if options.like is not None and not dense:
-        return options.like.again(tolerance, options.atol, step, case.max_step, storage)
+        return options.like.again(tolerance, options.atol, step, case.max_step, options.halves, storage)
     model = case.functions.struct
     kernel = native.kernel_for(model, options.reproducible, options.method)
     records = FIRST_RECORD if dense else 0
     return Solver(
-        kernel, case, options.method, tolerance, options.atol, step, storage, dense=dense, records=records
+        kernel,
+        case,
+        options.method,
+        tolerance,
+        options.atol,
+        step,
+        storage,
+        dense=dense,
+        records=records,
+        halves=options.halves,
     )
 
 

@@ -46,6 +46,7 @@ class Solver:
         *,
         dense: bool = False,
         records: int = 0,
+        halves: bool = False,
     ) -> None:
         struct = case.functions.struct
         self.kernel = kernel
@@ -92,11 +93,14 @@ class Solver:
             record=record.ctypes.data if records else None,
             record_capacity=records,
             dense=dense,
+            halves=halves,
             longest_call=LONGEST_CALL,
         )
         self._create()
 
-    def again(self, tolerance: float, atol: Array, step: float, longest: float, storage: Storage) -> Solver:
+    def again(
+        self, tolerance: float, atol: Array, step: float, longest: float, halves: bool, storage: Storage
+    ) -> Solver:
         """Give a solver of the same case by the same method for whom errors, steps and places of rows are others; it records
         nothing. This one was left."""
         assert self._handle is None
@@ -108,7 +112,7 @@ class Solver:
         other._grid_y = storage.empty(len(self._grid) + 1, self.ny)
         options = other._options
         options.rtol, options.dt, options.dt_max = tolerance, step, longest if longest > 0 else 1.0
-        options.record, options.record_capacity, options.dense = None, 0, False
+        options.record, options.record_capacity, options.dense, options.halves = None, 0, False, halves
         options.grid_y = other._grid_y.ctypes.data
         if self._grid_z is not None:
             other._grid_z = storage.empty(len(self._grid) + 1, self.nz)

@@ -23,7 +23,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     ``max_steps`` accepted steps or ``seconds`` is given up, and one that is stiff after ``stiff_after`` steps. ``reproducible``:
     by the kernel that gives the same bits on every machine. Between slices it is looked whether a run was interrupted, first after ``first_slice`` steps;
     by ``interrupted``, where somebody listens already. ``like``: a solver of the same case by the same method, which has
-    come to its end."""
+    come to its end. ``halves``: the way to a known time is taken in two steps where one would do."""
 
     method: str
     tolerance: float
@@ -40,6 +40,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     first_slice: int | None = None
     interrupted: Callable[[], bool] | None = None
     like: Solver | None = None
+    halves: bool = False
 
     @property
     def atol(self) -> Array:

@@ -108,6 +108,8 @@ typedef struct mech_options {
     long event_capacity, instant_capacity;
     int dense;              /* the errors of all steps are bounded between their ends too, as they are where rows of
                                the grid or records ask for that */
+    int halves;             /* the way to a known time is taken in two steps where one would do: a companion that ended its
+                               steps where the main run does would make the same error */
     double longest_call;    /* mech_advance returns MECH_RUNNING between two steps after about so many seconds; 0: never */
 } mech_options;
 

@@ -72,6 +72,7 @@ class OptionsStruct(Structure):
         *((name, c_void_p) for name in ("grid_z", "events", "instants")),
         *((name, c_long) for name in ("event_capacity", "instant_capacity")),
         ("dense", c_int),
+        ("halves", c_int),
         ("longest_call", c_double),
     )
 

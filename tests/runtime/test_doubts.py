@@ -194,6 +194,20 @@ def test_errors_of_steps_that_known_times_end_are_estimated(known: str, tmp_path
     assert 1e-11 < true < 1.5 * error.by_state["x"]
 
 
+def test_steps_that_known_times_end_are_no_less_in_doubt_after_longer_ones(tmp_path: Path) -> None:
+    """It claimed 1.6e-15 for 3.9e-11: the steps of 50 ms behind the rest were shorter than half the longest one, which alone bounded those
+    of the companion."""
+    rows = ["0,0", "1,0", "1,1", *(f"{k / 20},1" for k in range(21, 61))]
+    (tmp_path / "u.csv").write_text("time,u\n" + "\n".join(rows) + "\n")
+    text = CLOCKED.replace("x = 1 m", "x = 0 m") + "input Force u = 0 N; force u on x;"
+    run = mechc.loads(text).simulate(inputs={"u": str(tmp_path / "u.csv")}, set={"w": 6})
+    error = run.accuracy.error
+    assert run.statistics.longest_step > 0.1 and error is not None
+    exact = (1 - np.cos(6 * np.maximum(run.time - 1, 0))) / 36
+    true = np.max(np.abs(run["x"] - exact) / (error.nominal["x"] + np.abs(exact)))
+    assert 1e-11 < true < 1.5 * error.by_state["x"]
+
+
 @pytest.mark.parametrize("level", ["positions", "velocities"])
 def test_states_off_their_constraints_are_told(monkeypatch: pytest.MonkeyPatch, level: str) -> None:
     made = problem(ROD)

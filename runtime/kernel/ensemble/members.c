@@ -165,14 +165,6 @@ void mech_member_compare(const mech_room *r, const mech_outcome *main, const mec
     for (int k = 0; k < e->n_kept; k++) errors[k] = factor * mech_abs(r->kept[k] - r->other_kept[k]);
 }
 
-/* The longest step of the second run: half of that of the first where times that are known end the steps of both, as else
- * they would make the same error. */
-static mech_real longest_of_companion(const mech_ensemble *e, const mech_outcome *main)
-{
-    const mech_real half = main->report.dt_max / 2, most = e->companion.dt_max;
-    return (e->model->hybrid || e->options->n_stops) && half > 0 && half < most ? half : most;
-}
-
 /* A second, tighter run, and how far the first one is off. 0, or 1 where memory is missing. */
 static int compare(mech_room *r, const mech_outcome *main, mech_member *told, mech_real *errors)
 {
@@ -182,11 +174,12 @@ static int compare(mech_room *r, const mech_outcome *main, mech_member *told, me
     long most = 0;
     if (c->most) most = main->report.steps > c->most / 10 ? (long)(10 * main->report.steps) : c->most;
     mech_outcome other;
-    const mech_real longest = longest_of_companion(e, main);
-    mech_options o = with_tolerance(r, c->rtol, c->dt, longest, r->other_y, r->other_z);
+    mech_options o = with_tolerance(r, c->rtol, c->dt, c->dt_max, r->other_y, r->other_z);
+    o.halves = 1;
     if (run(r, &o, most, r->before, r->other_kept, &other)) return 1;
     if (other.status == MECH_RUNNING && most && !*e->stopped) {
-        o = with_tolerance(r, c->loose_rtol, c->dt, longest, r->other_y, r->other_z);
+        o = with_tolerance(r, c->loose_rtol, c->dt, c->dt_max, r->other_y, r->other_z);
+        o.halves = 1;
         factor = c->loose_factor;
         if (run(r, &o, 0, r->before, r->other_kept, &other)) return 1;
     }

@@ -12,6 +12,7 @@ typedef struct mech_run {
     mech_real from;         /* where the present step begins                                 */
     mech_real origin;       /* fixed steps are counted from here                             */
     long long n_fixed;
+    mech_real halfway;      /* where the first of two steps to a known time ended         */
     mech_real cut;          /* factor of the step after a failed attempt; 0: the usual one   */
     int next_stop, after_rejection, started, stiff_hits, calm_hits;
     int begun;              /* what happens at the start has happened                        */

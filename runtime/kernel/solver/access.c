@@ -99,7 +99,7 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     run->report.t = run->origin = options->t0;
     run->report.dt = options->dt;
     run->report.dt_min = options->dt_max;
-    run->report.stiff_time = run->report.switch_time = (mech_real)NAN;
+    run->report.stiff_time = run->report.switch_time = run->halfway = (mech_real)NAN;
     run->report.method = mech_method_index(s->method->name);
     run->report.failed_index = -1;
     memcpy(s->y, options->y0, (size_t)ny * sizeof(mech_real));

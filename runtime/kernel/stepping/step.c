@@ -162,10 +162,10 @@ static int wants_dense(const mech_solver *s, mech_real t_new)
            (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
 }
 
-/* A step that is tried: from the present time over h to t_new, which is the limit where it lands there. */
+/* A step that is tried: from the present time over h to t_new, which is the limit where it lands there, or halfway to it. */
 typedef struct trial {
     mech_real t_new, h, fixed_end;
-    int lands;
+    int lands, halved;
 } trial;
 
 static trial next_trial(const mech_solver *s, mech_real limit)
@@ -177,11 +177,13 @@ static trial next_trial(const mech_solver *s, mech_real limit)
     const mech_real wanted = adaptive ? r->t + r->dt : fixed_end;
     /* A step that ends just before the limit is stretched to it. */
     const int lands = wanted + r->dt * (adaptive ? MECH_C(1e-2) : MECH_C(1e-6)) >= limit;
-    const mech_real t_new = lands ? limit : wanted;
-    mech_real h = lands || !adaptive ? t_new - r->t : r->dt;
+    const mech_real middle = r->t + (limit - r->t) / 2;
+    const int halved = adaptive && s->o.halves && r->t != run->halfway && r->t < middle && middle < mech_min(wanted, limit);
+    const mech_real t_new = halved ? middle : lands ? limit : wanted;
+    mech_real h = halved || lands || !adaptive ? t_new - r->t : r->dt;
     /* A whole step that differs by the rounding of times is the same step. */
     if (!adaptive && mech_abs(h - r->dt) <= 4 * MECH_EPSILON * mech_abs(t_new)) h = r->dt;
-    return (trial){t_new, h, fixed_end, lands};
+    return (trial){t_new, h, fixed_end, lands && !halved, halved};
 }
 
 /* Attempts it, with all that belongs to a good step: projection, derivative, and error between the ends. Gives the
@@ -285,6 +287,7 @@ int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
             r->dt = mech_max(proposed, after_success(s, h, error));
         else if (step.t_new >= step.fixed_end - MECH_C(1e-6) * r->dt)
             run->n_fixed++;
+        if (step.halved) run->halfway = step.t_new;
         *end = step.t_new;
         *taken = h;
         return MECH_RUNNING;

@@ -121,6 +121,7 @@ def trajectory_of(
         first_slice=None if before is None else slice_of(before.statistics),
         interrupted=plan.interrupted,
         like=None if before is None else before.solver,
+        halves=reader is not None,
     )
     return run_kernel(plan.case, options, reader)
 
@@ -158,7 +159,7 @@ def _beside(
         tightened, factor = companion_tolerance(plan.case.tolerance)
         steps = {"tolerance": tightened}
         most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
-    case = replace(plan.case, max_step=_longest(plan.case, main) / 2, **steps)
+    case = replace(plan.case, max_step=plan.case.max_step / 2, **steps)
     bounded = replace(plan, options=replace(plan.options, max_steps=most, stiff_after=None), case=case)
 
     def beside() -> Comparison:
@@ -179,14 +180,6 @@ def _beside(
     if (companion.terminated is None) is not (main.terminated is None):
         return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
     return Estimated(beside=(Beside(plan, compared, companion.statistics, tightened),))
-
-
-def _longest(case: Case, main: Trajectory) -> float:
-    """Give the longest step: where that bounds the steps of both runs, or times of clocks and tables do, they would make the
-    same error."""
-    taken = main.statistics.longest_step
-    known = case.problem.hybrid is not None or any(table.kinks().size for table in case.tables.values())
-    return min(case.max_step, taken) if known and taken else case.max_step
 
 
 def _ending(run: Trajectory) -> str:
