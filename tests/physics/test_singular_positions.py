@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+import true_motions
 from scipy.integrate import solve_ivp
 from slow_params import slow_but
 
@@ -213,26 +214,10 @@ end Kite;
 
 
 def kite(times: np.ndarray) -> np.ndarray:
-    """Give a and c of the pantograph by two angles, that of the middle and the one between its arms, in which nothing is singular."""
-    g, s = 9.81, 0.7
-
-    def diagonal(d: float) -> tuple[float, float, float]:
-        q = np.sqrt(s**2 - np.sin(d / 2) ** 2)
-        q1 = -np.sin(d) / (4 * q)
-        q2 = (-np.cos(d) / 4 - q1**2) / q
-        return np.cos(d / 2) + q, -np.sin(d / 2) / 2 + q1, -np.cos(d / 2) / 4 + q2
-
-    def rates(_: float, y: np.ndarray) -> list[float]:
-        m, d, dm, dd = y
-        r, r1, r2 = diagonal(d)
-        turning = (-2 * r * r1 * dd * dm - g * (2 * np.cos(d / 2) + r) * np.sin(m)) / (2 + r**2)
-        opening = (r * r1 * dm**2 - r1 * r2 * dd**2 + g * (r1 - np.sin(d / 2)) * np.cos(m)) / (0.5 + r1**2)
-        return [dm, dd, turning, opening]
-
-    start = [(np.arcsin(0.8) - np.arcsin(0.3)) / 2, np.arcsin(0.8) + np.arcsin(0.3), 0, 0]
-    m, d, *_ = solve_ivp(rates, (0, times[-1]), start, "DOP853", times, rtol=1e-13, atol=1e-13).y
-    r = np.array([diagonal(x)[0] for x in d])
-    return np.column_stack([np.sin(m - d / 2), -np.cos(m - d / 2), r * np.sin(m), -r * np.cos(m)])
+    """Give a and c of the pantograph by two angles, in which nothing is singular."""
+    values = {"m": 1, "g": 9.81, "l": 1, "s": 0.7, "a[1]": -0.3, "b[1]": 0.8}
+    true = true_motions.kite(values, times, 1e-15)
+    return np.column_stack([true[name] for name in ("a[1]", "a[2]", "c[1]", "c[2]")])
 
 
 @pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
@@ -241,10 +226,11 @@ def test_a_compliance_has_the_size_of_the_inertias(mass: float) -> None:
     millionth of what it ought to be, and the run failed at 1.25 s after a quarter of a million steps."""
     run = mechc.loads(KITE).simulate(set={"m": mass})
     assert run.outcome.value == "completed"
-    found = np.column_stack([run[name] for name in ("a[1]", "a[2]", "c[1]", "c[2]")])
+    rows = np.linspace(0, run.time.size - 1, 25).astype(int)
+    found = np.column_stack([run[name][rows] for name in ("a[1]", "a[2]", "c[1]", "c[2]")])
     error = run.accuracy.error
     assert error is not None
-    off = np.abs(found - kite(run.time)).max()
+    off = np.abs(found - kite(run.time[rows])).max()
     assert off < 3e-7 and off < 30 * error.largest
 
 

@@ -21,7 +21,7 @@ Row = Any
 """An array of ``Real``."""
 
 COLUMNS = 8
-MOST = 2500
+MOST = 20_000
 """Steps after which an integration gives no more numbers."""
 MOST_BOUNCES = 1000
 """The same of a ball that bounces."""
