@@ -342,7 +342,9 @@ def _fastest(methods: Mapping[str, Sequence[WorkPrecisionPoint]], level: float) 
     times = _spans_to_reach(methods, level)
     alike = _alike(times)
     named = [name for name in alike if name != "auto"] or alike
-    return " or ".join(named), min((times[name] for name in named), key=lambda t: t.seconds)
+    return " or ".join(filter(None, (", ".join(named[:-1]), named[-1]))), min(
+        (times[name] for name in named), key=lambda t: t.seconds
+    )
 
 
 def _alike(times: Mapping[str, _Time]) -> list[str]:

@@ -184,7 +184,10 @@ def _notes(made: Benchmark) -> list[str]:
     for why, where in reasons.items():
         methods = ", ".join(f"{method} ({', '.join(settings)})" for method, settings in where.items())
         notes.append(f"not drawn: {methods}: {why}")
-    return [*notes, *(f"not measured: {name}: {why}" for name, why in made.skipped)]
+    skipped: dict[str, list[str]] = {}
+    for name, why in made.skipped:
+        skipped.setdefault(why.removeprefix(f"'{name}' cannot run this model: "), []).append(name)
+    return [*notes, *(f"not measured: {', '.join(names)}: {why}" for why, names in skipped.items())]
 
 
 def _claims(made: Benchmark, axes: Axes) -> dict[str, str]:
