@@ -169,8 +169,16 @@ def timed_in_turns(
         len(taken[0]) < MOST_TURNS and time.thread_time() - begun < PATIENCE * len(points)
     ):
         for run, seconds in zip(runs, taken, strict=True):
-            seconds.append(run().statistics.run_time)
+            seconds.append(_timed(run)[1])
     return [_with_times(p, seconds) for p, seconds in zip(points, taken, strict=True)]
+
+
+def _timed(run: Callable[[], Trajectory]) -> tuple[Trajectory, float]:
+    """Run, and tell its seconds: by the clock, which a busy machine prolongs, or by the processor's, with what is around the run;
+    both are too long, one less."""
+    begun = time.thread_time()
+    done = run()
+    return done, min(done.statistics.run_time, time.thread_time() - begun)
 
 
 def _with_times(p: WorkPrecisionPoint, seconds: Sequence[float]) -> WorkPrecisionPoint:
@@ -199,16 +207,12 @@ def _repeated(
     run: Callable[[], Trajectory],
 ) -> WorkPrecisionPoint:
     """Measure the error of a run, and repeat it without its grid for the median of its times."""
-    alone = done = run()
-    seconds: list[
-        float
-    ] = []  # by the clock, and by the processor's with what is around the run: both are too long, one less
-    if done.failure is not None or done.interrupted or done.statistics.run_time > ONCE:
-        seconds.append(done.statistics.run_time)
+    done, once = _timed(run)
+    alone = done
+    seconds = [once] if done.failure is not None or done.interrupted or once > ONCE else []
     while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE and alone is not done):
-        begun = time.thread_time()
-        alone = timed()
-        seconds.append(min(alone.statistics.run_time, time.thread_time() - begun))
+        alone, taken = _timed(timed)
+        seconds.append(taken)
     taken = statistics.median(seconds)
     low, high = np.percentile(seconds, (25, 75)).tolist()
     spread = (high - low) / taken if taken > 0 else 0.0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from msgspec.structs import replace
 
 import mechc
 from mechc.cli.main import mechc as program
@@ -17,7 +18,7 @@ from mechc.measurement.benchmark import benchmark
 from mechc.measurement.benchmark_report import report
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.reference import reference_cache
+from mechc.runtime.reference import reference_cache, work_precision
 from mechc.runtime.reference.high_precision import (
     LADDERS,
     PrecisionReference,
@@ -172,6 +173,20 @@ def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: 
                 )
             )
         )
+
+
+def test_a_busy_machine_prolongs_no_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Times measured in turns were those of the clock: ten times as long beside a dozen programs on two cores."""
+    run = work_precision.run_kernel
+
+    def waits(*given: Any) -> Any:
+        made = run(*given)
+        return replace(made, statistics=replace(made.statistics, run_time=10 + made.statistics.run_time))
+
+    monkeypatch.setattr(work_precision, "run_kernel", waits)
+    made = benchmark(mechc.loads(OSCILLATOR), methods=("dop853", "radau5"), tolerances=(1e-9, 1e-11))
+    assert any(p.rounds for p in made.points)
+    assert all(max(p.seconds, *p.rounds, 0.0) < 1 for p in made.points)
 
 
 def test_ladder_ends_where_a_run_is_given_up_or_accurate_enough() -> None:
