@@ -122,7 +122,7 @@ PAGE = """<!DOCTYPE html>
 body {{ font: 15px system-ui, sans-serif; max-width: 75em; margin: 2em auto; padding: 0 1em; }}
 svg {{ width: 100%; height: auto; }}
 .point:hover {{ stroke: black; stroke-width: 2; }}
-pre {{ font-size: 12px; overflow-x: auto; }}
+pre {{ font-size: 12px; white-space: pre-wrap; }}
 </style>
 <h1>{title}</h1>
 {drawn}
