@@ -126,9 +126,12 @@ def _words_for_dimensions() -> dict[tuple[Dimension, bool], str]:
     words: dict[tuple[Dimension, bool], str] = {}
     for name in (*_PREFERRED, *NAMED_TYPES):
         named = NAMED_TYPES[name]
-        text = _IRREGULAR.get(name) or re.sub(r"(?<=.)([A-Z])", r" \1", name).lower()
-        words.setdefault((named.dimension, named.angle), text)
+        words.setdefault((named.dimension, named.angle), _word(name))
     return words
+
+
+def _word(name: str) -> str:
+    return _IRREGULAR.get(name) or re.sub(r"(?<=.)([A-Z])", r" \1", name).lower()
 
 
 _WORDS = _words_for_dimensions()
@@ -139,21 +142,27 @@ def dimension_word(dimension: Dimension, angle: bool = False) -> str:
     return _WORDS.get((dimension, angle)) or _WORDS.get((dimension, False)) or "quantity"
 
 
+def _word_of_unit(unit: str) -> str:
+    """Return ``torque`` for N.m; ``quantity`` for a unit that no type has."""
+    return next((_word(name) for name, named in NAMED_TYPES.items() if named.unit == unit), "quantity")
+
+
 def with_article(noun: str) -> str:
     return f"{'an' if noun[:1] in 'aeio' else 'a'} {noun}"
 
 
-def unit_words(dimension: Dimension, angle: bool = False) -> str:
-    """Return ``a length (m)``, ``a number``, ``a quantity in kg^2``."""
+def unit_words(dimension: Dimension, angle: bool = False, unit: str = "") -> str:
+    """Return ``a length (m)``, ``a number``, ``a quantity in kg^2``; with ``unit``, in which it is declared, ``a torque (N.m)``."""
     if dimension.is_none:
         return "an angle" if angle else "a number"
-    word = dimension_word(dimension, angle)
-    unit = preferred_unit(dimension, angle)
+    usual = preferred_unit(dimension, angle)
+    word = _word_of_unit(unit) if unit not in ("", usual) else dimension_word(dimension, angle)
+    unit = unit or usual
     return f"a quantity in {unit}" if word == "quantity" else f"{with_article(word)} ({unit})"
 
 
-def describe(type: Type) -> str:
-    """Return what a type is in the words of the user: ``a length (m)``, ``a vector of 2 lengths (m)``."""
+def describe(type: Type, unit: str = "") -> str:
+    """Return what a type is in the words of the user: ``a length (m)``, ``a vector of 2 lengths (m)``; ``unit`` as in ``unit_words``."""
     match type.kind:
         case Kind.BOOLEAN | Kind.STRING | Kind.ROTATION | Kind.POSE | Kind.FRAME:
             noun = {
@@ -168,7 +177,7 @@ def describe(type: Type) -> str:
             return "a point" if len(type.shape) == 1 else f"an array {shape_text(type.shape[:-1])} of points"
         case Kind.REAL | Kind.INTEGER:
             whole = type.kind is Kind.INTEGER
-            single = "a whole number" if whole else unit_words(type.dimension, type.angle)
+            single = "a whole number" if whole else unit_words(type.dimension, type.angle, unit)
             if not type.shape:
                 return single
             many = _plural(single)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.units import NAMED_TYPES, parse_unit, preferred_unit
+from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
 from mechc.suggest import closest
 
 from .. import types
@@ -90,7 +91,8 @@ def fit(
         return expression
     if not fits(expression, target):
         what = f"'{name}'" if name else "this place"
-        wanted = types.describe(target if expression.type.shape else types.with_shape(target, ()))
+        unit = written_unit(declared, target)
+        wanted = types.describe(target if expression.type.shape else types.with_shape(target, ()), unit)
         given = types.describe(
             types.numeric(expression.type) if target.kind is Kind.REAL else expression.type
         )
@@ -103,7 +105,7 @@ def fit(
             span,
             caption=f"this is {given}",
             labels=labels,
-            help=unit_help(expression, target, span, declared),
+            help=unit_help(expression, target, span, unit, declared),
         )
     if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
         warn_of_bare_angle(expression, scope.flattening, declared)
@@ -168,17 +170,50 @@ def shape_words(shape: tuple[int, ...]) -> str:
     return f"{' x '.join(map(str, shape))} elements"
 
 
-def unit_help(expression: Expression, target: Type, span: Span, declared: Span | None = None) -> str:
+def written_unit(declared: Span | None, target: Type) -> str:
+    """Return the unit of a quantity in the words of its declaration: of its type, or of a number there; N.m, where the dimension alone says J.
+
+    A name stands after its type, or the place of an argument is that of both.
+    """
+    if declared is None or target.kind is not Kind.REAL or target.dimension.is_none:
+        return ""
+    text = declared.file.text
+    before = text[: declared.start].split() or [""]
+    for word in (before[-1], declared.text.partition(" ")[0]):
+        named = NAMED_TYPES.get(word)
+        if named is not None and (named.dimension, named.angle) == (target.dimension, target.angle):
+            return named.unit
+    rest = text[declared.end :].partition(";")[0]
+    for unit in re.findall(r"[\d.}\])] ([A-Za-z][\w./^*()-]*)", rest):
+        try:
+            read = parse_unit(unit)
+        except UnitError:
+            continue
+        if (read.dimension, read.factor, read.angle) == (target.dimension, 1, target.angle):
+            return unit
+    return ""
+
+
+def unit_help(
+    expression: Expression, target: Type, span: Span, unit: str = "", declared: Span | None = None
+) -> str:
     """Say which unit a bare number lacks."""
     if declared is not None and declared.file.text[: declared.start].rstrip().endswith("Real"):
         return "'Real' is a number without a unit: leave the type out, and the value tells it"
     if target.kind is Kind.INTEGER and expression.type.dimension.is_none and free_names(expression):
         return "what counts is known when compiling: 'structural parameter Integer n = 3;'"
-    if target.kind is not Kind.REAL or target.dimension.is_none or expression.type.shape:
+    if target.kind is not Kind.REAL or target.dimension.is_none:
         return ""
-    if isinstance(expression, Literal) and expression.type.dimension.is_none and not expression.type.angle:
-        return f"write '{span.text} {preferred_unit(target.dimension, target.angle)}'"
+    if _bare(expression) and (not expression.type.shape or span.text.startswith("{")):
+        return f"write '{span.text} {unit or preferred_unit(target.dimension, target.angle)}'"
     return ""
+
+
+def _bare(expression: Expression) -> bool:
+    """Tell numbers that are written without a unit."""
+    if isinstance(expression, Array):
+        return all(_bare(e) for e in expression.elements)
+    return isinstance(expression, Literal) and expression.type.dimension.is_none and not expression.type.angle
 
 
 def distributed(

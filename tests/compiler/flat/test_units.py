@@ -376,6 +376,26 @@ def test_a_torque_is_told_in_newton_metres() -> None:
     assert found.message == "a torque on a body is one value in N.m"
 
 
+@pytest.mark.parametrize(
+    ("text", "what", "unit"),
+    [
+        ("parameter Torque M = 3;", "a torque (N.m)", "3 N.m"),
+        ("parameter Energy M = 3;", "an energy (J)", "3 J"),
+        ("parameter RotationalDamping M[2] = {3, 4};", "a vector of 2 rotational dampings (N.m.s/rad)", "{3, 4} N.m.s/rad"),
+        ("function f(Torque M) = 2*M; let y = f(3);", "a torque (N.m)", "3 N.m"),
+        ("model P parameter M = 1 N.m; end P; model Q P p(M = 3); end Q;", "a torque (N.m)", "3 N.m"),
+        ("model P parameter M = 1 kg^3; end P; model Q P p(M = 3); end Q;", "a quantity in kg^3", "3 kg^3"),
+        ("model P parameter M = 1 cm; end P; model Q P p(M = 3); end Q;", "a length (m)", "3 m"),
+        ("model P input Torque M; end P; model Q P p(M = 3); end Q;", "a torque (N.m)", "3 N.m"),
+    ],
+)  # fmt: skip
+def test_a_bare_number_gets_the_unit_of_the_declared_type(text: str, what: str, unit: str) -> None:
+    """A torque and an energy have one dimension: what was declared tells which it is."""
+    found = next(d for d in said(text, model="Q" if "model" in text else None) if d.code == "E0303")
+    assert found.message.startswith(f"'M' is {what}, the value is")
+    assert found.help == f"write '{unit}'"
+
+
 def test_numbers_of_nodes_that_are_gone_are_not_those_of_others() -> None:
     """Formulas that are made while compiling are let go, and the next ones lie in the same memory."""
     library, classes = cast("Any", None), cast("Any", None)
