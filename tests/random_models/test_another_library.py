@@ -228,7 +228,9 @@ VALUES = {
         "EddyCurrentBrake": "heated = 1.3, peak = 0.6 N, speed = 0.7 m/s",
         "Stop": "low = -0.5 m, high = 0.7 m, restitution = 0.4",
         "Cylinder": "flow1 = 1e-4 m^3/s, flow2 = -2e-5 m^3/s, area1 = 30 cm^2, area2 = 20 cm^2, stroke = 0.6 m, retracted = 0.01 m,"
-        " dead = 2 dm^3, bulk = 1 MPa, leak = 1e-9 m^3/s/Pa",
+        " dead = 2 dm^3, bulk = 1 MPa, air = 0.03, outside = 1.1e5 Pa, leak = 1e-9 m^3/s/Pa, stops = false, restitution = 0.4",
+        "SingleActingCylinder": "flow = 1e-4 m^3/s, area = 30 cm^2, stroke = 0.6 m, retracted = 0.01 m, dead = 2 dm^3, bulk = 1 MPa,"
+        " air = 0.03, outside = 1.1e5 Pa, leak = 1e-9 m^3/s/Pa, k = 30 N/m, preload = 2 N, stops = false, restitution = 0.4",
         "Valve": "u = 0.4, p1 = 3 Pa, p2 = 5 Pa, supply = 10 Pa, tank = 1 Pa, flow = 2 m^3/s, drop = 4 Pa, laminar = 2 Pa, overlap = 0.1",
         "ShockAbsorber": "low = 300 N.s/m, high = 100 N.s/m, knee = 0.4 m/s, gas = 10 N",
         "ForceSource": "push = 3 N",
@@ -282,6 +284,7 @@ ASKED = {
     "fastsim": "let (f1, f2) = fastsim({0.5, 0.4, 0.6}, 0.75, 4); let (f3, f4) = fastsim({-0.1, 0.2, -0.1}, 1.3, 3); {f1, f2, f3, f4}",
     "tread": "{tread(s, {-2, 0, 1.5, 3} m, {-0.3, 0, 0.2, 0.9} m) for s in {-3, -1, 0.7, 2, 4} m}",
     "orifice": "{orifice(p, 30 l/min, 35 bar, 0.5 bar) for p in {-100, -0.1, 0.3, 200} bar}",
+    "oil": "{oil(p, 1.3 GPa, a, 1.1e5 Pa) for p in {-1e5, 0, 30e5} Pa for a in {0, 0.02}}",
     "mirrored": "{mirrored({1, 2, 3} m, s) for s in {-1, 1}}",
     "magic": "{magic(s, 8, 1.4, -0.6) for s in {-0.3, 0.02, 0.5}}",
     "slip_friction": "{slip_friction({v, 0.3 m/s}, 0.5 m/s, 0.9 m/s, 0.8, 0.3) for v in {0, 0.2, 0.6, 2} m/s}",
