@@ -37,7 +37,7 @@ PACKAGES = (
 
 HEAD = """# The standard library
 
-Fifteen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Seventeen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
 limits = {-90, 90} deg);`; those that are not given are not there (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and

@@ -122,6 +122,7 @@ VALUES = {
         "Motor": "axis = {3, -2, 1.5}, drive_torque = 3 N.m",
         "SpeedMotor": "axis = {3, -2, 1.5}, gain = 3 N.m.s, speed = 2 rad/s",
         "UniformMagneticField": "q = -2 C, B = {1, -2, 3} T",
+        "Orientation": "axes = {3, 1, 3}",
     },
     "couplings": {
         "Distance": "l = 0.6 m",
@@ -170,6 +171,7 @@ VALUES = {
     },
     "vehicle": {
         "Axle": "load = 3000 N, drive = 200 N, wheels = 4, mu = 0.9, fall = 0.1, nominal = 3500 N, B = 8, C = 1.4, E = -0.5, low = 0.2 m/s",
+        "LinearAxle": "drive = 200 N, C = 3000 N/rad, low = 0.2 m/s",
         "RollingWheel": "r = 0.2 m, holds = false",
         "RoadVehicle": "wind = 0.3 m/s, CdA = 0.4 m^2, density = 1.1 kg/m^3, cr = 0.03, g = 9.7 m/s^2",
         "SlippingWheel": "load = 30 N, r = 0.2 m, peak = 0.9, rest = 0.5, adhesion = 0.7 m/s, sliding = 1.3 m/s, adhesion_share = 5, sliding_share = 12",
@@ -259,6 +261,22 @@ VALUES = {
 }
 """Values of all parameters and inputs other than the defaults; a mass follows from a density."""
 
+
+def turned(w: int, x: int, y: int, z: int) -> str:
+    """Write the matrix of a quaternion of length 5."""
+    rows = (
+        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
+    )
+    return "{" + ", ".join("{" + ", ".join(str(n / 25) for n in row) + "}" for row in rows) + "}"
+
+
+TURNED = [turned(*q) for q in ((4, 2, -2, 1), (1, 4, 2, -2), (-2, 1, 4, 2), (2, -2, 1, 4), (5, 0, 0, 0))]
+"""The whole, each axis, and no turn at all as what is largest."""
+CONVENTIONS = ("1, 2, 3", "2, 3, 1", "3, 1, 2", "3, 2, 1", "3, 1, 3", "1, 3, 1", "2, 1, 2")
+"""Of angles: some forwards, some backwards, some that turn about one axis twice."""
+
 ASKED = {
     "tangents": "tangents({0.36, -0.8, 0.48})",
     "unit_vector": "unit_vector({3, -1, 2})",
@@ -305,12 +323,16 @@ ASKED = {
     "inverse_velocity_curve": "{inverse_velocity_curve(f) for f in {-1, 0.3, 1.2, 2.5}}",
     "cap_volume": "{cap_volume(d, 0.3 m) for d in {-0.1, 0.2, 0.7} m}",
     "stalling": "{stalling(a, 5, 12 deg) for a in {-30, -11, 2, 13, 40} deg}",
+    "rotation_vector": f"{{{', '.join(f'rotation_vector({R})' for R in TURNED)}}}",
+    "rotation_angles": f"{{{', '.join(f'rotation_angles({TURNED[0]}, {{{a}}})' for a in CONVENTIONS)}}}",
     "second_normal": "{second_normal({3, -1, 2}), second_normal({3, -1, -2}), second_normal({0, 0, 2})}",
 }
 IN_SPACE = {("elements", name) for name in ("Bushing", "Bearing", "ConstantAngle", "Propeller")} | {
     ("tyres", name) for name in ("Tyre", "Tyre62")
 }
-IN_THE_PLANE = {("vehicle", name) for name in ("Axle", "RollingWheel", "SlippingWheel", "Driver")}
+IN_THE_PLANE = {
+    ("vehicle", name) for name in ("Axle", "LinearAxle", "RollingWheel", "SlippingWheel", "Driver")
+}
 """Parts that stand in space or in the plane alone, in a package of both."""
 LYING = {"RollingDisk": " * rotx(70 deg)"}
 """How a part does not stand that must not."""

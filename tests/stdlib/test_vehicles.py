@@ -168,6 +168,27 @@ def test_a_car_has_the_poles_of_the_bicycle_model() -> None:
         assert np.abs(found - pole).min() < 1e-9
 
 
+def test_axles_of_the_linear_theory() -> None:
+    """The poles of the bicycle model, and at any slip C times its angle: a sledge that is let go sideways turns its momentum by that force."""
+    Cf, Cr = stiffness(1500 * 9.81 * 1.55 / 2.7 / 2), stiffness(1500 * 9.81 * 1.15 / 2.7 / 2)
+    found = poles(f"""
+  Body car(m = 1500 kg, J = 2600 kg.m^2);
+  Planar pose(world -> car.a, x = 0 m, y = 0 m, angle = 0 rad, der(x) = 25 m/s);
+  LinearAxle front(to = car.a * trans({{1.15 m, 0 m}}), C = {Cf!r} N/rad);
+  LinearAxle rear(to = car.a * trans({{-1.55 m, 0 m}}), C = {Cr!r} N/rad);
+""")
+    for pole in np.linalg.eigvals(bicycle(25, 1.15, 1.55, 1.55 / 2.7, 1.15 / 2.7)):
+        assert np.abs(found - pole).min() < 1e-9
+    s = run(
+        "Particle p(m = 2 kg); Translation slide(world -> p.a, der(position) = {1, 1.5} m/s); LinearAxle axle(to = p.a, C = 3 N/rad, drive = 0.5 N); initial slide.position = {0, 0} m;",
+        2.0,
+    )
+    found = solve_ivp(
+        lambda t, v: [0.25, -1.5 * math.atan(v[1] / v[0])], (0, 2), [1, 1.5], "DOP853", rtol=1e-11, atol=1e-12
+    ).y[:, -1]
+    assert [s[f"der(slide.position[{k}])"][-1] for k in (1, 2)] == pytest.approx(found, rel=1e-8)
+
+
 def test_a_car_that_oversteers_has_its_critical_speed() -> None:
     """V^2 = Cf Cr L^2/(m (a Cf - b Cr)): below it straight running is stable, above it not."""
     L, front, rear = 2.7, 0.45, 0.55
