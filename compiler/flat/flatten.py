@@ -33,7 +33,7 @@ from .names.namespace import Namespace, SourceLibrary
 from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
 from .statements.contacts_of_shapes import make
-from .statements.drawings import drawings, is_quiet
+from .statements.drawings import drawings
 from .statements.elaborate import run
 from .statements.energies import note_fields
 from .statements.experiments import experiments
@@ -207,7 +207,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         studies=asked,
         origin=model.Origin(cls.model.span),
         draws=draws,
-        quiet=is_quiet(instance),
+        quiet=tuple(record.quiet),
         variation=curve,
         unknowns=tuple(record.unknowns),
         implicit=tuple(record.implicit),

@@ -631,8 +631,8 @@ class FlatModel(Struct, frozen=True):
     origin: Origin
     studies: tuple[Study, ...] = ()
     draws: tuple[Draw, ...] = ()
-    quiet: bool = False
-    """The model says ``draw none``: nothing is drawn by rule."""
+    quiet: tuple[str, ...] = ()
+    """Instances that say ``draw none``, ``""`` for the model itself: nothing of them is drawn by rule."""
     data: Mapping[str, TableData] = {}
     """What files give to tables, by the name that stands instead of points."""
     variation: Variation | None = None

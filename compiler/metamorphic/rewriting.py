@@ -115,7 +115,7 @@ def rewritten(model: FlatModel, change: Change) -> FlatModel:
 
 def undrawn(model: FlatModel) -> FlatModel:
     """Return a model without pictures, studies and closed solutions, which say nothing of its motion."""
-    return replace(model, draws=(), quiet=True, studies=(), exacts=())
+    return replace(model, draws=(), quiet=("",), studies=(), exacts=())
 
 
 MEASURES = {

@@ -22,6 +22,8 @@ GAUGES = ("bead", "dial")
 """Shapes without a place."""
 ROADS = 6
 """Of more bodies no paths are drawn."""
+TICKS = 8
+"""Numbers along the longest side."""
 SMALL = 0.012
 """Of the whole picture: radius of what has no size of its own."""
 
@@ -136,6 +138,9 @@ class Painter:
         axes = self.axes
         axes.set_xlim(self.low[0], self.high[0])
         axes.set_ylim(self.low[1], self.high[1])
+        spans = self.high - self.low
+        for axis, span in zip("xy" if self.flat else "xyz", spans, strict=False):  # numbers that have room
+            axes.locator_params(axis=axis, nbins=max(1, round(TICKS * span / max(spans))), min_n_ticks=1)
         if self.flat:
             axes.set_aspect("equal", adjustable="box")
             axes.grid(color="#e5e7eb", linewidth=0.6)

@@ -89,14 +89,16 @@ def panels_of(solution: Solution) -> list[Panel]:
     states = [q for q in problem.states if q.kind == "state"]
     outputs = [q for q in problem.outputs if q.kind == "output"]
     points = matrix_rows(coordinates) | point_names(outputs)
-    points = {name: d for name, d in points.items() if _travels(solution, name, d)}
+    most = 2 if _in_plane(solution) else 3
+    points = {name: d for name, d in points.items() if d <= most and _travels(solution, name, d)}
     in_paths = {element(name, i) for name, dimension in points.items() for i in range(1, dimension + 1)}
     moving = [q for q in coordinates if not still.constant(q.name)]
     panels: list[Panel] = _pictures(solution, points)
     panels += _by_unit("coordinates", moving)
+    rates = {q.name: q for q in problem.states if q.kind == "rate"}
+    pictured = bool(panels) and isinstance(panels[0], Scenery)
     if len(moving) <= MOST_PORTRAITS:
-        rates = {q.name for q in problem.states if q.kind == "rate"}
-        inside = _places(solution) if panels and isinstance(panels[0], Scenery) else []
+        inside = _places(solution) if pictured else []
         panels += [
             PhasePanel(q.name, f"der({q.name})")
             for q in moving
@@ -104,6 +106,9 @@ def panels_of(solution: Solution) -> list[Panel]:
             and not still.steady(f"der({q.name})")
             and not still.among(q.name, inside)
         ]
+    elif not pictured:  # shafts and slides, of which a picture shows nothing
+        speeds = [rates[name] for q in moving if (name := f"der({q.name})") in rates]
+        panels += _by_unit("speeds", [q for q in speeds if not still.constant(q.name)])
     panels += _by_unit("states", [q for q in states if not still.constant(q.name)])
     further = [q for q in outputs if q.name not in in_paths and not still.constant(q.name)]
     panels += _by_unit("outputs", [q for q in further if still.twin(q.name) is None])
@@ -131,6 +136,12 @@ def _pictures(solution: Solution, points: Mapping[str, int]) -> list[Panel]:
             drawn = _spread(chosen, MOST_PATHS)
             found.append(Paths(tuple(drawn), dimension, len(chosen) - len(drawn)))
     return found
+
+
+def _in_plane(solution: Solution) -> bool:
+    """Tell a motion that is drawn in the plane, where three lengths are no place."""
+    staged = solution.staged()
+    return staged is not None and staged[0].size == 2 and any(s.kind not in GAUGES for s in staged[0].shapes)
 
 
 def _places(solution: Solution) -> list[Array]:

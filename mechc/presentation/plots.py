@@ -41,6 +41,7 @@ GREY = "#6b7280"
 MOST_EVENTS = 100
 CONSTANT = 1e-6
 """Relative change below which a curve is drawn as constant."""
+HEAD_CHARACTERS = 66
 LINE_CHARACTERS = 105
 """Width of the line below the panels, for each column."""
 
@@ -60,7 +61,8 @@ def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> An
         result = Picture(figsize=(size * width, size * (3.0 * rows + 0.5)), layout="constrained")
         problem = solution.problem
         if not style:
-            result.suptitle(problem.doc or problem.name, fontsize=11, x=0.01, ha="left", color="#111827")
+            head = "\n".join(textwrap.wrap(problem.doc or problem.name, HEAD_CHARACTERS * columns))
+            result.suptitle(head, fontsize=11, x=0.01, ha="left", color="#111827")
         line = "" if names or style else Stillness(solution).line()
         if line:
             text = "\n".join(textwrap.wrap(line, LINE_CHARACTERS * columns))

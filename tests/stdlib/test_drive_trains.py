@@ -298,7 +298,9 @@ def test_a_hydraulic_axis_rests_in_its_dead_zone() -> None:
     before = s(3.99)["load.s"]
     assert abs(0.3 - before) <= 0.04 / 20 * (1 + 1e-9)
     p1, p2 = s(3.99)["cylinder.p1"], s(3.99)["cylinder.p2"]
-    stiffness = oil(p1) * 20e-4**2 / (50e-6 + 20e-4 * before) + oil(p2) * 12e-4**2 / (50e-6 + 12e-4 * (0.5 - before))
+    stiffness = oil(p1) * 20e-4**2 / (50e-6 + 20e-4 * before) + oil(p2) * 12e-4**2 / (
+        50e-6 + 12e-4 * (0.5 - before)
+    )
     assert s["load.s"][-1] - before == pytest.approx(5000 / stiffness, rel=1e-2)
 
 

@@ -14,7 +14,7 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Scene, ShapeEntry
 
-from ...flat.model import Definition, DefinitionRole, Draw, Expression, Kind
+from ...flat.model import Definition, DefinitionRole, Draw, Expression, Kind, Origin
 from ...flat.statements.shapes import SHAPES, TURNS
 from ...flat.types import LENGTH
 from ...flat.values.evaluate import constant
@@ -51,7 +51,7 @@ def scene_of(
         _check(system, layout, draw, nodes, reporter)
         drawn.append((shape, nodes))
     instances = {draw.origin.instance for draw in system.model.draws}
-    by_rule = "" not in instances and not system.model.quiet
+    by_rule = "" not in instances and "" not in system.model.quiet
     if by_rule:
         ruled = list(maker.by_rule(instances))
         if not drawn and not ruled:
@@ -246,18 +246,24 @@ class _Maker(Struct):
 
     def by_rule(self, instances: Collection[str]) -> Iterator[tuple[ShapeEntry, list[Node]]]:
         """Yield what is drawn of a model that says nothing itself: paths of outputs that are points, or of few masses, masses of parts
-        that do not draw themselves (``instances`` do), and, where no part does, what its joints carry."""
+        that do not draw themselves (``instances`` do, and who says ``draw none`` wants nothing), and, where no part does, what its joints carry."""
         system = self.system
         for ends, name in self._links().items() if not instances else ():
             yield ShapeEntry("line", (), name), list(ends)
-        masses = [mass for mass in system.masses if mass.origin.instance not in instances]
+        masses = [
+            mass
+            for mass in system.masses
+            if mass.origin.instance not in instances and not self._silent(mass.origin)
+        ]
         for mass in masses:
             yield ShapeEntry("mass", (), mass.origin.instance), [*self.at(mass.point), mass.mass]
         place = [] if instances or masses else self._cartesian()
         if place:
             yield ShapeEntry("trail", ()), place
             yield ShapeEntry("sphere", (), relative=True), [*place, *self.pose(None)[3:], self.graph.one]
-        points = [d for d in system.model.definitions if d.value is not None and _is_point(d)]
+        points = [
+            d for d in system.model.definitions if d.value is not None and _is_point(d, system.model.space)
+        ]
         for definition in points:
             assert definition.value is not None
             nodes = self.position(definition.value)
@@ -340,12 +346,19 @@ class _Maker(Struct):
         roots = {id(self.lowering.named(edge.root)): edge.joint.name for edge in system.topology.tree}
         lines: dict[tuple[Node, ...], str] = {}
         for edge in system.topology.tree:
+            if self._silent(edge.joint.origin):
+                continue
             start = self.lowering.named(edge.joint.source) if edge.joint.source else None
             if isinstance(start, Frame):
                 self._link(start, self.origin(start), roots, lines)
         for mass in system.masses:
-            self._link(mass.point.frame, self.at(mass.point), roots, lines)
+            if not self._silent(mass.origin):
+                self._link(mass.point.frame, self.at(mass.point), roots, lines)
         return lines
+
+    def _silent(self, origin: Origin) -> bool:
+        """Tell what is stated by a component that says ``draw none``, or by one inside it."""
+        return f"{origin.instance}.".startswith(tuple(f"{path}." for path in self.system.model.quiet))
 
     def _link(
         self, frame: Frame, end: list[Node], roots: dict[int, str], lines: dict[tuple[Node, ...], str]
@@ -360,11 +373,13 @@ class _Maker(Struct):
                 lines.setdefault((*begin, *end), roots[id(at)])
 
 
-def _is_point(definition: Definition) -> bool:
-    """Tell whether an output is a place: a frame, a point or a vector of lengths."""
+def _is_point(definition: Definition, space: int) -> bool:
+    """Tell whether an output is a place: a frame, a point or a vector of lengths, in the plane of two."""
     type = definition.type
     if definition.role is not DefinitionRole.OUTPUT:
         return False
     return type.kind is Kind.POINT or (
-        type.shape in ((2,), (3,)) and type.dimension == LENGTH and type.kind is Kind.REAL
+        type.shape in (((2,),) if space == 2 else ((2,), (3,)))
+        and type.dimension == LENGTH
+        and type.kind is Kind.REAL
     )

@@ -68,7 +68,7 @@ def audible(found: list[tuple[ast.Draw, Scope]], instance: Instance) -> list[tup
 
 
 def is_quiet(instance: Instance) -> bool:
-    """Tell whether the model itself says ``draw none``."""
+    """Tell whether an instance says ``draw none``."""
     items = (item.statement for item in instance.expanded or ())
     return any(isinstance(s, ast.Draw) and s.shape == "none" for s in items)
 

@@ -28,7 +28,7 @@ from ..names.scope import Poisoned, Scope
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
 from .contacts_of_shapes import made_by
-from .drawings import audible
+from .drawings import audible, is_quiet
 from .energies import energy, gravities, inertia, mass
 from .events import when
 from .initial_values import initial, stationary_start
@@ -53,6 +53,8 @@ def run(instance: Instance, record: StatementRecord) -> None:
             continue
     _joints(parts, record)
     record.draws[drawn:] = audible(record.draws[drawn:], instance)
+    if is_quiet(instance):
+        record.quiet.append(instance.path)
 
 
 def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: JointParts) -> None:

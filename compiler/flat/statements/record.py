@@ -50,6 +50,7 @@ class StatementRecord(Struct):
     assertions: list[model.Assertion] = field(default_factory=list)
     exacts: list[model.ExactSolution] = field(default_factory=list)
     draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)
+    quiet: list[str] = field(default_factory=list)
     ends: list[model.End] = field(default_factory=list)
     functional: model.Expression | None = None
     servos: dict[str, Span] = field(default_factory=dict)

@@ -20,6 +20,7 @@ from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.parser import parse
 from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
+from mechc.presentation.panels import Scenery, TimePanel, panels_of
 from mechc.runtime.interface import Scene
 from mechc.runtime.problem import Array
 
@@ -123,6 +124,34 @@ experiment(stop = 1 s);
     assert np.allclose(trail[0], [1 + 2 * np.cos(0.1), 2 * np.sin(0.1), 0]), (
         "that of the mass, where there is no other"
     )
+
+
+def test_three_lengths_are_no_place_in_the_plane() -> None:
+    """As those of three cylinders: the picture stays flat, and shows the curves of the lengths instead of a path."""
+    text = "Bar bar(l = 80 cm); Revolute hinge(world -> bar.a, angle = 0.3 rad, der(angle) = 1 rad/s); experiment(stop = 1 s);"
+    lengths = "output reach[3] = {1, 2, 3}*norm(pos(bar.b) - {1, 1} m);"
+    scene, _, solution = numbers(f"import mech.planar.*;\n{text}{lengths}", np.linspace(0, 1, 3))
+    assert scene.size == 2 and "trail" not in {shape.kind for shape in scene.shapes}
+    panels = panels_of(solution)
+    assert [p.names for p in panels if isinstance(p, Scenery)] == [()]
+    assert [p.names for p in panels if isinstance(p, TimePanel) and p.title == "outputs"] == [
+        ("reach[1]", "reach[2]", "reach[3]")
+    ]
+
+
+@pytest.mark.parametrize(("said", "kinds"), [("", ["sphere", "mass"]), ("draw none;", [])])
+def test_draw_none_of_a_component_leaves_its_masses_out(said: str, kinds: list[str]) -> None:
+    """Those of components inside it, too, and not what else is there."""
+    text = f"""
+import mech.planar.*;
+model Inner frame a; mass 1 kg at a; inertia 1 kg.m^2 on a; end Inner;
+model Chain frame a; Inner inner; Revolute hinge(a -> inner.a); {said} end Chain;
+model M Chain chain(a = world); coordinate x = 1 m; mass 1 kg at world * {{x, 0 m}}; experiment(stop = 1 s); end M;
+"""
+    scene, _, _ = numbers(text, np.linspace(0, 1, 2))
+    balls = [s.kind for s in scene.shapes if s.name.startswith("chain.") and s.kind in ("sphere", "mass")]
+    assert balls == kinds
+    assert "mass" in {s.kind for s in scene.shapes if not s.name}
 
 
 def test_coordinates_called_x_and_y_are_a_place() -> None:

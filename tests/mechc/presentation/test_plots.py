@@ -13,6 +13,7 @@ from slow_params import slow_but
 import mechc
 from mechc.cli.main import run
 from mechc.display import choose
+from mechc.presentation.painting import Painter
 from mechc.presentation.panels import (
     EnergyPanel,
     Paths,
@@ -255,3 +256,25 @@ def test_a_flat_path_in_space_has_a_box_with_room_for_its_numbers() -> None:
     axes = next(a for a in figure(mechc.loads(text).simulate()).axes if a.name == "3d")
     spans = [high - low for low, high in (axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d())]
     assert spans[1] / spans[0] == spans[2] / spans[0] == pytest.approx(0.5)
+
+
+def test_shafts_show_their_speeds() -> None:
+    """More than get phase portraits, and nothing else that shows how they move: in a picture of places there are none."""
+    text = "import mech.rotational.*; Rotor a; Rotor b; Rotor c; SpringDamper s(a.angle -> b.angle, k = 5 N.m/rad); initial der(a.angle) = 2 rad/s; initial der(c.angle) = 1 rad/s;"
+    solution = mechc.loads(text).simulate(stop=1.0)
+    speeds = [p for p in panels_of(solution) if isinstance(p, TimePanel) and p.title == "speeds"]
+    assert [(p.unit, p.names) for p in speeds] == [("rad/s", ("der(a.angle)", "der(b.angle)"))]
+    pendulum = "import mech.planar.*; gravity {0, -9.81} m/s^2; Bar u; Bar v; Bar w; Revolute p(world -> u.a, angle = 1 rad); Revolute q(u.b -> v.a); Revolute r(v.b -> w.a);"
+    panels = panels_of(mechc.loads(pendulum).simulate(stop=0.5))
+    assert isinstance(panels[0], Scenery) and "speeds" not in [getattr(p, "title", "") for p in panels]
+
+
+def test_a_narrow_picture_has_few_numbers_on_its_short_side() -> None:
+    """At most two where a tall one is as wide as a word."""
+    text = "import mech.planar.*; gravity {0, -9.81} m/s^2; Particle p(m = 1 kg); Prismatic s(world -> p.a, axis = {0, 1}, position = 10 m); draw line(world, p.a);"
+    solution = mechc.loads(text).simulate(stop=0.1)
+    painter = Painter(solution, solution.time[[0, -1]])
+    painter.paint(0)
+    low, high = painter.axes.get_xlim()
+    seen = [x for x in painter.axes.get_xticks() if low <= x <= high]
+    assert len(seen) <= 2 < len(painter.axes.get_yticks())
