@@ -184,12 +184,13 @@ def written_unit(declared: Span | None, target: Type) -> str:
         if named is not None and (named.dimension, named.angle) == (target.dimension, target.angle):
             return named.unit
     rest = text[declared.end :].partition(";")[0]
-    for unit in re.findall(r"[\d.}\])] ([A-Za-z][\w./^*()-]*)", rest):
+    units: list[str] = re.findall(r"[\d.}\])] ([A-Za-z][\w./^*()-]*)", rest)
+    for unit in units:
         try:
             read = parse_unit(unit)
         except UnitError:
             continue
-        if (read.dimension, read.factor, read.angle) == (target.dimension, 1, target.angle):
+        if read.factor == 1 and (read.dimension, read.angle) == (target.dimension, target.angle):
             return unit
     return ""
 
