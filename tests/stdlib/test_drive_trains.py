@@ -171,7 +171,7 @@ def test_a_gas_spring_is_adiabatic() -> None:
 
 def oil(p: float, air: float = 0.001, bulk: float = 1.4e9) -> float:
     """Bulk modulus of oil and bubbles of air side by side: both give way, each by its own share of the volume."""
-    bubbles = air * (1.01325e5 / (1.01325e5 + p)) ** (1 / 1.4)
+    bubbles: float = air * math.pow(1.01325e5 / (1.01325e5 + p), 1 / 1.4)
     shares = bubbles / (1 + bubbles)
     return 1 / ((1 - shares) / bulk + shares / (1.4 * (1.01325e5 + p)))
 
@@ -295,9 +295,9 @@ def test_a_valve_drives_a_cylinder_to_its_stop() -> None:
 def test_a_hydraulic_axis_rests_in_its_dead_zone() -> None:
     """Within overlap/gain of its target; there the oil between closed edges is a spring, bulk (A1^2/V1 + A2^2/V2)."""
     s = run_example("hydraulic_axis", stop=8.0)
-    before = s(3.99)["load.s"]
+    before = float(s(3.99)["load.s"])
     assert abs(0.3 - before) <= 0.04 / 20 * (1 + 1e-9)
-    p1, p2 = s(3.99)["cylinder.p1"], s(3.99)["cylinder.p2"]
+    p1, p2 = float(s(3.99)["cylinder.p1"]), float(s(3.99)["cylinder.p2"])
     stiffness = oil(p1) * 20e-4**2 / (50e-6 + 20e-4 * before) + oil(p2) * 12e-4**2 / (
         50e-6 + 12e-4 * (0.5 - before)
     )
