@@ -81,8 +81,11 @@ class Experiment(Struct, frozen=True):
 
 
 class AssertionEntry(Struct, frozen=True):
+    """What has to hold; ``stated``: by an ``assert`` of the model."""
+
     message: str
     origin: Origin | None
+    stated: bool = True
 
 
 class HybridBranch(Struct, frozen=True):

@@ -173,6 +173,8 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
         case Status.BRANCH_ASSERTION:
             assert branch is not None
             check = branch.checks[report.failed_part]
+            if not check.stated:
+                return _Told("constraints", f"at {at} {check.message}", origin=check.origin)
             return _Told("assertion", f"assertion failed at {at}: {check.message}", origin=check.origin)
         case Status.NO_PERIOD:
             return _Told(

@@ -1,9 +1,11 @@
-"""What a branch does, as one function: new y, new z, and whether its assertions hold."""
+"""What a branch does, as one function: new y, new z, and whether its assertions and the constraints it leaves no room hold."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import assert_never
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -14,7 +16,6 @@ from ...graph.rewrite import substitute
 from ...mechanics.modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from ...mechanics.system import MechanicalSystem
 from ..rows.constraints import Row, weighted
-from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
 
 
@@ -25,39 +26,113 @@ def branch_results(
     y: Sequence[Node],
     z: Sequence[Node],
 ) -> tuple[Node, ...]:
-    """Return new y, new z and the assertions of a branch; its actions run from top to bottom.
+    """Return new y, new z and the checks of a branch; its actions run from top to bottom.
 
-    A right-hand side sees what the actions above it have set; ``pre(x)`` is the value before the branch.
+    A right-hand side sees what the actions above it have done, with what follows from that by the constraints that hold
+    there; ``pre(x)`` is the value before the branch. Rates that are set stay while others follow, until a constraint is
+    engaged, which is an impact.
     """
     graph = system.graph
+    velocities = [system.v[i].node for i in solved.free]
+    flags = {row.constraint.mode.flag for row in _holding(solved) if row.constraint.mode}
     now: dict[Node, Node] = {}
+    stay: set[Node] = set()
+    unsettled = False
     originals = list(system.lowering.previous)
     before = dict(zip(system.lowering.previous.values(), solved.resolve(originals), strict=True))
 
     def present(nodes: Sequence[Node]) -> list[Node]:
-        return substitute(graph, substitute(graph, solved.resolve(nodes), now), before)
+        return substitute(graph, substitute(graph, nodes, now), before)
+
+    def settle() -> None:
+        nonlocal unsettled
+        if unsettled and _holding(solved):
+            others, moved = _others(system, solved, stay)
+            now.update(zip(others, present(moved), strict=True))
+        unsettled = False
+
+    def seen(nodes: Sequence[Node]) -> list[Node]:
+        resolved = solved.resolve(nodes)
+        if not (set(velocities) - stay).isdisjoint(graph.support(*resolved)):
+            settle()
+        return present(resolved)
 
     checks: list[Node] = []
     for action in branch.actions:
         match action:
             case SetAction(targets=targets, values=values):
-                now |= dict(zip(targets, present(values), strict=True))
+                switched = not flags.isdisjoint(targets)
+                if switched:
+                    settle()
+                now |= dict(zip(targets, seen(values), strict=True))
+                if switched and values == (graph.one,):
+                    stay.clear()
+                    unsettled = True
+                set_here = set(velocities).intersection(targets)
+                stay |= set_here
+                unsettled = unsettled or bool(set_here)
             case ImpulseAction(pairs=pairs):
-                changes = _jumps(system, solved, pairs)
-                velocities = [system.v[i].node for i in solved.free]
-                moved = present([graph.add(v, d) for v, d in zip(velocities, changes, strict=True)])
+                changes = seen(_jumps(system, solved, pairs))
+                moved = [graph.add(now.get(v, v), d) for v, d in zip(velocities, changes, strict=True)]
                 now |= dict(zip(velocities, moved, strict=True))
             case CheckAction(condition=condition):
-                checks += present([condition])
+                checks += seen([condition])
             case EndAction():
                 pass
             case _:
                 assert_never(action)
-    if _holding(solved):
-        set_here = {target for a in branch.actions if isinstance(a, SetAction) for target in a.targets}
-        velocities, moved = _others(system, solved, set_here)
-        now |= dict(zip(velocities, present(moved), strict=True))
+    if stay:  # else what was engaged acts as the impacts do that follow
+        settle()
+    checks += [_fits(system, now, tied) for tied in tied_values(system, solved, branch)]
     return (*(now.get(n, n) for n in (*y, *z)), *checks)
+
+
+class Tied(Struct, frozen=True):
+    """A row all of whose coordinates or rates a branch sets: ``value``, its position or its rate, has to be zero with them."""
+
+    row: Row
+    value: Node
+    rates: bool
+
+
+def tied_values(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> list[Tied]:
+    """Return what has to fit because a branch sets it whole."""
+    graph = system.graph
+    velocities = {system.v[i].node for i in solved.free}
+    flags = {row.constraint.mode.flag for row in _holding(solved) if row.constraint.mode}
+    places: set[Node] = set()
+    stay: set[Node] = set()
+    for action in branch.actions:
+        if isinstance(action, SetAction):
+            if not flags.isdisjoint(action.targets) and action.values == (graph.one,):
+                stay.clear()
+            stay |= velocities.intersection(action.targets)
+            places |= system.symbols.positions.intersection(action.targets)
+    found: list[Tied] = []
+    for row in _holding(solved):
+        if row.position is not None and not places.isdisjoint(graph.support(row.position)):
+            found.append(Tied(row, row.position, rates=False))
+        moving = velocities.intersection(graph.support(row.rate))
+        if moving and moving <= stay:
+            found.append(Tied(row, row.rate, rates=True))
+    return found
+
+
+def _fits(system: MechanicalSystem, now: Mapping[Node, Node], tied: Tied) -> Node:
+    """Return whether a value is zero after a branch, to 1e-6 of the sum of its terms."""
+    graph = system.graph
+    changing = {v.node for v in system.v} if tied.rates else system.symbols.positions
+    symbols = [n for n in graph.support(tied.value) if n in changing]
+    terms = [graph.abs(jvp(graph, [tied.value], {n: graph.one})[0]) for n in symbols]
+    if tied.rates:  # what remains of it at rest, as where a guide moves
+        terms.append(graph.abs(substitute(graph, [tied.value], dict.fromkeys(symbols, graph.zero))[0]))
+    off, *terms = substitute(graph, [graph.abs(tied.value), *terms], now)
+    size = terms.pop() if tied.rates else graph.zero
+    for n, term in zip(symbols, terms, strict=True):
+        size = graph.add(size, graph.mul(term, graph.add(graph.abs(n), graph.abs(now.get(n, n)))))
+    holds = graph.less_equal(off, graph.mul(graph.constant(1e-6), size))
+    mode = tied.row.constraint.mode
+    return holds if mode is None else graph.select(now.get(mode.flag, mode.flag), holds, graph.one)
 
 
 def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> None:
@@ -121,40 +196,23 @@ def _holding(solved: Solved) -> list[Row]:
 
 
 def _others(
-    system: MechanicalSystem, solved: Solved, set_here: Collection[Node]
+    system: MechanicalSystem, solved: Solved, stay: Collection[Node]
 ) -> tuple[list[Node], list[Node]]:
-    """Return the velocities that are not set, and what they become so that all constraints hold.
+    """Return the velocities that may change, and what they become so that all constraints hold.
 
-    They change as little as kinetic energy allows. Where constraints leave them no room, nothing: those that are set are
+    They change as little as kinetic energy allows. Where constraints leave them no room, nothing: those that stay are
     taken to fit.
     """
     graph = system.graph
-    held = [i for i in solved.free if system.v[i].node in set_here]
-    others = [i for i in solved.free if i not in held]
+    others = [i for i in solved.free if system.v[i].node not in stay]
     velocities = [system.v[i].node for i in others]
-    if not held or not others:
-        return [], []
-    jumps = [graph.symbol(f"#jump {i}") for i in others]
     rows = [row for row in _holding(solved) if not set(velocities).isdisjoint(graph.support(row.rate))]
-    multipliers = [row.multiplier for row in rows]
-    residual = [solved.residual[i] for i in others]
-    inertia = jvp(graph, residual, {system.a[i]: d for i, d in zip(others, jumps, strict=True)})
-    forces = jvp(graph, residual, {m: m for m in multipliers})
-    along = jvp(graph, [row.rate for row in rows], dict(zip(velocities, jumps, strict=True)))
-    balance = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
-    conditions: list[Node] = []
-    after: dict[int, range] = {}
-    for k, (row, d) in enumerate(zip(rows, along, strict=True), start=len(jumps)):
-        rate, mode = graph.add(row.rate, d), row.constraint.mode
-        if mode is not None:  # released: no impulse; its pivot is known when those of all others are
-            rate, after[k] = graph.select(mode.flag, rate, row.multiplier), range(k)
-        conditions.append(rate)
-    equations = [*weighted(graph, balance, rows, conditions), *conditions]
+    still = [graph.zero] * len(others)
     try:
-        found = solve(graph, equations, [*jumps, *multipliers], after=after or None)
+        changes = _changes(system, solved, others, rows, still, [row.rate for row in rows])
     except ZeroPivot:
         return [], []
-    return velocities, [graph.add(v, d) for v, d in zip(velocities, found.solutions, strict=False)]
+    return velocities, [graph.add(v, d) for v, d in zip(velocities, changes, strict=True)]
 
 
 def _jumps(system: MechanicalSystem, solved: Solved, pairs: Sequence[tuple[Node, Node]]) -> list[Node]:
@@ -162,4 +220,35 @@ def _jumps(system: MechanicalSystem, solved: Solved, pairs: Sequence[tuple[Node,
     graph = system.graph
     velocities = [system.v[i].node for i in solved.free]
     efforts = vjp(graph, [(rate, effort) for rate, effort in pairs], velocities)
-    return list(velocity_jumps(system, solved, efforts))
+    rows = _holding(solved)
+    return _changes(system, solved, solved.free, rows, efforts, [graph.zero] * len(rows))
+
+
+def _changes(
+    system: MechanicalSystem,
+    solved: Solved,
+    moving: Sequence[int],
+    rows: Sequence[Row],
+    impulses: Sequence[Node],
+    rates: Sequence[Node],
+) -> list[Node]:
+    """Return d of the velocities ``moving`` with M d - K^T mu = impulses and K d = -rates, for the rows that hold."""
+    graph = system.graph
+    jumps = [graph.symbol(f"#jump {i}") for i in moving]
+    residual = [solved.residual[i] for i in moving]
+    inertia = jvp(graph, residual, {system.a[i]: d for i, d in zip(moving, jumps, strict=True)})
+    multipliers = [row.multiplier for row in rows]
+    forces = jvp(graph, residual, {m: m for m in multipliers})
+    step: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(moving, jumps, strict=True)}
+    along = jvp(graph, [row.rate for row in rows], step)
+    balance = [graph.sub(graph.add(m, f), p) for m, f, p in zip(inertia, forces, impulses, strict=True)]
+    conditions: list[Node] = []
+    after: dict[int, range] = {}
+    for k, (row, rate, d) in enumerate(zip(rows, rates, along, strict=True), start=len(jumps)):
+        condition, mode = graph.add(rate, d), row.constraint.mode
+        if mode is not None:  # released: no impulse; its pivot is known when those of all others are
+            condition, after[k] = graph.select(mode.flag, condition, row.multiplier), range(k)
+        conditions.append(condition)
+    equations = [*weighted(graph, balance, rows, conditions), *conditions]
+    found = solve(graph, equations, [*jumps, *multipliers], after=after or None)
+    return list(found.solutions[: len(jumps)])

@@ -9,12 +9,14 @@ from mechc.runtime.interface import AssertionEntry, Hybrid, HybridBranch, Switch
 
 from ...graph import Node
 from ...graph.rewrite import substitute
-from ...mechanics.modes import CheckAction, EndAction
+from ...mechanics.modes import BranchRow, CheckAction, EndAction
 from ...mechanics.system import MechanicalSystem
 from ..model import BranchPlan, HybridPlan, RowPlan, SharePlan
 from ..quantities import origin
 from ..rows.constraints import Row
 from ..solve.shares import Share
+from ..solve.solved import Solved
+from .actions import tied_values
 from .energy_jumps import EnergyStep
 
 
@@ -29,7 +31,7 @@ def impulse_of(row: Row) -> Node:
     return row.constraint.mode.impulses[row.component]
 
 
-def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
+def branch_plans(system: MechanicalSystem, solved: Solved) -> tuple[BranchPlan, ...]:
     """Return what the kernel knows of each branch; ``act_1``, ``act_2`` ... are their functions."""
     return tuple(
         BranchPlan(
@@ -37,17 +39,35 @@ def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
             f"act_{k + 1}",
             HybridBranch(
                 one_line(branch.text),
-                tuple(
-                    AssertionEntry(a.message, origin(a.origin.span))
-                    for a in branch.actions
-                    if isinstance(a, CheckAction)
-                ),
+                _checks(system, solved, branch),
                 next((a.message for a in branch.actions if isinstance(a, EndAction)), None),
                 origin(branch.origin.span),
                 _sampled(system, branch.condition),
             ),
         )
         for k, branch in enumerate(system.branches)
+    )
+
+
+def _checks(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> tuple[AssertionEntry, ...]:
+    """Return what a branch states, then what it leaves no room."""
+    stated = [a for a in branch.actions if isinstance(a, CheckAction)]
+    return (
+        *(AssertionEntry(a.message, origin(a.origin.span)) for a in stated),
+        *(
+            AssertionEntry(
+                f"'{tied.row.title}' cannot hold "
+                + (
+                    "at the rates that this event sets: leave one out, and it follows; as it was before the event, "
+                    "a rate is pre(der(..))"
+                    if tied.rates
+                    else "where this event sets its coordinates"
+                ),
+                origin(branch.origin.span),
+                stated=False,
+            )
+            for tied in tied_values(system, solved, branch)
+        ),
     )
 
 

@@ -123,7 +123,7 @@ def add_events(
         times=tuple(SwitchText(place[s.symbol], s.text, s.after) for s in switches.timed),
         clocks=tuple((place[c.pulse], place[c.count]) for c in system.lowering.clocks.values()),
         initial=-1 if system.lowering.initial is None else place[system.lowering.initial],
-        branches=branch_plans(system),
+        branches=branch_plans(system, solved),
         rows=row_plans(rows, steps, place),
         simultaneous=impacts_are_simultaneous(system, reporter),
         dissipated=_index(names, "energy.dissipated"),
