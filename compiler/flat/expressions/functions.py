@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from mechc.lang.builtins import BUILTINS
@@ -100,7 +100,7 @@ def _alike(call: ElaboratedCall) -> Expression:
     for k in range(len(call.arguments)):
         call.scalar(k)
         type = call.same(0, k)
-    return call.apply(type)
+    return call.apply(types.INTEGER if _all_whole(call.arguments) else type)
 
 
 def _extreme(call: ElaboratedCall) -> Expression:
@@ -109,12 +109,8 @@ def _extreme(call: ElaboratedCall) -> Expression:
         call.arguments = entries(call, 0)
         if len(call.arguments) == 1:
             return call.arguments[0]
-        return Apply(
-            type=types.numeric(call.arguments[0].type),
-            span=call.node.span,
-            function=call.name,
-            arguments=tuple(call.arguments),
-        )
+        type = types.numeric(call.arguments[0].type)
+        return call.apply(types.INTEGER if _all_whole(call.arguments) else type)
     for k in range(len(call.arguments)):
         call.scalar(k)
     type = call.same(0, 0)
@@ -122,8 +118,11 @@ def _extreme(call: ElaboratedCall) -> Expression:
         common = call.same(0, k)
         if types.is_zero(call.arguments[0]):
             type = common
-    whole = all(a.type.kind is Kind.INTEGER for a in call.arguments)
-    return _folded(call, types.INTEGER if whole else type)
+    return _folded(call, types.INTEGER if _all_whole(call.arguments) else type)
+
+
+def _all_whole(values: Sequence[Expression]) -> bool:
+    return all(value.type.kind is Kind.INTEGER for value in values)
 
 
 def entries(call: ElaboratedCall, index: int) -> list[Expression]:
@@ -152,7 +151,9 @@ def combined(items: list[Expression], operator: str, span: Span) -> Expression:
     while len(items) > 1:
         pairs = []
         for a, b in zip(items[::2], items[1::2], strict=False):
-            if operator == "add":
+            if a.type.kind is b.type.kind is Kind.INTEGER:
+                type = types.make(Kind.INTEGER, a.type.shape or b.type.shape)
+            elif operator == "add":
                 type = types.numeric(b.type if types.is_zero(a) else a.type)
             else:
                 shape = a.type.shape or b.type.shape

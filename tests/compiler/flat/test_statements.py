@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from flat_models import codes, definition, flat, said, value, variable
 
+import mechc
 from mechc.compiler.flat.model import Switch
 from mechc.compiler.flat.show import type_text
 
@@ -573,3 +574,40 @@ def test_texts_are_structural(text: str) -> None:
     (found,) = [d for d in said(CART + text) if d.code != "W0402"]
     assert found.code == "E0303" and "'structural parameter s = ..;'" in found.help
     assert codes(CART + 'structural parameter s = "abc"; output y = if s == "abc" then 1 else 2;') == []
+
+
+@pytest.mark.parametrize(
+    "value, number",
+    [
+        ("sum(a)", 6),
+        ("sum(2*a[i] for i in 1:3)", 12),
+        ("product(a)", 6),
+        ("max(a)", 3),
+        ("min(a) + max(a[i]^2 for i in 1:3)", 10),
+        ("clamp(sum(a), 0, 5)", 5),
+    ],
+)
+def test_what_is_made_of_whole_numbers_is_one(value: str, number: int) -> None:
+    """A count of counts is a count, as ``a[1] + a[2]`` is."""
+    solution = mechc.loads(f"""
+    discrete Integer a[3] = {{1, 2, 3}};
+    discrete Integer total = 0;
+    coordinate Length x = 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    when time >= 1 s then
+      total := {value};
+    end when;
+    """).simulate(stop=2)
+    assert solution["total"][-1] == number
+
+
+def test_a_sum_with_a_number_is_no_whole_number() -> None:
+    with pytest.raises(mechc.CompileError, match="whole number"):
+        mechc.loads("""
+        discrete Integer total = 0;
+        coordinate Length x = 0 m;
+        kinetic 1/2*1 kg*der(x)^2;
+        when time >= 1 s then
+          total := sum({1, 2, 1/2});
+        end when;
+        """)
