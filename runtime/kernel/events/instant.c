@@ -15,6 +15,7 @@
 #include "projection.h"
 #include "rows.h"
 #include "schedule.h"
+#include "surface_friction.h"
 #include "window.h"
 
 enum { MOST_ROUNDS = 100, MOST_TURNS = 6, CROWD = 1000 };
@@ -190,6 +191,40 @@ static int check_jolts(mech_solver *s, int hit)
     return mech_fail(s, MECH_CHATTER, hit);
 }
 
+/* Whether a friction that slides, or a freewheel, has come to where it may stick. */
+static int may_stick(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    const int n = s->model->hybrid->n_switches;
+    int any = 0;
+    for (int i = 0; i < e->n_rows; i++) any |= e->rows[i].kind == MECH_FRICTION && !mech_row_holds(s, i);
+    if (!any || s->method->impulses) return 0;
+    mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
+    mech_rows_read(s);
+    for (int i = 0; i < e->n_rows; i++) {
+        if (e->rows[i].kind != MECH_FRICTION || mech_row_holds(s, i)) continue;
+        const int on_surface = mech_row_partner(s, i) >= 0;
+        if (on_surface ? mech_surface_friction_is_slow(s, i) : mech_indicator_at_zero(s, n + i, e->w[n + i])) return 1;
+    }
+    return 0;
+}
+
+/* Turns the switch that was hit. Where a friction comes to rest at this instant, what asks for the rate behind zero is not
+ * reached: the modes come first. */
+static int turn_hit(mech_solver *s, int hit)
+{
+    mech_event_state *e = s->events;
+    if (may_stick(s)) {
+        int changed = 0;
+        const int status = settle(s, -1, &changed);
+        if (status) return status;
+        mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
+        const int leaves = e->rate[hit] < -MECH_C(1e-12) * e->rate_scale[hit];
+        if (mech_indicator_at_zero(s, hit, e->w[hit]) ? !leaves : e->w[hit] >= 0) return MECH_RUNNING;
+    }
+    return turn(s, hit);
+}
+
 int mech_instant_happen(mech_solver *s, int hit, int ticks)
 {
     mech_event_state *e = s->events;
@@ -202,7 +237,7 @@ int mech_instant_happen(mech_solver *s, int hit, int ticks)
     memset(e->slides, 0, (size_t)e->n_rows * sizeof(mech_real));
     memset(e->delay, 0, (size_t)e->n_rows * sizeof(mech_real));
     if (hit >= 0) e->fresh[hit] = 1;
-    if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn(s, hit);
+    if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn_hit(s, hit);
     if (!status) status = rounds(s, hit, ticks);
     if (s->history) mech_history_look(s, s->run->report.t);
     for (int i = 0; i < e->n_rows; i++) /* what touches now may open within rounding of zero */
