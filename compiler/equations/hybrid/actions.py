@@ -87,7 +87,7 @@ def branch_results(
     return (*(now.get(n, n) for n in (*y, *z)), *checks)
 
 
-class Tied(Struct, frozen=True):
+class TiedValue(Struct, frozen=True):
     """A row all of whose coordinates or rates a branch sets: ``value``, its position or its rate, has to be zero with them."""
 
     row: Row
@@ -95,7 +95,7 @@ class Tied(Struct, frozen=True):
     rates: bool
 
 
-def tied_values(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> list[Tied]:
+def tied_values(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> list[TiedValue]:
     """Return what has to fit because a branch sets it whole."""
     graph = system.graph
     velocities = {system.v[i].node for i in solved.free}
@@ -108,17 +108,17 @@ def tied_values(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> 
                 stay.clear()
             stay |= velocities.intersection(action.targets)
             places |= system.symbols.positions.intersection(action.targets)
-    found: list[Tied] = []
+    found: list[TiedValue] = []
     for row in _holding(solved):
         if row.position is not None and not places.isdisjoint(graph.support(row.position)):
-            found.append(Tied(row, row.position, rates=False))
+            found.append(TiedValue(row, row.position, rates=False))
         moving = velocities.intersection(graph.support(row.rate))
         if moving and moving <= stay:
-            found.append(Tied(row, row.rate, rates=True))
+            found.append(TiedValue(row, row.rate, rates=True))
     return found
 
 
-def _fits(system: MechanicalSystem, now: Mapping[Node, Node], tied: Tied) -> Node:
+def _fits(system: MechanicalSystem, now: Mapping[Node, Node], tied: TiedValue) -> Node:
     """Return whether a value is zero after a branch, to 1e-6 of the sum of its terms."""
     graph = system.graph
     changing = {v.node for v in system.v} if tied.rates else system.symbols.positions
