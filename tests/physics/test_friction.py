@@ -13,6 +13,8 @@ from happenings import follow, integrate, times, travel_time, turning_point
 from mpmath import cos
 from scipy.optimize import brentq
 
+import mechc
+
 g = 9.81
 
 
@@ -365,3 +367,31 @@ def test_clutch_sticks_and_slips_again() -> None:
     assert solution["der(b)"][-1] == pytest.approx(common + 2 * late, rel=1e-10)
     gained = (4 * (6**2 - (slips - 2) ** 2) / 2 - 6 * late) / 2
     assert solution["der(a)"][-1] == pytest.approx(common + gained, rel=1e-10)
+
+
+def test_a_piston_near_its_dead_centre_slides_on() -> None:
+    """Where no force moves the slip, rounding decides the sign of what an impulse does: the friction slides as it did.
+
+    The crank turns at 125 rad/s past its dead centre, at a bank of 45 deg; 5 N brake the piston.
+    """
+    model = mechc.loads("""
+    import mech.planar.*;
+    model Engine
+      parameter start = 225 deg;
+      gravity {0, -9.81} m/s^2;
+      Body crank(m = 8 kg, J = 0.05 kg.m^2);
+      Revolute main(world -> crank.a, angle = start, der(angle) = 125 rad/s);
+      Bar rod(m = 0.6 kg, l = 14 cm);
+      Particle piston(m = 0.5 kg);
+      frame pin = crank.a * trans({40 mm, 0 m});
+      frame block = world * rot(45 deg);
+      Revolute big(pin -> rod.a, angle ~ 180 deg);
+      Prismatic bore(block -> piston.a, axis = {1, 0}, position ~ 0.1 m);
+      cut Revolute small(piston.a -> rod.b);
+      friction skirt: 5 N on bore.position;
+    end Engine;
+    """)
+    dead = np.deg2rad(225)
+    for off in (*np.linspace(-1e-7, 1e-7, 40), *np.linspace(-1e-9, 1e-9, 41)):
+        solution = model.simulate(stop=1e-4, set={"start": dead + off}, estimate_error=False)
+        assert solution.outcome.value == "completed", (off, solution.message)

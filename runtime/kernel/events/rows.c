@@ -108,6 +108,8 @@ void mech_rows_find_response(mech_solver *s)
             m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
             e->z[mech_row_of(s, j)->impulse] = 0;
         }
+        mech_real *own = e->response + j * (m->nv + e->n_rows) + m->nv + j;
+        *own = *own < 0 ? 0 : *own; /* at a dead centre no impulse moves the row, but for rounding */
         mech_widen(e->mobility + j, mech_row_response(s, j, j));
     }
 }
