@@ -75,3 +75,52 @@ def test_what_turns_back_at_once_does() -> None:
     assert solution["where"][-1] == pytest.approx(-(1 - 2 * 2 / 25), abs=1e-9)
     (event,) = [e for e in solution.events if e.kind == "when"]
     assert event.time == pytest.approx(3.141592653589793 / 5, abs=1e-9)
+
+
+RESTS = {
+    "friction": (
+        "coordinate Length x = 0 m; initial der(x) = -1 m/s; kinetic 1/2*1 kg*der(x)^2; friction 8 N on x;",
+        "der(x)",
+    ),
+    "a belt": (
+        "coordinate Length x = 0 m; initial der(x) = -1 m/s; kinetic 1/2*1 kg*der(x)^2;"
+        "friction 8 N on x - 0.5 m/s*time;",
+        "der(x) - 0.5 m/s",
+    ),
+    "a plastic impact": (
+        "coordinate Length y = 1 m; initial der(y) = -0.2 m/s; kinetic 1/2*1 kg*der(y)^2; potential 1 kg*9.81 m/s^2*y;"
+        "contact floor: y restitution 0;",
+        "der(y)",
+    ),
+    "bounces": (
+        "coordinate Length y = 0.1 m; initial der(y) = -0.2 m/s; kinetic 1/2*1 kg*der(y)^2;"
+        "potential 1 kg*9.81 m/s^2*y; contact floor: y restitution 0.3;",
+        "der(y)",
+    ),
+    "a freewheel": (
+        "coordinate Length h = 0 m; coordinate Length w = 0 m; initial der(h) = 2 m/s; initial der(w) = 1 m/s;"
+        "kinetic 1/2*1 kg*der(h)^2 + 1/2*2 kg*der(w)^2; damping 3 N.s/m on h;"
+        "friction forward infinite backward 0 N on w - h;",
+        "der(w) - der(h)",
+    ),
+}
+"""What brings a rate, which is the second of each, from below to zero, and holds it there."""
+
+
+@pytest.mark.parametrize("model, rate", RESTS.values(), ids=list(RESTS))
+def test_what_rests_is_neither_above_nor_below_zero(model: str, rate: str) -> None:
+    """At rest `<` and `>` do not hold, `<=` and `>=` do: in outputs, and in conditions, which become so."""
+    solution = mechc.loads(f"""
+    {model}
+    output Real less = if {rate} < 0 m/s then 1 else 0;
+    output Real most = if {rate} <= 0 m/s then 1 else 0;
+    output Real least = if {rate} >= 0 m/s then 1 else 0;
+    output Real more = if {rate} > 0 m/s then 1 else 0;
+    discrete Integer reached = 0;
+    when {rate} >= 0 m/s then
+      reached := reached + 1;
+    end when;
+    """).simulate(stop=1)
+    assert [solution[n][0] for n in ("less", "most", "least", "more")] == [1, 1, 0, 0]
+    assert [solution[n][-1] for n in ("less", "most", "least", "more")] == [0, 1, 1, 0]
+    assert solution["reached"][-1] >= 1

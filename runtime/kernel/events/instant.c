@@ -191,18 +191,24 @@ static int check_jolts(mech_solver *s, int hit)
     return mech_fail(s, MECH_CHATTER, hit);
 }
 
+static int rubs(const mech_solver *s, int i)
+{
+    const mech_row *row = mech_row_of(s, i);
+    return row->kind == MECH_FRICTION || row->sign == MECH_FREEWHEEL;
+}
+
 /* Whether a friction that slides, or a freewheel, has come to where it may stick. */
 static int may_stick(mech_solver *s)
 {
     mech_event_state *e = s->events;
     const int n = s->model->hybrid->n_switches;
     int any = 0;
-    for (int i = 0; i < e->n_rows; i++) any |= e->rows[i].kind == MECH_FRICTION && !mech_row_holds(s, i);
+    for (int i = 0; i < e->n_rows; i++) any |= rubs(s, i) && !mech_row_holds(s, i);
     if (!any || s->method->impulses) return 0;
     mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
     mech_rows_read(s);
     for (int i = 0; i < e->n_rows; i++) {
-        if (e->rows[i].kind != MECH_FRICTION || mech_row_holds(s, i)) continue;
+        if (!rubs(s, i) || mech_row_holds(s, i)) continue;
         const int on_surface = mech_row_partner(s, i) >= 0;
         if (on_surface ? mech_surface_friction_is_slow(s, i) : mech_indicator_at_zero(s, n + i, e->w[n + i])) return 1;
     }
@@ -225,6 +231,25 @@ static int turn_hit(mech_solver *s, int hit)
     return turn(s, hit);
 }
 
+/* A switch is on where its indicator is below zero. What has come to stay at zero, as the rate of what rests, is not below it.
+ * Gives whether any was on. */
+static int turn_equal(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    const int n = s->model->hybrid->n_switches;
+    int turned = 0;
+    if (!n) return 0;
+    mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
+    for (int k = 0; k < n; k++) {
+        mech_real *z = e->z + s->model->hybrid->switches[k];
+        const int stays = e->rate_scale[k] > 0 && mech_abs(e->rate[k]) <= MECH_C(1e-12) * e->rate_scale[k];
+        if (!(*z > MECH_C(0.5)) || !stays || !mech_indicator_at_zero(s, k, e->w[k])) continue;
+        *z = 0;
+        turned = 1;
+    }
+    return turned;
+}
+
 int mech_instant_happen(mech_solver *s, int hit, int ticks)
 {
     mech_event_state *e = s->events;
@@ -239,6 +264,7 @@ int mech_instant_happen(mech_solver *s, int hit, int ticks)
     if (hit >= 0) e->fresh[hit] = 1;
     if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn_hit(s, hit);
     if (!status) status = rounds(s, hit, ticks);
+    if (!status && e->n_rows && turn_equal(s)) status = rounds(s, -1, 0);
     if (s->history) mech_history_look(s, s->run->report.t);
     for (int i = 0; i < e->n_rows; i++) /* what touches now may open within rounding of zero */
         if (mech_row_touches(s, i)) e->fresh[s->model->hybrid->n_switches + i] = 1;
