@@ -204,7 +204,7 @@ static int may_stick(mech_solver *s)
     const int n = s->model->hybrid->n_switches;
     int any = 0;
     for (int i = 0; i < e->n_rows; i++) any |= rubs(s, i) && !mech_row_holds(s, i);
-    if (!any || s->method->impulses) return 0;
+    if (!any || s->method->impulses || s->model->hybrid->crowd) return 0;
     mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
     mech_rows_read(s);
     for (int i = 0; i < e->n_rows; i++) {
@@ -225,8 +225,8 @@ static int turn_hit(mech_solver *s, int hit)
         const int status = settle(s, -1, &changed);
         if (status) return status;
         mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
-        const int leaves = e->rate[hit] < -MECH_C(1e-12) * e->rate_scale[hit];
-        if (mech_indicator_at_zero(s, hit, e->w[hit]) ? !leaves : e->w[hit] >= 0) return MECH_RUNNING;
+        const int known = e->rate_scale[hit] > 0, leaves = e->rate[hit] < -MECH_C(1e-12) * e->rate_scale[hit];
+        if (mech_indicator_at_zero(s, hit, e->w[hit]) ? known && !leaves : e->w[hit] >= 0) return MECH_RUNNING;
     }
     return turn(s, hit);
 }
