@@ -16,6 +16,8 @@ from .system import MechanicalSystem
 
 NEAR = 1e-6
 """Velocities beside rest: what is smooth there is of the order of its square, a kink of its first power."""
+NEARER = 4
+"""How much nearer to rest a kink is that much smaller, what is smooth by the square of it."""
 DRAWS = 3
 
 _ALONE = re.compile(r"dissipation\s+(?:(?P<factor>.+?)\s*\*\s*)?abs\(\s*der\((?P<on>.+)\)\s*\)\s*;?")
@@ -79,13 +81,15 @@ def _bends_at_rest(system: MechanicalSystem, value: Node) -> bool:
         around = {n: random.uniform(0.5, 1.5) for n in known}
         way = {v: random.uniform(-1.0, 1.0) for v in velocities if v in known}
         try:
-            still, there, back = (
-                tape(around | {v: share * x for v, x in way.items()})[value] for share in (0.0, NEAR, -NEAR)
+            still, there, back, near, behind = (
+                tape(around | {v: share * x for v, x in way.items()})[value]
+                for share in (0.0, NEAR, -NEAR, NEAR / NEARER, -NEAR / NEARER)
             )
         except (ArithmeticError, ValueError):
             return False
         bend, size = there + back - 2 * still, abs(there) + abs(back) + abs(still)
         if not (isfinite(bend) and size < 1e9):
             return False
-        bends += bend > NEAR / 100 and bend > 1e-9 * size
+        nearer = near + behind - 2 * still
+        bends += bend > NEAR / 100 and bend > 1e-9 * size and nearer > bend / NEARER**1.5
     return bends == DRAWS

@@ -25,6 +25,7 @@ WARNED = {
 }
 QUIET = (
     "dissipation 1/2*d*der(q)^2;",
+    "dissipation 1e6*d*der(q)^2;",
     "dissipation 1/3*d/(1 m/s)*abs(der(q))^3;",
     "dissipation c*abs(der(q) - 1 m/s);",
     "dissipation c*0.01 m/s*(sqrt(1 + (der(q)/(0.01 m/s))^2) - 1);",
@@ -47,6 +48,16 @@ def test_dry_friction_is_told_with_what_to_write(statement: str) -> None:
 @pytest.mark.parametrize("statement", QUIET)
 def test_what_is_smooth_at_rest_or_bends_elsewhere_is_not(statement: str) -> None:
     assert warnings(statement) == []
+
+
+def test_a_bushing_between_turned_frames_of_moving_bodies_is_smooth() -> None:
+    """Its formula is a sum of many products of quaternions, so that the square of a small velocity has a large factor."""
+    model = mechc.loads(
+        "import mech.spatial.*; import mech.elements.*; Body a(J = identity(3)*1 kg.m^2); Body b(J = identity(3)*1 kg.m^2);"
+        "Free one(world -> a.a); Free two(a.a -> b.a);"
+        "Bushing bush(a.a * trans({0.1, 0.2, 0} m) * rotz(40 deg) -> b.a, C = 3*identity(3) N.s/m);"
+    )
+    assert "W0566" not in [w.code for w in model.diagnostics]
 
 
 @pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
