@@ -104,16 +104,16 @@ def _layout(compilation: Compilation) -> dict[Node, Slot]:
 
 
 class _State(Struct, frozen=True):
-    """What derivatives are taken by: velocities with a place at run time; ``along``: the rates of all that moves; ``driven``: what
-    stands for prescribed coordinates."""
+    """What derivatives are taken by: velocities with a place at run time; ``along``: the rates of all that moves; ``known``: what
+    stands for prescribed coordinates, and the zeros of virtual displacements."""
 
     graph: Graph
     velocities: list[Node]
     along: dict[Node, Node]
-    driven: dict[Node, Node]
+    known: dict[Node, Node]
 
     def settled(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return tuple(substitute(self.graph, substitute(self.graph, list(nodes), self.driven), self.driven))
+        return tuple(substitute(self.graph, substitute(self.graph, list(nodes), self.known), self.known))
 
     def by_velocities(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         rows = jacobian(self.graph, nodes, self.velocities)
@@ -125,6 +125,7 @@ class _State(Struct, frozen=True):
 
 
 def _state(compilation: Compilation) -> _State:
+    from .equations.solve.energies import still
     from .equations.solve.solved import prescribed_motion
 
     system, equations = compilation.system, compilation.equations
@@ -139,7 +140,7 @@ def _state(compilation: Compilation) -> _State:
         graph,
         [by_index[k] for k in range(nq, nq + nv)],
         {**along, system.symbols.time: graph.one},
-        prescribed_motion(system)[0],
+        {**prescribed_motion(system)[0], **still(system)},
     )
 
 
@@ -192,8 +193,7 @@ def _of_all_bodies(compilation: Compilation) -> Made | None:
     for body in system.inertias:
         spin = v3.matvec(graph, body.inertia, kinematics.angular_velocity(body.frame))
         angular = v3.add(graph, angular, kinematics.spin_from_natural(body.frame, spin))
-    fields = {one.field for one in system.masses}
-    (field,) = fields if len(fields) == 1 else (None,)
+    field = _field_of_all(system)
     momentum = state.settled((*linear, *angular))
     matrix = state.by_velocities(momentum)
     shape = (len(momentum), len(state.velocities))
@@ -212,6 +212,19 @@ def _of_all_bodies(compilation: Compilation) -> Made | None:
     if field is not None:
         made.append((Function("gravity", "acceleration of gravity", state.settled(field)), (size,)))
     return made
+
+
+def _field_of_all(system: MechanicalSystem) -> tuple[Node, ...] | None:
+    """Return the acceleration of gravity of all masses, zero without one; None where it is not the same for all.
+
+    A field of the place is an energy or a force that the statement of the mass brings.
+    """
+    weights = {one.origin for one in (*system.model.energies, *system.model.loads)}
+    fields = {one.field for one in system.masses}
+    if len(fields) > 1 or any(one.origin in weights for one in system.masses):
+        return None
+    (field,) = fields
+    return (system.graph.zero,) * system.kinematics.size if field is None else tuple(field)
 
 
 def _kinds(system: MechanicalSystem, value: object) -> Iterator[tuple[str, tuple[Node, ...]]]:

@@ -117,6 +117,46 @@ def test_momenta_of_a_free_body() -> None:
     assert f.centroid.matrix(y) @ a + f.centroid.drift(y) == pytest.approx(np.zeros(6), abs=1e-11)
 
 
+@pytest.mark.parametrize("question", ["reaction", "moment"])
+def test_questions_about_reactions_leave_frames_and_momenta(question: str) -> None:
+    """A reaction gives joints displacements that are zero in every motion: what is asked of frames is as without it."""
+    plain = mechc.loads(FREE).functions
+    asked = mechc.loads(FREE.replace("end ", f"  output R[3] = {question}(joint);\nend ")).functions
+    y = state(plain)
+    a, b = plain.frame("body.a"), asked.frame("body.a")
+    for name in a.__struct_fields__:
+        assert getattr(b, name)(y) == pytest.approx(getattr(a, name)(y), abs=1e-13)
+    assert asked.centroid.momentum(y) == pytest.approx(plain.centroid.momentum(y), abs=1e-13)
+    assert asked.centroid.matrix(y) == pytest.approx(plain.centroid.matrix(y), abs=1e-13)
+    rates = np.random.default_rng(3).normal(size=6)
+    assert asked.regressor(["body.a"])(y, rates) == pytest.approx(
+        plain.regressor(["body.a"])(y, rates), abs=1e-12
+    )
+
+
+def test_gravity_of_all_bodies_is_zero_without_any_and_none_where_it_depends_on_the_place() -> None:
+    """A regressor serves a model without gravity; the field of a planet is not one acceleration."""
+    plain = mechc.loads(FREE).functions
+    y, a = state(plain), np.array([0.3, -2.0, 1.1, 0.4, 0.1, -0.7])
+    y[3:7] /= np.linalg.norm(y[3:7])
+    c = np.array([0.1, 0.2, -0.1])
+    about = np.array([[0.3, 0.01, 0], [0.01, 0.2, 0.02], [0, 0.02, 0.4]]) + 2 * (
+        c @ c * np.eye(3) - np.outer(c, c)
+    )
+    one = [2, *(2 * c), *np.diag(about), about[0, 1], about[0, 2], about[1, 2]]
+    assert plain.centroid.gravity is not None and plain.centroid.gravity(y) == pytest.approx(np.zeros(3))
+    assert plain.regressor(["body.a"])(y, a) @ one == pytest.approx(plain.inverse_dynamics(y, a), abs=1e-12)
+    planet = "function planet(Length r[3]) = -1 m^3/s^2/norm(r);\n"
+    for field, text in (
+        ("planet", planet),
+        ("pull", planet.replace("planet", "pull").replace("-1 m^3/s^2/", "-1 m^3/s^2*r/norm(r)^2/")),
+    ):
+        f = mechc.loads(text + FREE.replace("  Body", f"  gravity {field};\n  Body", 1)).functions
+        assert f.centroid.gravity is None
+        with pytest.raises(mechc.UsageMistake, match="gravity is not the same"):
+            f.regressor(["body.a"])
+
+
 def test_the_regressor_gives_inverse_dynamics(arm: Functions) -> None:
     """Linear in mass, first moments and moments of inertia about the origins; the inputs act beside it."""
     y, a = state(arm), np.array([0.3, -2.0, 1.1])
