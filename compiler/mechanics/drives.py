@@ -9,7 +9,7 @@ from ..graph import Node
 from .driving_inputs import can_drive
 from .kinematics.frames import displaced
 from .meaning.lower import Lowering
-from .meaning.quaternions import quaternion_of
+from .meaning.quaternions import rotation_quaternion
 from .meaning.questions import title
 from .meaning.symbols import CoordinateSymbols, Scalar, Symbols
 from .meaning.values import Placement, elements
@@ -55,8 +55,7 @@ def _check_known(
     forbidden -= {s.node for s in smooth}
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
-        q = quaternion_of(lowering.graph, value.pose)
-        support = lowering.graph.support(*q)
+        support = lowering.graph.support(*rotation_quaternion(lowering.graph, lowering, drive.value))
     else:
         support = lowering.graph.support(*elements(value))
     if forbidden.intersection(support):
@@ -131,7 +130,7 @@ def _values(
     if isinstance(value, Placement):
         kinematics = lowering.kinematics
         frame = displaced(lowering.graph, kinematics.world, value.pose)
-        return quaternion_of(lowering.graph, value.pose), kinematics.angular_velocity(frame)
+        return rotation_quaternion(lowering.graph, lowering, drive.value), kinematics.angular_velocity(frame)
     numbers = tuple(elements(value))
     numbers = numbers * count if len(numbers) == 1 else numbers
     if of_rate:

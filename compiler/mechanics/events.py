@@ -13,6 +13,7 @@ from ..graph import Graph, Node
 from ..graph import operations as ops
 from .forces import virtual_power
 from .meaning.lower import Lowering
+from .meaning.quaternions import rotation_quaternion
 from .meaning.symbols import Symbols
 from .modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from .system import ConstraintRows
@@ -123,9 +124,7 @@ def _action(
     graph: Graph = lowering.graph
     match action:
         case flat.Assign(target=target, value=value) | flat.Reinit(target=target, value=value):
-            targets = lowering.numbers(target)
-            values = lowering.numbers(value)
-            values = values * len(targets) if len(values) == 1 else values
+            targets, values = _set(lowering, symbols, target, value)
             _check_once(action, targets, assigned, reporter)
             if isinstance(action, flat.Reinit):
                 _check_free(action, targets, driven, reporter)
@@ -150,6 +149,19 @@ def _action(
             return SetAction((flags[name],), (graph.one if engage else graph.zero,), True, origin)
         case _:
             assert_never(action)
+
+
+def _set(
+    lowering: Lowering, symbols: Symbols, target: flat.Expression, value: flat.Expression
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """Return what an action sets, and to what: of a rotation its quaternion."""
+    if target.type.kind is flat.Kind.ROTATION:
+        assert isinstance(target, flat.Name)
+        (rotation,) = (c for c in symbols.coordinates if c.variable.name == target.name)
+        values = lowering.questions.settle(rotation_quaternion(lowering.graph, lowering, value))
+        return tuple(s.node for s in rotation.q), values
+    targets, values = lowering.numbers(target), lowering.numbers(value)
+    return targets, values * len(targets) if len(values) == 1 else values
 
 
 def _check_once(

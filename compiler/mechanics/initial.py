@@ -179,4 +179,6 @@ def _rotation(lowering: Lowering, variable: Variable) -> list[InitialValue]:
     start = variable.start
     if start is None:
         return [InitialValue(graph.constant(x), False, None) for x in (1, 0, 0, 0)]
-    return [InitialValue(n, not start.guess, start) for n in rotation_quaternion(graph, lowering, start)]
+    return [
+        InitialValue(n, not start.guess, start) for n in rotation_quaternion(graph, lowering, start.value)
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime import interface
 
-from ...flat.model import Experiment, Kind, Literal, Role, Setting, StartValue
+from ...flat.model import Experiment, Kind, Literal, Role, Setting
 from ...graph import Node
 from ...graph.evaluate import evaluate
 from ...mechanics.meaning.quaternions import rotation_quaternion
@@ -67,8 +67,7 @@ def _plan(
 def _values(system: MechanicalSystem, setting: Setting) -> tuple[Node, ...]:
     rotations = {c.variable.name for c in system.symbols.coordinates if c.is_rotation}
     if setting.target in rotations and not setting.rate:
-        start = StartValue(setting.value, setting.guess, setting.origin)
-        return rotation_quaternion(system.graph, system.lowering, start)
+        return rotation_quaternion(system.graph, system.lowering, setting.value)
     return system.lowering.numbers(setting.value)
 
 

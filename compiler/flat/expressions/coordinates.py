@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 from msgspec import Struct
 
 from mechc.lang import ast
 
 from .. import types
 from ..instances.members import definition_value, type_of
-from ..model import Apply, Array, Derivative, Element, Expression, Name, Query, Role, Type
+from ..model import Apply, Array, Derivative, Element, Expression, Kind, Name, Query, Role, Type
 from ..names.instance import DefinitionMember, ElaborationProgress, LabelMember, VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import children, free_names
@@ -31,9 +33,13 @@ class Target(Struct, frozen=True):
 
 
 def target_of(scope: Scope, expression: Expression) -> Target | None:
-    """Return the variable that an expression is, or None where it is something else."""
+    """Return the variable that an expression is, or None where it is something else.
+
+    The four numbers of a rotation are no variables of their own: they move together. Its rate has three elements, der(R)[1..3].
+    """
     rate = 0
     indices: tuple[int, ...] = ()
+    of_value = False
     while True:
         match expression:
             case Derivative(operand=operand, order=order):
@@ -41,15 +47,28 @@ def target_of(scope: Scope, expression: Expression) -> Target | None:
                 expression = operand
             case Element(base=base, indices=inner):
                 indices = (*inner, *indices)
+                of_value = not isinstance(base, Derivative)
                 expression = base
             case Name(name=name):
                 member = scope.flattening.variables.get(name)
                 if member is None or member.structural or member.stands_for_value:
                     return None
                 whole = type_of(member)
+                if of_value and whole.kind is Kind.ROTATION:
+                    return None
                 return Target(name, indices, member.role, rate, _element(whole, indices), whole, member)
             case _:
                 return None
+
+
+def whole_rotation(expression: Expression) -> str:
+    """Return what to write instead of a number of a rotation or its rate; nothing for other expressions."""
+    while isinstance(expression, (Derivative, Element)):
+        expression = expression.operand if isinstance(expression, Derivative) else expression.base
+    if expression.type.kind is not Kind.ROTATION or not isinstance(expression, Name):
+        return ""
+    name = re.sub(r"\[[^][]*\]$", "", expression.span.text)
+    return f"the four numbers of a rotation move together: '{name}' is one value, and its rate is the angular velocity 'der({name})'"
 
 
 def slice_elements(expression: Expression) -> tuple[Expression, ...] | None:

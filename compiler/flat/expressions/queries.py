@@ -14,7 +14,7 @@ from ..instances.declared_types import fit
 from ..model import Apply, Element, Expression, Kind, Literal, Query, Role, Type
 from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
-from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of
+from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of, whole_rotation
 from .kinematics import in_frame, position_argument
 from .references import CONSTRAINING, contacts_of, find_instance, find_label, question_of
 from .signature import ElaboratedCall
@@ -234,11 +234,9 @@ def _coordinate(call: ElaboratedCall, index: int = 0) -> Target:
             "E0212",
             f"'{call.name}' asks about a coordinate, '{node.span.text}' is none",
             node.span,
-            help=f"did you mean '{near}'?"
-            if near
-            else f"the coordinates are {', '.join(names[:6])}"
-            if names
-            else "",
+            help=whole_rotation(expression)
+            or (f"did you mean '{near}'?" if near else "")
+            or (f"the coordinates are {', '.join(names[:6])}" if names else ""),
         )
     return target
 

@@ -73,6 +73,11 @@ def fits(expression: Expression, target: Type) -> bool:
     return kind is wanted
 
 
+ROTATIONS = (
+    "write a product of rotations, as in 'rotz(30 deg)*rotx(10 deg)', or a quaternion, 'quat(w, x, y, z)'"
+)
+
+
 def fit(
     scope: Scope,
     expression: Expression,
@@ -105,7 +110,9 @@ def fit(
             span,
             caption=f"this is {given}",
             labels=labels,
-            help=unit_help(expression, target, span, unit, declared),
+            help=ROTATIONS
+            if target.kind is Kind.ROTATION
+            else unit_help(expression, target, span, unit, declared),
         )
     if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
         warn_of_bare_angle(expression, scope.flattening, declared)

@@ -8,7 +8,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from .. import model
-from ..expressions.coordinates import target_of
+from ..expressions.coordinates import target_of, whole_rotation
 from ..expressions.references import contacts_of, find_instance, find_label
 from ..instances.declared_types import fit
 from ..model import Role
@@ -77,7 +77,7 @@ def _reinit(scope: Scope, action: ast.Reinit) -> model.Reinit:
             "'reinit' sets a coordinate, its rate or a state",
             action.target.span,
             caption=f"'{action.target.span.text}' is {ROLE_WORDS[target.role] if target else 'none of them'}",
-            help=f"write '{action.target.span.text} := ...'" if discrete else "",
+            help=f"write '{action.target.span.text} := ...'" if discrete else whole_rotation(left),
         )
     value = scope.elaborate(action.value)
     name = action.target.span.text

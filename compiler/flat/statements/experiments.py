@@ -14,7 +14,7 @@ from mechc.lang.source import Span
 from mechc.suggest import closest, setting_meant
 
 from .. import model, types
-from ..expressions.coordinates import Target, slice_elements, target_of
+from ..expressions.coordinates import Target, slice_elements, target_of, whole_rotation
 from ..expressions.references import component_index, existing
 from ..expressions.unitless import parameters_without_unit
 from ..instances.declared_types import fit, fits
@@ -288,7 +288,8 @@ def _target(scope: Scope, node: ast.Modification, left: Expression) -> Target:
             "E0802",
             f"'{span.text}' cannot be set by an experiment",
             span,
-            help="parameters, initial values of coordinates and states, and unconnected inputs can be set",
+            help=whole_rotation(left)
+            or "parameters, initial values of coordinates and states, and unconnected inputs can be set",
         )
     if node.kind == "~" and target.role not in (Role.COORDINATE, Role.STATE):
         noun = ROLE_WORDS[target.role]

@@ -8,7 +8,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from .. import model, types
-from ..expressions.coordinates import Target, has_unknowns, target_of
+from ..expressions.coordinates import Target, has_unknowns, target_of, whole_rotation
 from ..expressions.operators import meet
 from ..instances.declared_types import broadcast, fit
 from ..instances.frames import is_free
@@ -96,7 +96,7 @@ def drive(scope: Scope, statement: ast.Drive, record: StatementRecord) -> None:
             "a drive prescribes a coordinate or its rate",
             statement.target.span,
             caption=f"'{statement.target.span.text}' is neither",
-            help="write 'drive q = f(time);' or 'drive der(q) = f(time);'",
+            help=whole_rotation(left) or "write 'drive q = f(time);' or 'drive der(q) = f(time);'",
         )
     value = scope.elaborate(statement.value)
     value = fit(
@@ -309,7 +309,7 @@ def _accelerated(left: ast.Expression) -> str:
 def exact(scope: Scope, statement: ast.Exact, record: StatementRecord) -> None:
     """Record the closed solution of a coordinate, a state or an output."""
     left = scope.elaborate(statement.left)
-    target = target_of(scope, left)
+    target = target_of(scope, _base(left))
     output = isinstance(_base(left), model.Name) and _is_output(scope, _base(left))
     if not output and (target is None or target.role not in (Role.COORDINATE, Role.STATE)):
         raise scope.fail(

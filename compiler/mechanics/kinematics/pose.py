@@ -27,10 +27,12 @@ class Rotate(Struct, frozen=True):
 
 class Turn(Struct, frozen=True):
     """A general rotation: ``matrix`` maps new components to old ones, ``rate`` is the angular velocity of the
-    new axes relative to the old ones, in new components; None for a constant rotation."""
+    new axes relative to the old ones, in new components; None for a constant rotation. ``quaternion``: the unit quaternion of the
+    matrix, scalar part first, where it is known."""
 
     matrix: Matrix
     rate: Vector | None
+    quaternion: Vector | None = None
 
 
 Step = Translate | Rotate | Turn

@@ -160,10 +160,12 @@ def _axis_angle(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value
     size = _norm(graph, axis)
     unit = tuple(graph.div(x, size) for x in axis)
     matrix = v3.rotation_about(graph, unit, angle)
+    half = graph.mul(graph.half, angle)
+    q = (graph.cos(half), *(graph.mul(x, graph.sin(half)) for x in unit))
     if any(not graph.is_zero(rate(x)) for x in unit):
-        return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate)),))
+        return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate), q),))
     spin = rate(angle)
-    return Placement((Turn(matrix, tuple(graph.mul(x, spin) for x in unit)),))
+    return Placement((Turn(matrix, tuple(graph.mul(x, spin) for x in unit), q),))
 
 
 def _matrix_rate(
@@ -182,9 +184,10 @@ def _quat(k: FrameKinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]
     graph = k.graph
     q = tuple(elements(a[0])) if len(a) == 1 else tuple(node(x) for x in a)
     size = _norm(graph, q)
-    matrix = v3.quaternion_rotation(graph, tuple(graph.div(x, size) for x in q))
+    unit = tuple(graph.div(x, size) for x in q)
+    matrix = v3.quaternion_rotation(graph, unit)
     moving = any(not graph.is_zero(rate(x)) for x in q)
-    return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate) if moving else None),))
+    return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate) if moving else None, unit),))
 
 
 # ---------------------------------------------------------------- kinematics, in world components

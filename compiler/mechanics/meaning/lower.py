@@ -104,7 +104,7 @@ class Lowering:
             if coordinate.is_rotation:
                 q = tuple(s.node for s in coordinate.q)
                 spin = tuple(s.node for s in coordinate.v)
-                turn = Turn(quaternion_rotation(graph, q), spin)
+                turn = Turn(quaternion_rotation(graph, q), spin, q)
                 self._values[coordinate.variable.name] = Placement((turn,))
         self._values["world"] = kinematics.world
         self._values["time"] = symbols.time
