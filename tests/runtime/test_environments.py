@@ -300,3 +300,34 @@ def test_inputs_of_time_go_on() -> None:
             env.step()
         assert env["a"] == 4
         assert env.v[0] == pytest.approx(0.5 * 1 + 0.5 * 4 / 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_environments_that_are_done_wait_for_those_that_are_interrupted(
+    monkeypatch: pytest.MonkeyPatch, threads: int
+) -> None:
+    """A call ends after a while, so that a signal is heard; where that cuts some environments only, the others take one control
+    step all the same."""
+    model = mechc.loads(HYBRID)
+    places = np.linspace(0.1, 3.0, 20)[:, None] * [1.0, 0.0]
+    whole = model.batch(20, "0.4 s", threads=threads)
+    monkeypatch.setattr("mechc.runtime.studies.environments.environments.LONGEST_CALL", 1e-9)
+    cut = model.batch(20, "0.4 s", threads=threads)
+    for many in (whole, cut):
+        many.reset(q=places)
+        for k in range(3):
+            many.u[:, 0] = 0.1 * k
+            many.step()
+    assert cut.time == pytest.approx(np.full(20, 1.2), abs=1e-12)
+    for ours, theirs in ((cut.q, whole.q), (cut.v, whole.v), (cut.z, whole.z), (cut.y, whole.y)):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_a_reset_ends_what_was_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mechc.runtime.studies.environments.environments.LONGEST_CALL", 1e-9)
+    many = mechc.loads(HYBRID).batch(3, "0.4 s")
+    many.reset(q=[[0.1, 0.0], [1.0, 0.0], [3.0, 0.0]])
+    assert many._step(many._at) > 0  # as where a signal ends the step here
+    many.reset()
+    many.step()
+    assert many.time == pytest.approx(np.full(3, 0.4), abs=1e-12)

@@ -28,6 +28,7 @@ typedef struct environments {
 typedef struct team {
     mech_environments *e;
     volatile long next, unfinished, troubles;
+    int going_on; /* this call ends what the last one interrupted: what had reached the end of its step then waits */
 } team;
 
 static environments *of(const mech_environments *e) { return e->memory; }
@@ -130,13 +131,20 @@ static mech_real end_of_step(const mech_environments *e, long k)
     return e->options->t0 + (mech_real)(of(e)->places[k].periods + 1) * e->period;
 }
 
+static int interrupted(const mech_environments *e)
+{
+    for (long k = 0; k < e->n; k++)
+        if (of(e)->places[k].last) return 1;
+    return 0;
+}
+
 /* Takes one environment on. 1 where it is interrupted. */
-static int step_one(mech_environments *e, long k, mech_event *events, mech_real *instants)
+static int step_one(mech_environments *e, long k, int going_on, mech_event *events, mech_real *instants)
 {
     mech_solver *s = of(e)->solvers[k];
     place *at = &of(e)->places[k];
     const mech_report *r = &s->run->report;
-    if (ended(e->status[k])) return 0;
+    if (ended(e->status[k]) || (going_on && !at->last)) return 0;
     if (!at->last || e->until == e->until) {
         take_inputs(e, k);
         at->last = r->steps + e->max_steps;
@@ -179,7 +187,7 @@ static void by_solvers(void *shared)
         const long first = SLICE * mech_count(&c->next);
         if (first >= e->n) break;
         for (long k = first; k < first + SLICE && k < e->n; k++)
-            if (step_one(e, k, events, instants)) mech_count(&c->unfinished);
+            if (step_one(e, k, c->going_on, events, instants)) mech_count(&c->unfinished);
     }
     free(events);
     free(instants);
@@ -211,7 +219,7 @@ static void by_lanes(void *shared)
 
 long mech_environments_step(mech_environments *e)
 {
-    team c = {.e = e};
+    team c = {.e = e, .going_on = interrupted(e)};
     const long tasks = e->n / (e->lanes ? mech_lane_team_size(e) : SLICE) + 1;
     const int threads = e->threads < tasks ? e->threads : (int)tasks;
     mech_together(e->lanes ? by_lanes : by_solvers, &c, threads);
