@@ -359,6 +359,52 @@ def test_a_module_of_python_finds_it(tmp_path: Path) -> None:
     assert np.abs(motion["rev.angle"]).max() < 1e-9  # of rest, at a tolerance of 1e-8
 
 
+@pytest.mark.parametrize("guess", [0.5, 6.9, 15.0, 100.0])
+def test_a_stiffness_that_scales_a_whole_balance_is_found_by_another(guess: float) -> None:
+    """A plate on two springs of one stiffness: the balance across holds for none, too, so that of the weight decides.
+
+    SciPy: forces and moment of both springs and of the weight by hand.
+    """
+
+    def balance(unknown: np.ndarray) -> np.ndarray:
+        x, angle, k = unknown
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        arm, weight = turn @ [0.01, 0], np.array([0, -2 * 9.81])
+        force, moment = weight, arm[0] * weight[1] - arm[1] * weight[0]
+        for side in (-1, 1):
+            arm = turn @ [0.3 * side, 0.1]
+            way = np.array([side - x, 2.0]) - arm
+            pull = k * (np.hypot(*way) - 0.5) * way / np.hypot(*way)
+            force, moment = force + pull, moment + arm[0] * pull[1] - arm[1] * pull[0]
+        return np.array([*force, moment])
+
+    solution = mechc.loads(f"""
+    import mech.planar.*;
+    parameter Stiffness k ~ {guess} N/m;
+    gravity {{0, -9.81}} m/s^2;
+    Body plate(m = 2 kg, com = {{0.01, 0}} m, J = 0.1 kg.m^2);
+    Free free(world -> plate.a, y = -1 m);
+    Spring s[2]({{world * trans({{-1, 1}} m), world * trans({{1, 1}} m)}}
+                -> {{plate.a * trans({{-0.3, 0.1}} m), plate.a * trans({{0.3, 0.1}} m)}}, k = k, rest = 0.5 m);
+    initial stationary;
+    output stiffness = k;
+    experiment(stop = 0.1 s);
+    """).simulate()
+    found = [float(solution[name][0]) for name in ("free.x", "free.angle", "stiffness")]
+    assert found == pytest.approx(fsolve(balance, [0, 0, 7], xtol=1e-13), abs=1e-9)
+    assert np.abs(balance(np.array(found))).max() < 1e-12
+    assert np.ptp(solution["free.angle"]) < 1e-9
+
+
+def test_a_stiffness_that_only_scales_what_must_be_zero_is_not_decided() -> None:
+    with pytest.raises(mechc.CompileError) as refused:
+        mechc.loads(
+            "parameter Stiffness k ~ 5 N/m; coordinate Length x ~ 1 m; kinetic 1/2*1 kg*der(x)^2;"
+            "potential 1/2*k*x^2; initial stationary;"
+        )
+    assert refused.value.diagnostics[0].code == "E0610"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("target", ["fmu", "c"])
 def test_exports_find_it(tmp_path: Path, target: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,18 +7,22 @@ the coordinates, velocities and parameters; the assembly then solves the rest of
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Label, Reporter
 
-from ...graph import DivisionByZero, Node
+from ...graph import DivisionByZero, Graph, Node
+from ...graph.differentiate import jacobian
 from ...graph.elimination.newton import newton
+from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import InitialRow, InitialValue, MechanicalSystem
+from ..rows.defaults import default_values
 from ..solve.solved import Solved
 from .entries import Layout
 
@@ -167,8 +171,8 @@ def _claimed(
 ) -> dict[Node, int]:
     """Return which condition decides each parameter and each state that is found.
 
-    Parameters come first, then each state by its own rate, then coordinates and velocities, then states by what is left: a
-    matching of conditions, in which what has one keeps one (H. W. Kuhn 1955).
+    Parameters come first, each by the condition on which it weighs most, then each state by its own rate, then coordinates and
+    velocities, then states by what is left: a matching of conditions, in which what has one keeps one (H. W. Kuhn 1955).
     """
     if not (guessed or states):
         return {}
@@ -177,11 +181,12 @@ def _claimed(
     owner: dict[int, Node] = {}
 
     def find(node: Node, allowed: Iterable[int], seen: set[int]) -> bool:
-        for k in allowed:
-            if k in seen or node not in supports[k]:
+        fit = [k for k in allowed if node in supports[k]]
+        for k in sorted(fit, key=owner.__contains__):  # what is free first
+            if k in seen:
                 continue
             seen.add(k)
-            if k not in owner or find(owner[k], range(len(conditions)), seen):
+            if k not in owner or find(owner[k], orders.get(owner[k], every), seen):
                 owner[k] = node
                 return True
         return False
@@ -189,8 +194,9 @@ def _claimed(
     moving = [system.q[i].node for k, i in enumerate(layout.q_indices) if not starts[k].known]
     moving += [system.v[i].node for k, i in enumerate(layout.v_indices, layout.nq) if not starts[k].known]
     every = range(len(conditions))
+    orders = _orders(system, conditions, [s.node for s in guessed], moving)
     for s in guessed:
-        find(s.node, every, set())
+        find(s.node, orders[s.node], set())
     for s in states:
         rate = system.rate(s.node)
         own = [k for k in every if k not in owner and rate in graph.support(conditions[k].row.residual)]
@@ -200,6 +206,54 @@ def _claimed(
             find(node, every, set())
     ours = {s.node for s in (*guessed, *states)}
     return {node: k for k, node in owner.items() if node in ours}
+
+
+def _orders(
+    system: MechanicalSystem,
+    conditions: Sequence[StartCondition],
+    guessed: Sequence[Node],
+    moving: Sequence[Node],
+) -> dict[Node, list[int]]:
+    """Return the conditions that may decide each parameter, first those on which it weighs most at the guesses, as a share of all
+    that may change there.
+
+    A condition that a parameter only scales, as the balance of two springs of one stiffness, does not decide it: at zero it would
+    hold for every position.
+    """
+    if not guessed:
+        return {}
+    graph, weights = system.graph, dict[tuple[Node, int], float]()
+    rows = jacobian(graph, [c.residual for c in conditions], [*guessed, *moving])
+    try:
+        given = default_values(system)
+        found = iter(evaluate(graph, [n for row in rows for n in row.values()], given))
+    except (ArithmeticError, ValueError, KeyError):
+        given, found = {}, iter(())
+    scaled = set()
+    for k, (condition, row) in enumerate(zip(conditions, rows, strict=True)):
+        shares = {j: abs(next(found, 0.0)) for j in row}
+        shares |= {j: shares[j] * abs(given.get(node, 0.0)) for j, node in enumerate(guessed) if j in shares}
+        whole = sum(shares.values())
+        for j in range(len(guessed)):
+            if _scales(graph, guessed[j], condition.residual):
+                scaled.add((guessed[j], k))
+            if j in shares and isfinite(whole) and whole:
+                weights[guessed[j], k] = shares[j] / whole
+    return {
+        node: sorted(
+            (k for k in range(len(conditions)) if (node, k) not in scaled),
+            key=lambda k: -weights.get((node, k), 0.0),
+        )
+        for node in guessed
+    }
+
+
+def _scales(graph: Graph, parameter: Node, residual: Node) -> bool:
+    """Tell whether a residual is zero where the parameter is."""
+    try:
+        return graph.is_zero(*substitute(graph, [residual], {parameter: graph.zero}))
+    except DivisionByZero:
+        return False
 
 
 def _solved(
