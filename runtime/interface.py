@@ -6,6 +6,7 @@ places in the text are ``Origin``.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,13 @@ GROWTH = "ln(growth)"
 """The state that holds the logarithm of how far a change that goes along with the motion has grown."""
 PURE = ("", "1", "rad")
 """Units of numbers that have a size of their own."""
+_ELEMENT = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
+
+
+def array_of(name: str) -> tuple[str, tuple[int, ...]]:
+    """Return the array of which a quantity is an element, and its subscripts: ``arm[1].tip`` and (3,) of ``arm[1].tip[3]``."""
+    found = _ELEMENT.fullmatch(name)
+    return (found[1], tuple(int(k) for k in found[2].split(","))) if found else (name, ())
 
 
 class Origin(Struct, frozen=True):

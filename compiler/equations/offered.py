@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from msgspec import Struct
 
 from mechc.lang.units import parse_unit
-from mechc.runtime.interface import OfferedFunction, Quantity
+from mechc.runtime.interface import OfferedFunction, Quantity, array_of
 
 from ..graph import Node
 from ..graph.differentiate import jacobian, jvp
@@ -220,7 +220,7 @@ def _outputs(
     groups: dict[str, list[int]] = {}
     for k, entry in enumerate(entries):
         if entry.kind == "output":
-            groups.setdefault(entry.name.partition("[")[0], []).append(k)
+            groups.setdefault(array_of(entry.name)[0], []).append(k)
     for number, (name, members) in enumerate(groups.items(), start=1):
         nodes = [named["outputs"].outputs[k] for k in members]
         units = tuple((entries[k].name, entries[k].unit) for k in members)
@@ -253,8 +253,7 @@ def _outputs(
 
 def _shape(names: Sequence[str]) -> tuple[int, ...]:
     """Return the shape of an array from the name of its last element, ``x[2,3]``."""
-    _, bracket, rest = names[-1].partition("[")
-    shape = tuple(int(k) for k in rest.rstrip("]").split(",")) if bracket else ()
+    _, shape = array_of(names[-1])
     count = 1
     for n in shape:
         count *= n

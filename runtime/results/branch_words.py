@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..interface import array_of
 from ..outcome import time_text
 from ..problem import Problem
 from .branch_jumps import Jump, JumpKind
@@ -63,7 +64,7 @@ def jumps_text(problem: Problem, jumps: Sequence[Jump]) -> str:
 
 def named(names: Sequence[str]) -> str:
     """Name outputs, an array by its own name."""
-    return ", ".join(f"'{name}'" for name in dict.fromkeys(name.partition("[")[0] for name in names))
+    return ", ".join(f"'{name}'" for name in dict.fromkeys(array_of(name)[0] for name in names))
 
 
 def _values(problem: Problem, names: Sequence[str], values: Sequence[float], digits: int = 6) -> str:

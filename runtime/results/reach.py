@@ -6,6 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
+from ..interface import array_of
 from ..numerics.rank import POSITIONS, decomposed
 from ..outcome import Failure, configuration, time_text
 from ..problem import Array
@@ -26,7 +27,7 @@ def with_reach(case: Case, failure: Failure) -> Failure:
     if not rows:
         return failure
     named = [case.problem.assembly[k] for k in rows]
-    names = " and ".join(dict.fromkeys(f"'{row.name.partition('[')[0]}'" for row in named))
+    names = " and ".join(dict.fromkeys(f"'{array_of(row.name)[0]}'" for row in named))
     message = (
         f"what is driven asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
         f"{names} is stretched out, or folded, to the end, with {configuration(case.problem, y)}"

@@ -291,3 +291,56 @@ def test_kinematics_tell_jacobians_by_velocities() -> None:
     turning = told.details["rotations"]["axes"]["jacobian"]
     np.testing.assert_allclose(turning, frame.jacobian(y)[3:], rtol=1e-12, atol=1e-14)
     assert told.details["velocities"] == [name for name, _ in model.functions.states[4:7]]
+
+
+def test_outputs_of_parts_in_arrays_are_functions_of_their_own() -> None:
+    """Each element of an array of parts has its outputs, in their shapes, by the names that results have."""
+    model = mechc.loads("""
+    import mech.spatial.*;
+    model Arm
+      frame root;
+      Body b(m = 1 kg, com = {0.1, 0.2, 0} m, J = identity(3)*0.1 kg.m^2);
+      Revolute j(root -> b.a, axis = {0, 1, 0});
+      output tip[3] = pos(b.a * trans({0.5, 0, 0} m));
+      output Real axes[2, 3] = {direction(b.a, {1, 0, 0}), direction(b.a, {0, 1, 0})};
+      output speed = der(j.angle);
+    end Arm;
+    model Two
+      Arm arm[2](root = {world, world * trans({0, 1, 0} m)}, j.angle = {0.3, 0.5} rad);
+      Spring s[2](world -> {arm[1].b.a * trans({2, 0, 0} m), arm[2].b.a}, k = 3 N/m);
+    end Two;
+    """)
+    f = model.functions
+    y = f.start
+    assert list(f.output) == [
+        *(f"arm[{k}].{name}" for k in (1, 2) for name in ("tip", "axes", "speed")),
+        "s[1].tension",
+        "s[2].tension",
+    ]
+    for k, angle in ((1, 0.3), (2, 0.5)):
+        c, s = np.cos(angle), np.sin(angle)
+        assert f.output[f"arm[{k}].tip"](y) == pytest.approx([0.5 * c, k - 1, -0.5 * s], abs=1e-15)
+        assert f.output[f"arm[{k}].axes"](y) == pytest.approx(np.array([[c, 0, -s], [0, 1, 0]]), abs=1e-15)
+        turning = np.zeros((3, 2))
+        turning[:, k - 1] = [-0.5 * s, 0, -0.5 * c]
+        assert f.jacobian[f"arm[{k}].tip"](y) == pytest.approx(turning, abs=1e-15)
+    assert [f.output[f"s[{k}].tension"](y) for k in (1, 2)] == pytest.approx([6, 3])
+
+
+def test_kinematics_tell_points_of_parts_in_arrays() -> None:
+    """Three springs are no point, and a tip of each arm is one."""
+    model = mechc.loads("""
+    import mech.spatial.*;
+    model Mass
+      parameter Length x = 1 m;
+      Particle p;
+      Translation t(world -> p.a, position = {x, 0, 0}, der(position) = {0, 2, 0} m/s);
+      output place = pos(p.a);
+    end Mass;
+    model Three
+      Mass m[3](x = {1, 2, 3} m);
+      Spring s[3](world -> {m[1].p.a, m[2].p.a, m[3].p.a}, k = 1 N/m);
+    end Three;
+    """)
+    points = model.kinematics().details["points"]
+    assert list(points) == ["m[1].place", "m[2].place", "m[3].place"]

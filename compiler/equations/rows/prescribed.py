@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.interface import array_of
 
 from ...graph import Node
 from ...graph import operations as ops
@@ -59,7 +60,7 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
             at = next(_jumps(system, formula, defaults, inside), None)
             if at is None:
                 continue
-            name = row.names[0] if len(row.names) == 1 else row.names[0].partition("[")[0]
+            name = row.names[0] if len(row.names) == 1 else array_of(row.names[0])[0]
             unit = "" if system.model.dimensionless else " s"
             reporter.error(
                 "E0532",

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ...case import Case, inputs_at
+from ...interface import array_of
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Place, settable
@@ -259,8 +260,8 @@ def _groups(names: Sequence[str], problem: Problem) -> dict[str, list[int]]:
     places = {q.name: k for k, q in enumerate(problem.phase) if q.kind == "output"}
     groups: dict[str, list[int]] = {}
     for name in names:
-        head, bracket, _ = name.partition("[")
-        if bracket:
+        head, subscripts = array_of(name)
+        if subscripts:
             groups.setdefault(head, []).append(places[name])
     return groups
 
