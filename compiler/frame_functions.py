@@ -219,7 +219,7 @@ def _field_of_all(system: MechanicalSystem) -> tuple[Node, ...] | None:
 
     A field of the place is an energy or a force that the statement of the mass brings.
     """
-    weights = {one.origin for one in (*system.model.energies, *system.model.loads)}
+    weights = {e.origin for e in system.model.energies} | {load.origin for load in system.model.loads}
     fields = {one.field for one in system.masses}
     if len(fields) > 1 or any(one.origin in weights for one in system.masses):
         return None
