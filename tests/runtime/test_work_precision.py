@@ -18,6 +18,7 @@ from mechc.measurement.benchmark import benchmark
 from mechc.measurement.benchmark_report import report
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate import kernel_run
 from mechc.runtime.reference import reference_cache, work_precision
 from mechc.runtime.reference.high_precision import (
     LADDERS,
@@ -177,7 +178,7 @@ def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: 
 
 def test_a_busy_machine_prolongs_no_times(monkeypatch: pytest.MonkeyPatch) -> None:
     """Times measured in turns were those of the clock: ten times as long beside a dozen programs on two cores."""
-    run = work_precision.run_kernel
+    run = kernel_run.run_kernel
 
     def waits(*given: Any) -> Any:
         made = run(*given)
