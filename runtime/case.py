@@ -45,6 +45,10 @@ Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
 
 LOWEST_TOLERANCE = 1e-14
+TOLERANCE_OF_CROWDS = 1e-5
+"""Of steps that solve for contacts too many for formulas, as a part of the largest rate."""
+MOST_FORMULAS = 64
+"""Rows of contacts that have formulas at most: MOST_ROWS of the compiler."""
 DEFAULT_POINTS = 500
 METHODS = "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6, moreau."
 
@@ -332,7 +336,8 @@ def _checked_span(
         spacing = step * max(1, math.ceil((stop - start) / (options.points - 1) / step * (1 - 1e-9)))
     grid = output_times(start, stop, spacing, options.points, options.storage)
     tolerance = number("tolerance", options.tolerance)
-    tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    if tolerance is None:
+        tolerance = TOLERANCE_OF_CROWDS if method in SOLVING_CONTACTS and is_crowd(problem) else DEFAULT_TOLERANCE
     if not LOWEST_TOLERANCE <= tolerance < 1:
         raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
     if step is not None and not (math.isfinite(step) and step > 0):
@@ -341,6 +346,11 @@ def _checked_span(
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
     return TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
+
+
+def is_crowd(problem: Problem) -> bool:
+    """Tell whether the contacts are too many for formulas of their forces."""
+    return problem.hybrid is not None and len(problem.hybrid.rows) > MOST_FORMULAS
 
 
 AGAIN = 20

@@ -28,6 +28,8 @@ class KernelMethod(Struct, frozen=True):
     """Where a macro makes it; empty: a file of its own name."""
 
 
+CONTACT_STEPS = "contact_steps"
+
 _JACOBIAN, _MOMENTA = frozenset({"jacobian"}), frozenset({"momenta"})
 
 KERNEL_METHODS = {
@@ -45,7 +47,7 @@ KERNEL_METHODS = {
         KernelMethod("rattle", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto4", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto6", _MOMENTA, file="lobatto.c"),
-        KernelMethod("moreau", solves_contacts=True),
+        KernelMethod("moreau", frozenset({CONTACT_STEPS}), solves_contacts=True),
         KernelMethod("taylor", frozenset({"series"}), fixed_step=False),
     )
 }

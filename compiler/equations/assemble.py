@@ -57,7 +57,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
 def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
     system = with_balances(system, reporter)
     system = with_prescribed_slips(system, prescribed_motion(system)[0], reporter)
-    system, members = set_apart(system, reporter)
+    system, members = set_apart(system, parts, reporter)
     if members:
         check_crowd(system, members, parts, reporter)
     try:
@@ -93,7 +93,7 @@ def _begun(
     found = found_at_start(system, solved, layout, _starts(system, layout), reporter)
     starts = found.starts
     functions = _functions(system, solved, layout, listed, starts, parts)
-    crowd = crowd_of(system, solved, layout, members, listed.nodes, reporter)
+    crowd = crowd_of(system, solved, layout, members, listed.nodes, parts, reporter)
     if crowd is not None:
         functions = [Function(f.name, f.doc, crowd.outputs) if f.name == "outputs" else f for f in functions]
     check_rates(system, [n for f in functions for n in f.outputs], reporter)

@@ -13,19 +13,19 @@ class CrowdKind(Struct, frozen=True):
     Its results: gap, the part of its rate free of velocities, the part of its second derivative free of accelerations,
     restitution, approach below which it rests; K for each of ``normal`` velocities, bounds of |K| (negative: unknown);
     with friction the same two parts of the slip, the coefficients at rest and while sliding, and K for each of ``slip``
-    velocities.
+    velocities; with friction in two directions these two parts and K of the second. ``friction``: the directions, 0 to 2.
     """
 
     function: str
     leaves: int
     normal: int
     slip: int
-    friction: bool
+    friction: int
 
 
 def crowd_values(kind: CrowdKind) -> int:
     """Return how many values the function of a kind gives."""
-    return 5 + 2 * kind.normal + (4 + kind.slip if kind.friction else 0)
+    return 5 + 2 * kind.normal + (0, 4 + kind.slip, 6 + 2 * kind.slip)[kind.friction]
 
 
 class CrowdRow(Struct, frozen=True):
@@ -44,7 +44,7 @@ class CrowdRow(Struct, frozen=True):
 
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
-    are closed. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
+    are closed, and behind these ``told`` forces of each, where steps find them. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
     accelerations, as (contact, 0: its force, 1: that of its friction, 2: whether it is closed)."""
 
     kinds: tuple[CrowdKind, ...]
@@ -53,11 +53,12 @@ class CrowdPlan(Struct, frozen=True):
     capacity: int
     groups: tuple[int, ...]
     asked: tuple[tuple[int, int], ...]
+    told: int = 0
 
     @property
     def places(self) -> range:
-        """The places in z of what is closed."""
-        return range(self.first, self.first + self.capacity)
+        """The places in z of what is closed, and of forces."""
+        return range(self.first, self.first + (1 + self.told) * self.capacity)
 
     def results(self, nv: int) -> dict[str, int]:
         """Return how many results each function has."""

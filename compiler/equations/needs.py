@@ -73,6 +73,12 @@ PARTS = {
         "no study asks for them; one that does brings them",
         studied=True,
     ),
+    "contact_steps": BuiltPart(
+        "places for the forces of many contacts that steps solve for",
+        (),
+        "the method 'moreau' is not asked for; it brings them",
+        studied=True,
+    ),
     "second_order": BuiltPart(
         "derivatives of the equations of motion before they are solved",
         (),

@@ -302,7 +302,7 @@ def readers(program: Program) -> dict[str, int]:
 
 def _crowd(plan: CrowdPlan) -> StructPointer:
     """Return the tables of a crowd of contacts."""
-    kinds = [(k.leaves, k.normal, k.slip, int(k.friction), FunctionPointer(k.function)) for k in plan.kinds]
+    kinds = [(k.leaves, k.normal, k.slip, k.friction, FunctionPointer(k.function)) for k in plan.kinds]
     table: list[int] = []
     at: list[int] = []
     for row in plan.rows:
@@ -316,6 +316,7 @@ def _crowd(plan: CrowdPlan) -> StructPointer:
             "first": plan.first,
             "capacity": plan.capacity,
             "n_asked": len(plan.asked),
+            "n_told": plan.told,
             "n_values": max(crowd_values(kind) for kind in plan.kinds),
             "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
             "kinds": StructArray("crowd_kinds", CrowdKindStruct, kinds),

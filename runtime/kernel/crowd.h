@@ -143,6 +143,35 @@ static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *c
     free(own);
 }
 
+/* How many contacts z lists, and whether it tells their forces. */
+static inline int mech_crowd_listed(const mech_crowd *c, const mech_real *z)
+{
+    int n = 0;
+    while (n < c->capacity && z[c->first + n] > MECH_C(0.5)) n++;
+    return n;
+}
+
+static inline int mech_crowd_told(const mech_crowd *c, const mech_real *z) { return c->n_told && (int)z[c->first] % 8 == MECH_CROWD_TOLD; }
+
+/* The forces of n contacts that z tells, as mech_crowd_solve writes them; of two directions of slip only `a` has the second. */
+static inline void mech_crowd_take(const mech_crowd_at *at, int n, const int *contacts, const mech_real *values, int width,
+                                   mech_real *a, mech_real *force)
+{
+    const mech_model *m = at->m;
+    const mech_crowd *c = m->hybrid->crowd;
+    const mech_real *told = at->z + c->first + c->capacity;
+    mech_real *jump = (mech_real *)malloc((size_t)m->nv * sizeof(mech_real));
+    memset(at->g + m->nu, 0, (size_t)m->nv * sizeof(mech_real));
+    for (int k = 0; k < n; k++, told += c->n_told)
+        for (int i = 0; i <= mech_crowd_kind_of(c, contacts[k])->friction; i++) {
+            mech_crowd_add(c, contacts[k], i, values + k * width, told[i], at->g + m->nu);
+            if (i < 2) force[2 * k + i] = told[i];
+        }
+    if (jump) c->push(at->t, at->y, at->g, at->z, at->p, jump);
+    for (int i = 0; i < m->nv; i++) a[i] += jump ? jump[i] : (mech_real)NAN;
+    free(jump);
+}
+
 /* What a state needs of its closed contacts. */
 typedef struct mech_crowd_closed {
     int n, width;
@@ -155,8 +184,7 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
                                   const mech_real *z, const mech_real *p, mech_real *a, mech_crowd_closed *found)
 {
     const mech_crowd *c = m->hybrid->crowd;
-    int n = 0;
-    while (n < c->capacity && z[c->first + n] > MECH_C(0.5)) n++;
+    const int n = mech_crowd_listed(c, z), told = n && mech_crowd_told(c, z);
     if (!n) return 0;
     found->n = n;
     found->width = c->n_values;
@@ -179,7 +207,10 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
         found->modes[k] = code % 8;
         mech_crowd_values(&at, found->contacts[k], found->values + k * found->width);
     }
-    mech_crowd_solve(&at, n, found->contacts, found->modes, found->values, found->width, a, found->force);
+    if (told)
+        mech_crowd_take(&at, n, found->contacts, found->values, found->width, a, found->force);
+    else
+        mech_crowd_solve(&at, n, found->contacts, found->modes, found->values, found->width, a, found->force);
     return 1;
 }
 
@@ -196,7 +227,7 @@ static inline void mech_crowd_rates(const mech_model *m, mech_real t, const mech
     const mech_crowd *c = h->crowd;
     mech_crowd_closed found;
     c->rhs(t, y, u, z, p, out);
-    if (!mech_crowd_find(m, t, y, u, z, p, out + m->nq, &found)) return;
+    if (mech_crowd_told(c, z) || !mech_crowd_find(m, t, y, u, z, p, out + m->nq, &found)) return;
     for (int k = 0; k < found.n; k++) {
         const mech_crowd_kind *kind = mech_crowd_kind_of(c, found.contacts[k]);
         const mech_real *own = found.values + k * found.width, *force = found.force + 2 * k;
@@ -229,13 +260,13 @@ static inline void mech_crowd_outputs(const mech_model *m, mech_real t, const me
     const int closed = mech_crowd_find(m, t, y, u, z, p, rates + m->nq, &found);
     for (int i = 0; i < m->nu; i++) g[i] = u[i];
     memcpy(g + m->nu, rates + m->nq, (size_t)m->nv * sizeof(mech_real));
+    int *place = c->n_asked && closed ? (int *)calloc((size_t)c->n, sizeof(int)) : NULL; /* 1 + that in the list */
+    for (int k = 0; place && k < found.n; k++) place[found.contacts[k]] = k + 1;
     for (int i = 0; i < c->n_asked; i++) {
-        mech_real *value = g + m->nu + m->nv + i;
-        *value = 0;
-        for (int k = 0; closed && k < found.n; k++)
-            if (found.contacts[k] == c->asked[2 * i])
-                *value = c->asked[2 * i + 1] == 2 ? 1 : found.force[2 * k + c->asked[2 * i + 1]];
+        const int k = place ? place[c->asked[2 * i]] - 1 : -1, what = c->asked[2 * i + 1];
+        g[m->nu + m->nv + i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 2 ? 1 : found.force[2 * k + what];
     }
+    free(place);
     c->outputs(t, y, g, z, p, out);
     if (closed) mech_crowd_forget(&found);
     free(rates);

@@ -7,8 +7,9 @@
 
 #include "real.h"
 
-/* How a contact stands, as z lists it; a friction that slides, along or against its slip. */
-enum { MECH_CROWD_OPEN, MECH_CROWD_CLOSED, MECH_CROWD_STICKS, MECH_CROWD_FORWARD, MECH_CROWD_BACKWARD };
+/* How a contact stands, as z lists it; a friction that slides, along or against its slip. Steps that solve for contacts tell
+ * forces (model.h) in place of a mode. */
+enum { MECH_CROWD_OPEN, MECH_CROWD_CLOSED, MECH_CROWD_STICKS, MECH_CROWD_FORWARD, MECH_CROWD_BACKWARD, MECH_CROWD_TOLD };
 
 /* What functions of a model are called with. */
 typedef struct mech_crowd_at {
@@ -23,8 +24,16 @@ static inline const mech_crowd_kind *mech_crowd_kind_of(const mech_crowd *c, int
     return &c->kinds[c->kind[contact]];
 }
 
-/* Places of the values of a contact of kind k. */
+/* Places of the values of a contact of kind k: of its slip; of K of its gap (slip 0), or of a direction of slip (1, 2). */
 static inline int mech_crowd_slip(const mech_crowd_kind *k) { return 5 + 2 * k->n_normal; }
+static inline int mech_crowd_entries(const mech_crowd_kind *k, int slip)
+{
+    return slip == 0 ? 5 : mech_crowd_slip(k) + (slip == 1 ? 4 : 6 + k->n_slip);
+}
+static inline int mech_crowd_drift(const mech_crowd_kind *k, int slip)
+{
+    return slip == 0 ? 1 : mech_crowd_entries(k, slip) - (slip == 1 ? 4 : 2);
+}
 static inline const int *mech_crowd_velocities(const mech_crowd *c, int contact)
 {
     return c->table + c->at[contact] + mech_crowd_kind_of(c, contact)->n_leaves;
@@ -50,7 +59,7 @@ static inline void mech_crowd_add(const mech_crowd *c, int contact, int slip, co
 {
     const mech_crowd_kind *k = mech_crowd_kind_of(c, contact);
     const int *v = mech_crowd_velocities(c, contact) + (slip ? k->n_normal : 0);
-    const mech_real *entries = values + (slip ? mech_crowd_slip(k) + 4 : 5);
+    const mech_real *entries = values + mech_crowd_entries(k, slip);
     for (int i = 0; i < (slip ? k->n_slip : k->n_normal); i++) along[v[i]] += size * entries[i];
 }
 
@@ -60,7 +69,7 @@ static inline mech_real mech_crowd_along(const mech_crowd *c, int contact, int s
 {
     const mech_crowd_kind *k = mech_crowd_kind_of(c, contact);
     const int *v = mech_crowd_velocities(c, contact) + (slip ? k->n_normal : 0);
-    const mech_real *entries = values + (slip ? mech_crowd_slip(k) + 4 : 5);
+    const mech_real *entries = values + mech_crowd_entries(k, slip);
     mech_real sum = 0;
     for (int i = 0; i < (slip ? k->n_slip : k->n_normal); i++) sum += entries[i] * x[v[i]];
     return sum;
@@ -147,7 +156,7 @@ static inline int mech_crowd_next(const mech_crowd *c, int nv, const mech_crowd_
     enum { PLACE_BITS = 16 };
     const mech_crowd_kind *k = mech_crowd_kind_of(c, row->contact);
     const int *v = mech_crowd_velocities(c, row->contact) + (row->slip ? k->n_normal : 0);
-    const mech_real *entries = row->values + (row->slip ? mech_crowd_slip(k) + 4 : 5);
+    const mech_real *entries = row->values + mech_crowd_entries(k, row->slip);
     const int count = row->slip ? k->n_slip : k->n_normal, colours = r->colours;
     int i = *place >> PLACE_BITS, colour = *place & ((1 << PLACE_BITS) - 1);
     for (; i < count; i++, colour = 0) {

@@ -107,16 +107,19 @@ typedef struct mech_branch {
 /* Contacts whose values one function forms: gap, the part of its rate free of v, the part of its second derivative free
  * of accelerations, restitution, approach below which it rests; K for each of its velocities, bounds of |K| (< 0: none
  * is known); with friction the same two parts of the slip, the coefficients at rest and while sliding, K for each velocity
- * of the slip. */
+ * of the slip. Where that has two directions, these two parts and K of the second stand behind. */
 typedef struct mech_crowd_kind {
-    int n_leaves, n_normal, n_slip, friction;
+    int n_leaves, n_normal, n_slip; /* what it reads; velocities of gap and slip                 */
+    int friction;              /* directions of slip: 0, 1, 2                                    */
     mech_function *values;     /* what a contact reads stands behind the inputs                  */
 } mech_crowd_kind;
 
 /* Contacts that are too many for formulas of their forces (crowd.h): z[first ...] lists those that are closed, each by
- * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. */
+ * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. Where steps solve for
+ * contacts, `n_told` numbers for each of the `capacity` places stand behind: the forces of its contact along gap and slip; outputs
+ * take these, and rhs is that without the crowd. */
 typedef struct mech_crowd {
-    int n, first, capacity, n_asked;
+    int n, first, capacity, n_asked, n_told;
     int n_values, n_given;     /* the most values of a contact; the most that stands behind the inputs */
     const mech_crowd_kind *kinds;
     const int *kind;           /* [n]                                                            */

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec import Struct
 
@@ -46,11 +46,11 @@ class Crowd(Struct, frozen=True):
 
 
 class _Terms(Struct, frozen=True):
-    """What is formed of every contact: gap, restitution, approach at rest; slip and coefficients where it has friction."""
+    """What is formed of every contact: gap, restitution, approach at rest; slips and coefficients where it has friction."""
 
     gap: Node
     numbers: tuple[Node, ...]
-    slip: Node | None
+    slips: tuple[Node, ...]
 
 
 def crowd_of(
@@ -59,12 +59,13 @@ def crowd_of(
     layout: Layout,
     members: Sequence[CrowdMember],
     outputs: Sequence[Node],
+    parts: Collection[str],
     reporter: Reporter,
 ) -> Crowd | None:
     """Return the functions and tables of a crowd; None where there is none. ``outputs``: formulas that read its forces."""
     if not members:
         return None
-    return _Former(system, solved, layout, members, reporter).crowd(outputs)
+    return _Former(system, solved, layout, members, "contact_steps" in parts, reporter).crowd(outputs)
 
 
 class _Former:
@@ -74,10 +75,11 @@ class _Former:
         solved: Solved,
         layout: Layout,
         members: Sequence[CrowdMember],
+        stepped: bool,
         reporter: Reporter,
     ) -> None:
         self.system, self.solved, self.layout, self.members = system, solved, layout, members
-        self.reporter = reporter
+        self.stepped, self.reporter = stepped, reporter
         self.graph = system.graph
         self.velocities = [system.v[i].node for i in solved.free]
         self.place = {n: k for k, n in enumerate(self.velocities)}
@@ -120,11 +122,13 @@ class _Former:
         push = self.push()
         asked, read = self.read_by(outputs)
         capacity = min(len(rows), 2 * len(self.velocities))
-        places = tuple(self.graph.symbol(f"#closed {k + 1}") for k in range(capacity))
+        told = 1 + max(kind.friction for kind in kinds) if self.stepped else 0
+        places = [self.graph.symbol(f"#closed {k + 1}") for k in range(capacity)]
+        places += [self.graph.symbol(f"#force {k + 1}") for k in range(told * capacity)]
         given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}
-        plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked)
-        return Crowd(plan, (*functions, push), given, slots, places, read)
+        plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked, told)
+        return Crowd(plan, (*functions, push), given, slots, tuple(places), read)
 
     # ------------------------------------------------------------ what is formed of every contact
 
@@ -135,18 +139,19 @@ class _Former:
             mode = member.gap.mode
             assert mode is not None and mode.restitution is not None and mode.rest is not None
             nodes += [member.gap.residuals[0], mode.restitution, mode.rest]
-            if member.friction is not None:
-                law = member.friction.mode
+            nodes += [rows.residuals[0] for rows in member.friction]
+            if member.friction:
+                law = member.friction[0].mode
                 assert law is not None and law.static is not None and law.kinetic is not None
-                nodes += [member.friction.residuals[0], law.static, law.kinetic]
+                nodes += [law.static, law.kinetic]
         found = iter(substitute(self.graph, nodes, self.solved.driven) if self.solved.driven else nodes)
         result = []
         for member in self.members:
-            gap, numbers, slip = next(found), [next(found), next(found)], None
-            if member.friction is not None:
-                slip = next(found)
+            gap, numbers = next(found), [next(found), next(found)]
+            slips = tuple(next(found) for _ in member.friction)
+            if slips:
                 numbers += [next(found), next(found)]
-            result.append(_Terms(gap, tuple(numbers), slip))
+            result.append(_Terms(gap, tuple(numbers), slips))
         return result
 
     def signature(self, member: CrowdMember, terms: _Terms) -> tuple[Key, list[Node]]:
@@ -155,7 +160,7 @@ class _Former:
         number: dict[Node, int] = {}
         key: list[object] = []
         leaves: list[Node] = []
-        roots = [terms.gap, *terms.numbers, *(() if terms.slip is None else (terms.slip,))]
+        roots = [terms.gap, *terms.numbers, *terms.slips]
         key.append(len(roots))
         for root in roots:  # grows: with a coordinate its rate belongs to the roots
             stack = [root]
@@ -205,27 +210,34 @@ class _Former:
         still = dict.fromkeys(self.velocities, graph.zero)
         place = {n: k for k, n in enumerate(leaves)}
 
-        def motion(rows: ConstraintRows) -> tuple[Node, Node, list[int], list[Node]]:
-            (rate,) = constraint_rates(system, rows)
-            second = system.rate(rate)
-            rate, second = substitute(graph, [rate, second], self.solved.driven)
-            (entries,) = jacobian(graph, [rate], self.velocities)
-            drift, bias = substitute(graph, [rate], still)[0], substitute(graph, [second], accelerations)[0]
-            columns = sorted(entries)
-            return drift, bias, [place[self.velocities[k]] for k in columns], [entries[k] for k in columns]
+        def motion(*directions: ConstraintRows) -> tuple[list[int], list[list[Node]]]:
+            """Return the velocities that one of the rows needs, and for each row the two parts free of what follows, then K."""
+            rates, parts = [], []
+            for rows in directions:
+                (rate,) = constraint_rates(system, rows)
+                second = system.rate(rate)
+                rate, second = substitute(graph, [rate, second], self.solved.driven)
+                rates.append(rate)
+                parts.append([*substitute(graph, [rate], still), *substitute(graph, [second], accelerations)])
+            entries = jacobian(graph, rates, self.velocities)
+            columns = sorted({k for row in entries for k in row})
+            for part, row in zip(parts, entries, strict=True):
+                part += [row.get(k, graph.zero) for k in columns]
+            return [place[self.velocities[k]] for k in columns], parts
 
-        drift, bias, normal, entries = motion(member.gap)
+        normal, ((drift, bias, *entries),) = motion(member.gap)
         bounds = reach(graph, terms.gap, self.coordinates, self.constant)
         own = [leaves[k] for k in normal]
         unknown = graph.minus_one
         outputs = [terms.gap, drift, bias, *terms.numbers[:2], *entries]
         outputs += [unknown if bounds is None else bounds.get(self.place[v], graph.zero) for v in own]
-        slip: list[int] = []
-        if member.friction is not None:
-            drift, bias, slip, entries = motion(member.friction)
+        slip, directions = motion(*member.friction)
+        for drift, bias, *entries in directions[:1]:
             outputs += [drift, bias, *terms.numbers[2:], *entries]
-        formed = [terms.gap, *terms.numbers, *(() if terms.slip is None else (terms.slip,))]
-        if any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed)):
+        for further in directions[1:]:
+            outputs += further
+        formed = [terms.gap, *terms.numbers, *terms.slips]
+        if not self.stepped and any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed)):
             raise refused(self.reporter, member.gap, "is made of pieces")
         given = dict(zip(leaves, self.give(len(leaves)), strict=True))
         function = Function(
@@ -233,7 +245,7 @@ class _Former:
             f"gap, motion and friction of contacts like '{member.gap.name}'",
             tuple(substitute(graph, outputs, given)),
         )
-        kind = CrowdKind(name, len(leaves), len(normal), len(slip), member.friction is not None)
+        kind = CrowdKind(name, len(leaves), len(normal), len(slip), len(member.friction))
         return kind, function, (normal, slip)
 
     # ------------------------------------------------------------ what forces do
@@ -277,7 +289,7 @@ class _Former:
         asked: list[tuple[int, int]] = []
         put: dict[Node, Node] = {}
         for number, member in enumerate(self.members):
-            for what, symbol in enumerate((member.force, member.grip, member.flag)):
+            for symbol, what in ((member.force, 0), (member.flag, 2)):
                 if symbol in found:
                     put[symbol] = self.give(len(read) + len(asked) + 1)[-1]
                     asked.append((number, what))

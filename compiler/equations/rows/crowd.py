@@ -20,18 +20,17 @@ from .modes import MOST_ROWS
 
 
 class CrowdMember(Struct, frozen=True):
-    """One contact of a crowd: the row of its gap and that of its friction, if it has any; ``force``, ``grip`` and ``flag``
-    are the symbols of its force, of that of its friction, and of whether it is closed."""
+    """One contact of a crowd: the row of its gap and those of its friction, one for each direction; ``force`` and ``flag`` are the
+    symbols of its force and of whether it is closed."""
 
     gap: ConstraintRows
-    friction: ConstraintRows | None
+    friction: tuple[ConstraintRows, ...]
     force: Node
-    grip: Node
     flag: Node
 
 
 def set_apart(
-    system: MechanicalSystem, reporter: Reporter
+    system: MechanicalSystem, parts: Collection[str], reporter: Reporter
 ) -> tuple[MechanicalSystem, tuple[CrowdMember, ...]]:
     """Return the system without the contacts that are found by numbers, and these; none where they are few."""
     switching = [rows for rows in system.constraints if rows.mode is not None and rows.mode.smooth is None]
@@ -42,7 +41,7 @@ def set_apart(
     surface = [
         rows for rows in switching if _belongs(rows) and rows.name.endswith((".friction[1]", ".friction[2]"))
     ]
-    if others or surface:
+    if others or (surface and "contact_steps" not in parts):
         rows = (others or surface)[0]
         raise reporter.fail(
             "E0720",
@@ -50,17 +49,20 @@ def set_apart(
             rows.origin.shown,
             caption="so many are found by numbers, and this one cannot be",
             help="among more than 64 rows there may be contacts, without friction or with friction along one line: replace "
-            "others by potentials, or say less of them",
+            "others by potentials, or say less of them"
+            if others
+            else "friction in two directions of more than 64 rows is for steps that solve for contacts: "
+            'experiment(method = "moreau", step = 1 ms)',
         )
     graph = system.graph
     members: list[CrowdMember] = []
     for rows in switching:
         assert rows.mode is not None
         if rows.mode.kind == "contact":
-            force, grip = (graph.symbol(f"#crowd {what} {rows.name}") for what in ("force", "grip"))
-            members.append(CrowdMember(rows, None, force, grip, rows.mode.flag))
+            force = graph.symbol(f"#crowd force {rows.name}")
+            members.append(CrowdMember(rows, (), force, rows.mode.flag))
         else:
-            members[-1] = replace(members[-1], friction=rows)
+            members[-1] = replace(members[-1], friction=(*members[-1].friction, rows))
     kept = tuple(rows for rows in system.constraints if rows.mode is None)
     return replace(system, constraints=kept), tuple(members)
 
@@ -120,7 +122,7 @@ def check_askers(
     reporter: Reporter,
 ) -> None:
     """Report formulas other than outputs that read the forces of a crowd, or which of its contacts are closed."""
-    symbols = {n for m in members for n in (m.force, m.grip, m.flag)}
+    symbols = {n for m in members for n in (m.force, m.flag)}
     for function in functions:
         if function.name != "outputs" and symbols & set(system.graph.support(*function.outputs)):
             raise _unformed(

@@ -18,20 +18,18 @@ static mech_real size2(int n, const mech_real *x)
     return n == 0 ? 0 : n == 1 ? mech_abs(x[0]) : mech_sqrt(x[0] * x[0] + x[1] * x[1]);
 }
 
-static int rows_of(const mech_cone *k) { return k->kind == MECH_CONE_HELD ? 1 : k->slips + (k->kind == MECH_CONE); }
-
 /* The inverse mass of a cone: the mean of its diagonal entries, by which its rates and impulses are compared. */
 static mech_real mobility(const mech_cones *c, const mech_cone *k)
 {
     mech_real sum = 0;
-    for (int i = k->at; i < k->at + rows_of(k); i++) sum += c->w[(size_t)i * c->n + i];
-    return sum > 0 ? sum / rows_of(k) : 1;
+    for (int i = k->at; i < k->at + mech_cone_rows(k); i++) sum += c->w[(size_t)i * c->n + i];
+    return sum > 0 ? sum / mech_cone_rows(k) : 1;
 }
 
 /* p: the nearest point of the set to z; derivative d[3][3], where not NULL. */
 static void project(const mech_cone *k, mech_real coefficient, const mech_real *z, mech_real *p, mech_real *d)
 {
-    const int n = rows_of(k), first = k->kind == MECH_CONE, slips = k->slips;
+    const int n = mech_cone_rows(k), first = k->kind == MECH_CONE, slips = k->slips;
     const mech_real mu = coefficient;
     if (d) memset(d, 0, 9 * sizeof(mech_real));
     memcpy(p, z, (size_t)n * sizeof(mech_real));
@@ -71,21 +69,28 @@ static void project(const mech_cone *k, mech_real coefficient, const mech_real *
         }
 }
 
-/* The natural map of cone k: r - P(r - (u + mu |u_t| n) / m), m its mobility; the argument of P in z. */
-static void natural_map(const mech_cones *c, const mech_cone *k, mech_real m, mech_real *z, mech_real *map)
+/* The natural map of a cone: r - P(r - (u + mu |u_t| n) / m), m its mobility; the argument of P in z. */
+static void natural_map(const mech_cone *k, const mech_real *r, const mech_real *u, mech_real m, mech_real *z, mech_real *map)
 {
-    const int n = rows_of(k);
-    const mech_real *r = c->r + k->at, *u = c->u + k->at;
+    const int n = mech_cone_rows(k);
     for (int i = 0; i < n; i++) z[i] = r[i] - u[i] / m;
     if (k->kind == MECH_CONE) z[0] -= k->coefficient * size2(k->slips, u + 1) / m;
     project(k, k->coefficient, z, map, NULL);
     for (int i = 0; i < n; i++) map[i] = r[i] - map[i];
 }
 
+mech_real mech_cone_residual(const mech_cone *k, mech_real m, const mech_real *r, const mech_real *u)
+{
+    mech_real z[3], map[3], sum = 0;
+    natural_map(k, r, u, m, z, map);
+    for (int i = 0; i < mech_cone_rows(k); i++) sum += map[i] * map[i];
+    return m * mech_sqrt(sum);
+}
+
 int mech_cones_check(mech_cones *c)
 {
     int solved = 1;
-    mech_real z[3], map[3], furthest = -1;
+    mech_real furthest = -1;
     for (int i = 0; i < c->n; i++) {
         mech_real sum = c->q[i];
         for (int j = 0; j < c->n; j++) sum += c->w[(size_t)i * c->n + j] * c->r[j];
@@ -95,11 +100,7 @@ int mech_cones_check(mech_cones *c)
     c->worst = -1;
     for (int a = 0; a < c->n_cones; a++) {
         const mech_cone *k = &c->cones[a];
-        const mech_real m = mobility(c, k);
-        mech_real sum = 0;
-        natural_map(c, k, m, z, map);
-        for (int i = 0; i < rows_of(k); i++) sum += map[i] * map[i];
-        sum = m * mech_sqrt(sum);
+        const mech_real sum = mech_cone_residual(k, mobility(c, k), c->r + k->at, c->u + k->at);
         if (!(sum <= k->slack)) solved = 0;
         if (sum > c->residual) c->residual = sum;
         const mech_real part = k->slack > 0 ? sum / k->slack : sum;
@@ -145,9 +146,9 @@ static void give_way(int n, const mech_real *s, const mech_real *c, mech_real la
 }
 
 /* r of one cone for u = W r + q: open, else it sticks, else it slides, -u_t = lambda r_t: a root of |r_t| - limit. */
-static void solve_one(const mech_cone *k, const mech_real *w, const mech_real *q, mech_real *r)
+void mech_cone_solve(const mech_cone *k, const mech_real *w, const mech_real *q, mech_real *r)
 {
-    const int n = rows_of(k), slips = k->slips, first = k->kind == MECH_CONE;
+    const int n = mech_cone_rows(k), slips = k->slips, first = k->kind == MECH_CONE;
     if (k->kind == MECH_CONE_HELD) {
         r[0] = w[0] > 0 ? -q[0] / w[0] : 0;
         return;
@@ -206,7 +207,7 @@ int mech_cones_sweep(mech_cones *c, int most, mech_real *room)
         memcpy(u, c->u, (size_t)n * sizeof(mech_real));
         for (int a = 0; a < c->n_cones; a++) {
             const mech_cone *k = &c->cones[back ? c->n_cones - 1 - a : a];
-            const int m = rows_of(k);
+            const int m = mech_cone_rows(k);
             mech_real w[9], q[3], r[3], *own = c->r + k->at;
             for (int i = 0; i < m; i++) {
                 q[i] = u[k->at + i];
@@ -215,7 +216,7 @@ int mech_cones_sweep(mech_cones *c, int most, mech_real *room)
                     q[i] -= w[3 * i + j] * own[j];
                 }
             }
-            solve_one(k, w, q, r);
+            mech_cone_solve(k, w, q, r);
             for (int j = 0; j < m; j++) {
                 const mech_real change = r[j] - own[j];
                 own[j] = r[j];
@@ -241,10 +242,10 @@ static mech_real maps(const mech_cones *c, mech_real *f, mech_real *jacobian)
     mech_real sum = 0;
     for (int a = 0; a < c->n_cones; a++) {
         const mech_cone *k = &c->cones[a];
-        const int m = rows_of(k), first = k->kind == MECH_CONE;
+        const int m = mech_cone_rows(k), first = k->kind == MECH_CONE;
         const mech_real mass = mobility(c, k), root = mech_sqrt(mass);
         mech_real z[3], map[3], p[3], d[9];
-        natural_map(c, k, mass, z, map);
+        natural_map(k, c->r + k->at, c->u + k->at, mass, z, map);
         for (int i = 0; i < m; i++) {
             f[k->at + i] = root * map[i];
             sum += f[k->at + i] * f[k->at + i];
@@ -285,7 +286,7 @@ int mech_cones_refine(mech_cones *c, mech_real *room)
     q.head = q.a + 2 * (size_t)n * n;
     q.order = (int *)(q.head + n);
     for (int a = 0; a < c->n_cones; a++)
-        for (int i = 0; i < rows_of(&c->cones[a]); i++)
+        for (int i = 0; i < mech_cone_rows(&c->cones[a]); i++)
             root[c->cones[a].at + i] = mech_sqrt(mobility(c, &c->cones[a]));
     set_rates(c);
     for (int step = 0; step < MOST_STEPS; step++) {
@@ -349,7 +350,7 @@ int mech_cones_solve(mech_cones *c, mech_real *room)
     memset(c->r, 0, (size_t)n * sizeof(mech_real));
     if (mech_cones_check(c) || !n) return 1;
     for (int k = 0; k < c->n_cones; k++)
-        for (int i = 0; i < rows_of(&c->cones[k]); i++) root[c->cones[k].at + i] = mech_sqrt(mobility(c, &c->cones[k]));
+        for (int i = 0; i < mech_cone_rows(&c->cones[k]); i++) root[c->cones[k].at + i] = mech_sqrt(mobility(c, &c->cones[k]));
     for (int i = 0; i < n; i++) {
         mech_real sum = 0;
         for (int j = 0; j < n; j++) sum += mech_abs(c->w[(size_t)i * n + j]) / (root[i] * root[j]);
@@ -379,7 +380,7 @@ int mech_cones_solve(mech_cones *c, mech_real *room)
             for (int k = 0; k < c->n_cones; k++) {
                 const mech_cone *cone = &c->cones[k];
                 mech_real at[3];
-                for (int i = 0; i < rows_of(cone); i++) at[i] = x[cone->at + i] - z[cone->at + i] / penalty;
+                for (int i = 0; i < mech_cone_rows(cone); i++) at[i] = x[cone->at + i] - z[cone->at + i] / penalty;
                 /* of a disc, whose radius is an impulse, in the unit of y */
                 const mech_real own = cone->kind == MECH_CONE_DISC ? cone->coefficient * root[cone->at] : cone->coefficient;
                 project(cone, own, at, y + cone->at, NULL);

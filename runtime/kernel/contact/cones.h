@@ -37,6 +37,14 @@ typedef struct mech_cones {
     int sweeps, factors;    /* what it took                                                      */
 } mech_cones;
 
+/* How many rows it has. */
+static inline int mech_cone_rows(const mech_cone *k) { return k->kind == MECH_CONE_HELD ? 1 : k->slips + (k->kind == MECH_CONE); }
+
+/* r of one cone for u = W r + q; W[3][3] of its rows. */
+void mech_cone_solve(const mech_cone *k, const mech_real *w, const mech_real *q, mech_real *r);
+/* Its residual for r and u, of which rates and impulses are compared by the inverse mass m. */
+mech_real mech_cone_residual(const mech_cone *k, mech_real m, const mech_real *r, const mech_real *u);
+
 /* Numbers of room that the solvers need for n rows. */
 size_t mech_cones_room(int n);
 

@@ -261,7 +261,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     int hit = -1, given_up = 0, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
-    if (s->model->hybrid->crowd && (status = mech_window_for_step(s, &t_new, &h))) return status;
+    if (s->model->hybrid->crowd && !s->method->impulses && (status = mech_window_for_step(s, &t_new, &h))) return status;
     if (e->n) {
         hold_attempt(s, t_new);
         mech_fill_dense(s, h);
@@ -288,7 +288,9 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const int stop = run->next_stop;
     if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
-    if (!status && s->method->impulses) {
+    if (!status && s->method->impulses && s->model->hybrid->crowd) {
+        if (!s->method->tell(s, e->z)) status = mech_fail(s, MECH_NO_MODE, -1);
+    } else if (!status && s->method->impulses) {
         const mech_real *rates, *impulses = s->method->impulses(s, &rates);
         mech_contact_modes_tell(s, impulses, rates);
     }

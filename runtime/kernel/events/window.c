@@ -227,8 +227,9 @@ int mech_window_begin(mech_solver *s, mech_real length, mech_real speed)
     for (int i = 0; i < c->n; i++) {
         const mech_crowd_kind *kind = mech_crowd_kind_of(c, i);
         mech_real *kept = e->kept + 2 * i * MECH_KEPT, along[2] = {0, 0};
-        for (int k = 0; k <= kind->friction; k++) {
-            mech_crowd_values(&at, i, e->values);
+        mech_crowd_values(&at, i, e->values);
+        kept[MECH_KEPT_GAP] = MECH_C(1e-3) * length;
+        for (int k = 0; k <= kind->friction && !s->method->impulses; k++) {
             memset(e->given + m->nu, 0, nv * sizeof(mech_real));
             mech_crowd_add(c, i, k, e->values, 1, e->given + m->nu);
             c->push(at.t, at.y, at.g, at.z, at.p, e->response);
@@ -239,16 +240,18 @@ int mech_window_begin(mech_solver *s, mech_real length, mech_real speed)
                 kept[k * MECH_KEPT + MECH_KEPT_FORCE] = MECH_C(1e-4) * speed * speed / (along[k] * length);
         }
         const mech_real gap = e->values[0], noise = MECH_C(1e-9) * kept[MECH_KEPT_GAP];
-        const int wrong = !(e->values[3] >= 0 && e->values[3] <= 1);
+        const mech_real *limits = e->values + mech_crowd_slip(kind) + 2; /* at rest, while sliding */
+        const int bounces = !(e->values[3] >= 0 && e->values[3] <= 1);
+        const int grips = kind->friction && !(limits[0] >= 0 && limits[1] >= 0), wrong = bounces || grips;
         e->wake[i] = e->counters[MECH_MOVED] + mech_max(distance(s, i, e->values), 0);
         if (gap < -noise || wrong) {
             set_count(s, 0);
             add(s, i);
-            s->run->report.failed_value = wrong ? e->values[3] : gap;
-            return mech_fail(s, wrong ? MECH_OUT_OF_RANGE : MECH_PENETRATION, 0);
+            s->run->report.failed_value = bounces ? e->values[3] : !grips ? gap : limits[0] >= 0 ? limits[1] : limits[0];
+            return mech_fail(s, wrong ? MECH_OUT_OF_RANGE : MECH_PENETRATION, !bounces && grips);
         }
         mech_widen(kept + MECH_KEPT_GAP, gap);
-        if (mech_abs(gap) <= noise && !add(s, i)) return mech_fail(s, MECH_NO_MODE, -1);
+        if (mech_abs(gap) <= noise && !s->method->impulses && !add(s, i)) return mech_fail(s, MECH_NO_MODE, -1);
     }
     return MECH_RUNNING;
 }

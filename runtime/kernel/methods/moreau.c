@@ -14,6 +14,7 @@
 #include "cones.h"
 #include "linear.h"
 #include "method.h"
+#include "moreau_crowd.h"
 
 enum { RHS = 3, MOST_SWEEPS = 24, MOST_LOOKS = 4 };
 
@@ -23,7 +24,7 @@ static const mech_real NONE = MECH_C(1e-10), DRIVEN = 2;
 static int lacks(const mech_model *model)
 {
     const mech_hybrid *h = model->hybrid;
-    return h && h->n_rows && !h->crowd && !h->carried ? MECH_RUNNING : MECH_NEEDS_ROWS;
+    return h && (h->crowd ? h->crowd->n_told : h->n_rows) && !h->carried ? MECH_RUNNING : MECH_NEEDS_ROWS;
 }
 
 /* The memory of a step. */
@@ -31,6 +32,7 @@ typedef struct room {
     mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver;
     mech_cone *cones;
     int *row, *contact;
+    mech_moreau_crowd crowd; /* where contacts are one */
 } room;
 
 static size_t arrange(const mech_model *m, mech_real *memory, room *o)
@@ -39,6 +41,7 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz;
     const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
                             n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n)};
+    const int crowd = m->hybrid && m->hybrid->crowd;
     mech_real *places[sizeof sizes / sizeof sizes[0]];
     size_t total = 0;
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++) {
@@ -50,7 +53,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
                     .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
                     .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
                     .contact = (int *)(places[15] + mech_integers((int)n))};
-    return total;
+    if (o && crowd) mech_moreau_crowd_attach(&o->crowd, m, memory + total);
+    return total + (crowd ? mech_moreau_crowd_numbers(m) : 0);
 }
 
 static size_t n_extra(const mech_model *model) { return arrange(model, NULL, NULL); }
@@ -61,10 +65,18 @@ static const mech_real *impulses(const mech_solver *s, const mech_real **rates)
     return mech_extra(s);
 }
 
+static int tell(const mech_solver *s, mech_real *z)
+{
+    room o;
+    arrange(s->model, mech_extra(s), &o);
+    return mech_moreau_crowd_tell(&o.crowd, s->model, z);
+}
+
 static void begin(mech_solver *s, int fresh)
 {
     room o;
     arrange(s->model, mech_extra(s), &o);
+    if (s->model->hybrid->crowd) mech_moreau_crowd_begin(&o.crowd, s->model, fresh);
     if (!fresh) return;
     memset(o.impulse, 0, (size_t)s->model->hybrid->n_rows * sizeof(mech_real));
     *o.fastest = 0;
@@ -174,26 +186,95 @@ static void move(mech_solver *s, mech_real t, const room *o, const mech_cones *c
     read_rows(s, t, o, o->values);
 }
 
+/* The same for a crowd. */
+static void solve_crowd(mech_solver *s, const room *o, mech_real h, const mech_real *v0, const mech_real *free_, mech_real *v,
+                        mech_real *lost, mech_real *supplied)
+{
+    mech_report *report = &s->run->report;
+    mech_moreau_found found;
+    if (!mech_moreau_crowd_solve(s, &o->crowd, h, o->y, v0, free_, v, o->fastest, &found)) {
+        *o->fastest = (mech_real)NAN; /* without memory: as an undefined value */
+        return;
+    }
+    report->residual = mech_max(report->residual, found.residual);
+    report->overlap = mech_max(report->overlap, found.overlap);
+    if (!found.solved) report->unsolved++;
+    *lost = found.lost;
+    *supplied = found.supplied;
+}
+
+/* The contacts and frictions of a step of h whose middle is o->y: v from v0 and, without them, free_. `supplied` by what moves. */
+static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_real *v0, const mech_real *free_, mech_real *v, mech_real *lost,
+                       mech_real *supplied)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *hybrid = m->hybrid;
+    const int nq = m->nq, nv = m->nv, rows = hybrid->n_rows;
+    const mech_real middle = s->run->report.t + h / 2, *z = s->o.z;
+    mech_report *report = &s->run->report;
+    int *takes = o->contact;
+    memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
+    read_rows(s, middle, o, o->before);
+    hybrid->row_values(middle, o->y, s->u, z, s->o.p, o->values); /* limits of friction may come from the forces that hold now */
+    memcpy(o->y + nq, free_, (size_t)nv * sizeof(mech_real));
+    read_rows(s, middle, o, o->after);
+    for (int i = 0; i < rows; i++)
+        *o->fastest = mech_max(*o->fastest, mech_max(mech_abs(value(o->before, i, MECH_RATE)), mech_abs(value(o->after, i, MECH_RATE))));
+    if (!mech_finite(*o->fastest)) return;
+    for (int i = 0; i < rows; i++) /* those that might touch at the end of the step */
+        takes[i] = hybrid->rows[i].kind == MECH_CONTACT && is_on(s, hybrid->rows[i].enabled) &&
+                   value(o->before, i, MECH_GAP) + h / 2 * mech_min(0, value(o->after, i, MECH_RATE)) <= 0;
+    mech_cones c = {.cones = o->cones, .w = o->w, .q = o->q, .r = o->r, .u = o->u};
+    int solved = 1;
+    for (int look = 0;; look++) {
+        if (look) { /* the limits again */
+            memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
+            hybrid->row_values(middle, o->y, s->u, z, s->o.p, o->values);
+        }
+        find_cones(s, o, takes, h, &c);
+        respond(s, middle, o, &c);
+        for (int k = 0; k < c.n; k++) c.r[k] = o->impulse[o->row[k]];
+        solved = mech_cones_sweep(&c, MOST_SWEEPS, o->solver) || mech_cones_refine(&c, o->solver) || mech_cones_solve(&c, o->solver);
+        move(s, middle, o, &c, free_, v);
+        int more = 0; /* what the impulses drive onto others */
+        for (int i = 0; i < rows; i++) {
+            if (hybrid->rows[i].kind != MECH_CONTACT || takes[i] || !is_on(s, hybrid->rows[i].enabled)) continue;
+            takes[i] = value(o->before, i, MECH_GAP) + h / 2 * value(o->values, i, MECH_RATE) < 0;
+            more |= takes[i];
+        }
+        if (!more || look == MOST_LOOKS) break;
+    }
+    report->residual = mech_max(report->residual, c.residual);
+    if (!solved) report->unsolved++;
+    for (int i = 0; i < rows; i++) {
+        o->impulse[i] = 0;
+        o->rates[i] = value(o->values, i, MECH_RATE);
+        const int open = hybrid->rows[i].kind != MECH_CONTACT || !is_on(s, hybrid->rows[i].enabled);
+        if (!open && value(o->before, i, MECH_GAP) < -report->overlap) report->overlap = -value(o->before, i, MECH_GAP);
+    }
+    for (int k = 0; k < c.n; k++) {
+        const int i = o->row[k];
+        o->impulse[i] = c.r[k];
+        *lost -= c.r[k] * (value(o->before, i, MECH_RATE) + o->rates[i]) / 2;
+        *supplied -= c.r[k] * value(o->before, i, MECH_DRIFT);
+    }
+}
+
 static mech_real attempt(mech_solver *s, mech_real h)
 {
     const mech_model *m = s->model;
     const mech_hybrid *hybrid = m->hybrid;
-    const int nq = m->nq, nv = m->nv, ny = s->ny, rows = hybrid->n_rows;
-    const mech_real t = s->run->report.t, middle = t + h / 2;
-    mech_report *report = &s->run->report;
-    mech_real *f1 = s->work, *f2 = f1 + ny, *f3 = f2 + ny, *v = s->y_new + nq, check = 0;
-    const mech_real *v0 = s->y + nq;
+    const int nq = m->nq, nv = m->nv, ny = s->ny;
+    const mech_real t = s->run->report.t, middle = t + h / 2, *v0 = s->y + nq, *z = s->o.z;
+    mech_real *f1 = s->work, *f2 = f1 + ny, *f3 = f2 + ny, *v = s->y_new + nq, check = 0, lost = 0, supplied = 0;
     room o;
     arrange(m, mech_extra(s), &o);
-    int *takes = o.contact;
     memcpy(o.z, s->o.z, (size_t)m->nz * sizeof(mech_real));
-    for (int i = 0; i < rows; i++) {
-        takes[i] = 0;
+    for (int i = 0; i < hybrid->n_rows; i++) {
         if (hybrid->rows[i].kind == MECH_STEP_ROW) continue;
         if (hybrid->rows[i].flag >= 0) o.z[hybrid->rows[i].flag] = 0;
         if (hybrid->rows[i].sign >= 0) o.z[hybrid->rows[i].sign] = 0;
     }
-    const mech_real *z = s->o.z;
     /* the middle, and the velocities there without contacts */
     for (int i = 0; i < ny; i++) o.y[i] = s->y[i] + (i < nq || i >= nq + nv ? h / 2 * s->dy[i] : 0);
     mech_normalise(m, o.y);
@@ -204,52 +285,11 @@ static mech_real attempt(mech_solver *s, mech_real h)
     s->o.z = z;
     mech_real *free_ = s->dy_new; /* room */
     for (int i = 0; i < nv; i++) free_[i] = v0[i] + h * f2[nq + i];
-    memcpy(o.y + nq, v0, (size_t)nv * sizeof(mech_real));
-    read_rows(s, middle, &o, o.before);
-    hybrid->row_values(middle, o.y, s->u, z, s->o.p, o.values); /* limits of friction may come from the forces that hold now */
-    memcpy(o.y + nq, free_, (size_t)nv * sizeof(mech_real));
-    read_rows(s, middle, &o, o.after);
-    for (int i = 0; i < rows; i++)
-        *o.fastest = mech_max(*o.fastest, mech_max(mech_abs(value(o.before, i, MECH_RATE)), mech_abs(value(o.after, i, MECH_RATE))));
+    if (hybrid->crowd)
+        solve_crowd(s, &o, h, v0, free_, v, &lost, &supplied);
+    else
+        solve_rows(s, &o, h, v0, free_, v, &lost, &supplied);
     if (!mech_finite(*o.fastest)) return *o.fastest;
-    for (int i = 0; i < rows; i++) /* those that might touch at the end of the step */
-        takes[i] = hybrid->rows[i].kind == MECH_CONTACT && is_on(s, hybrid->rows[i].enabled) &&
-                   value(o.before, i, MECH_GAP) + h / 2 * mech_min(0, value(o.after, i, MECH_RATE)) <= 0;
-    mech_cones c = {.cones = o.cones, .w = o.w, .q = o.q, .r = o.r, .u = o.u};
-    int solved = 1;
-    for (int look = 0;; look++) {
-        if (look) { /* the limits again */
-            memcpy(o.y + nq, v0, (size_t)nv * sizeof(mech_real));
-            hybrid->row_values(middle, o.y, s->u, z, s->o.p, o.values);
-        }
-        find_cones(s, &o, takes, h, &c);
-        respond(s, middle, &o, &c);
-        for (int k = 0; k < c.n; k++) c.r[k] = o.impulse[o.row[k]];
-        solved = mech_cones_sweep(&c, MOST_SWEEPS, o.solver) || mech_cones_refine(&c, o.solver) || mech_cones_solve(&c, o.solver);
-        move(s, middle, &o, &c, free_, v);
-        int more = 0; /* what the impulses drive onto others */
-        for (int i = 0; i < rows; i++) {
-            if (hybrid->rows[i].kind != MECH_CONTACT || takes[i] || !is_on(s, hybrid->rows[i].enabled)) continue;
-            takes[i] = value(o.before, i, MECH_GAP) + h / 2 * value(o.values, i, MECH_RATE) < 0;
-            more |= takes[i];
-        }
-        if (!more || look == MOST_LOOKS) break;
-    }
-    report->residual = mech_max(report->residual, c.residual);
-    if (!solved) report->unsolved++;
-    for (int i = 0; i < rows; i++) {
-        o.impulse[i] = 0;
-        o.rates[i] = value(o.values, i, MECH_RATE);
-        const int open = hybrid->rows[i].kind != MECH_CONTACT || !is_on(s, hybrid->rows[i].enabled);
-        if (!open && value(o.before, i, MECH_GAP) < -report->overlap) report->overlap = -value(o.before, i, MECH_GAP);
-    }
-    mech_real lost = 0, supplied = 0;
-    for (int k = 0; k < c.n; k++) {
-        const int i = o.row[k];
-        o.impulse[i] = c.r[k];
-        lost -= c.r[k] * (value(o.before, i, MECH_RATE) + o.rates[i]) / 2;
-        supplied -= c.r[k] * value(o.before, i, MECH_DRIFT);
-    }
     /* q' is an affine function of v: that of v+ from those of v and of the mean */
     for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
     s->o.z = o.z;
@@ -285,6 +325,7 @@ const mech_method mech_moreau = {
     .n_extra = n_extra,
     .begin = begin,
     .impulses = impulses,
+    .tell = tell,
     .attempt = attempt,
     .dense = dense,
 };

@@ -1,0 +1,343 @@
+#include "moreau_crowd.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "blocks.h"
+#include "crowd_response.h"
+
+enum { MOST_SWEEPS = 1000, LONGER = 2, FIRST = 64 };
+
+/* What an approach has to exceed, beside what the step adds to it. */
+static const mech_real DRIVEN = 2;
+
+size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + (size_t)model->nv + 2; }
+
+void mech_moreau_crowd_attach(mech_moreau_crowd *o, const mech_model *model, mech_real *memory)
+{
+    const size_t n = (size_t)model->hybrid->crowd->n;
+    *o = (mech_moreau_crowd){.impulse = memory, .wake = memory + 3 * n, .moved = memory + 4 * n, .step = memory + 4 * n + 1,
+                             .moves = memory + 4 * n + 2};
+}
+
+void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model, int fresh)
+{
+    const mech_crowd *c = model->hybrid->crowd;
+    memset(o->moves, 0, (size_t)model->nv * sizeof(mech_real));
+    for (int i = 0; i < c->n; i++) {
+        const int *v = mech_crowd_velocities(c, i);
+        for (int k = 0; k < mech_crowd_kind_of(c, i)->n_normal; k++) o->moves[v[k]] = 1;
+        o->wake[i] = -1;
+    }
+    *o->moved = 0;
+    if (fresh) memset(o->impulse, 0, 3 * (size_t)c->n * sizeof(mech_real));
+}
+
+/* The contacts that the step has to know, by number, with their values. */
+typedef struct near {
+    int n, room;
+    int *contact;
+    mech_real *values; /* [n][crowd's widest] */
+} near;
+
+/* Makes room for one more; 0 without memory. */
+static int widen(near *found, int width)
+{
+    if (found->n < found->room) return 1;
+    const int room = found->room ? 2 * found->room : FIRST;
+    int *contact = (int *)realloc(found->contact, (size_t)room * sizeof(int));
+    if (contact) found->contact = contact;
+    mech_real *values = (mech_real *)realloc(found->values, (size_t)room * (size_t)width * sizeof(mech_real));
+    if (values) found->values = values;
+    if (!contact || !values) return 0;
+    found->room = room;
+    return 1;
+}
+
+static void forget(near *found)
+{
+    free(found->contact);
+    free(found->values);
+}
+
+/* Lists those that velocities of at most `speed` may close until the end of the step. `here`: how far coordinates have moved. */
+static int look(const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h, mech_real here, mech_real speed, near *found)
+{
+    const mech_crowd *c = at->m->hybrid->crowd;
+    found->n = 0;
+    for (int i = 0; i < c->n; i++) {
+        if (o->wake[i] > here + h / 2 * speed) continue;
+        if (!widen(found, c->n_values)) return 0;
+        const mech_crowd_kind *kind = mech_crowd_kind_of(c, i);
+        mech_real *values = found->values + (size_t)found->n * (size_t)c->n_values, most = mech_abs(values[1]), reach = 0;
+        mech_crowd_values(at, i, values);
+        const mech_real *k = values + mech_crowd_entries(kind, 0), *bound = k + kind->n_normal;
+        most = mech_abs(values[1]);
+        for (int l = 0; l < kind->n_normal; l++) {
+            most += mech_abs(k[l]) * speed;
+            reach = reach < 0 || bound[l] < 0 ? -1 : reach + bound[l];
+        }
+        o->wake[i] = reach > 0 ? here + MECH_C(0.999) * mech_max(0, values[0]) / reach : -1;
+        if (!(values[0] > h / 2 * most)) found->contact[found->n++] = i;
+    }
+    return 1;
+}
+
+/* The groups of velocities within which impulses act, and the inverse masses of each. */
+typedef struct groups {
+    int n, largest;
+    int *start, *member, *place; /* [n + 1] first member; [nv] members; [nv] of each velocity among those of its group */
+    size_t *at;                  /* [n] where the inverse mass of each begins                     */
+    mech_real *inverse;
+} groups;
+
+static int find_groups(const mech_crowd_at *at, groups *g)
+{
+    const mech_model *m = at->m;
+    const mech_crowd *c = m->hybrid->crowd;
+    const int nv = m->nv;
+    size_t entries = 0;
+    memset(g, 0, sizeof *g);
+    for (int i = 0; i < nv; i++) g->n = c->group[i] >= g->n ? c->group[i] + 1 : g->n;
+    g->start = (int *)calloc((size_t)(g->n + 1 + 2 * nv), sizeof(int));
+    g->at = (size_t *)malloc((size_t)g->n * sizeof(size_t));
+    if (!g->start || !g->at) return 0;
+    g->member = g->start + g->n + 1;
+    g->place = g->member + nv;
+    for (int i = 0; i < nv; i++) g->place[i] = g->start[c->group[i] + 1]++;
+    for (int k = 0; k < g->n; k++) {
+        const int size = g->start[k + 1];
+        g->largest = size > g->largest ? size : g->largest;
+        g->at[k] = entries;
+        entries += (size_t)size * (size_t)size;
+        g->start[k + 1] += g->start[k];
+    }
+    for (int i = 0; i < nv; i++) g->member[g->start[c->group[i]] + g->place[i]] = i;
+    g->inverse = (mech_real *)malloc((entries + (size_t)nv) * sizeof(mech_real));
+    if (!g->inverse) return 0;
+    mech_real *jump = g->inverse + entries;
+    for (int column = 0; column < g->largest; column++) { /* one of each group at once */
+        for (int i = 0; i < nv; i++) at->g[m->nu + i] = g->place[i] == column;
+        c->push(at->t, at->y, at->g, at->z, at->p, jump);
+        for (int i = 0; i < nv; i++) {
+            const int k = c->group[i], size = g->start[k + 1] - g->start[k];
+            if (column < size) g->inverse[g->at[k] + (size_t)(g->place[i] * size + column)] = jump[i];
+        }
+    }
+    return 1;
+}
+
+static void forget_groups(groups *g)
+{
+    free(g->start);
+    free(g->at);
+    free(g->inverse);
+}
+
+/* The groups that a contact moves: how many, each once, and how many velocities they have. Of two bodies these are few. */
+static int groups_of(const mech_crowd *c, const groups *g, int contact, int *list, int *width)
+{
+    const mech_crowd_kind *kind = mech_crowd_kind_of(c, contact);
+    const int *v = mech_crowd_velocities(c, contact);
+    int n = 0;
+    *width = 0;
+    for (int i = 0; i < kind->n_normal + kind->n_slip; i++) {
+        int k = 0;
+        while (k < n && list[k] != c->group[v[i]]) k++;
+        if (k < n) continue;
+        list[n++] = c->group[v[i]];
+        *width += g->start[list[k] + 1] - g->start[list[k]];
+    }
+    return n;
+}
+
+/* K and R of the rows of a block. */
+static void fill_block(const mech_crowd *c, const groups *g, int contact, const mech_real *values, const int *list, int n, mech_block *block,
+                       int *v, mech_real *numbers)
+{
+    const mech_crowd_kind *kind = mech_crowd_kind_of(c, contact);
+    const int rows = mech_cone_rows(&block->cone), width = block->width;
+    mech_real *k = numbers, *response = numbers + rows * width;
+    memset(numbers, 0, 2 * (size_t)(rows * width) * sizeof(mech_real));
+    for (int i = 0, at = 0; i < n; at += g->start[list[i] + 1] - g->start[list[i]], i++)
+        memcpy(v + at, g->member + g->start[list[i]], (size_t)(g->start[list[i] + 1] - g->start[list[i]]) * sizeof(int));
+    for (int row = 0; row < rows; row++) {
+        const int *own = mech_crowd_velocities(c, contact) + (row ? kind->n_normal : 0);
+        const mech_real *entries = values + mech_crowd_entries(kind, row);
+        for (int l = 0; l < (row ? kind->n_slip : kind->n_normal); l++) {
+            int at = 0;
+            for (int i = 0; list[i] != c->group[own[l]]; i++) at += g->start[list[i] + 1] - g->start[list[i]];
+            k[row * width + at + g->place[own[l]]] += entries[l];
+        }
+        for (int i = 0, at = 0; i < n; i++) {
+            const int size = g->start[list[i] + 1] - g->start[list[i]];
+            const mech_real *inverse = g->inverse + g->at[list[i]], *part = k + row * width + at;
+            for (int a = 0; a < size; a++)
+                for (int b = 0; b < size; b++) response[row * width + at + a] += inverse[a * size + b] * part[b];
+            at += size;
+        }
+    }
+    block->v = v;
+    block->k = k;
+    block->response = response;
+    mech_block_join(block);
+}
+
+/* Rates of a contact: that of its gap, then of its slips. */
+static void rates(const mech_crowd *c, int contact, const mech_real *values, const mech_real *v, mech_real *u)
+{
+    const mech_crowd_kind *kind = mech_crowd_kind_of(c, contact);
+    for (int i = 0; i <= kind->friction; i++)
+        u[i] = mech_crowd_along(c, contact, i, values, v) + values[mech_crowd_drift(kind, i)];
+}
+
+static mech_real slip_size(int n, const mech_real *u) { return n == 0 ? 0 : n == 1 ? mech_abs(u[1]) : mech_sqrt(u[1] * u[1] + u[2] * u[2]); }
+
+/* The cone of a contact, and what its rates are to be more than those of the velocities; 0 where it only rebounds later. */
+static int set_cone(const mech_crowd_kind *kind, const mech_real *values, mech_real h, mech_real fastest, const mech_real *before,
+                    const mech_real *after, mech_block *block)
+{
+    const mech_real e = values[3], rest = mech_max(0, values[4]), gap = values[0];
+    const int strikes = e > 0 && before[0] < -mech_max(rest, DRIVEN * mech_abs(after[0] - before[0]));
+    if (strikes && gap > 0) return 0;
+    block->cone = (mech_cone){.kind = MECH_CONE, .slips = kind->friction};
+    if (kind->friction) {
+        const mech_real *slip = values + mech_crowd_slip(kind);
+        const int slides = slip_size(kind->friction, before) > MECH_C(1e-9) * fastest;
+        block->cone.coefficient = mech_max(0, slip[slides ? 3 : 2]);
+        if (block->cone.coefficient == 0) block->cone.slips = 0;
+    }
+    block->b[0] = values[1] + (strikes ? e * before[0] : 2 * mech_max(0, gap) / h);
+    for (int i = 1; i <= block->cone.slips; i++) block->b[i] = values[mech_crowd_drift(kind, i)];
+    return 1;
+}
+
+/* Solves for the listed contacts; `number` [n]: of each block its place in the list. 0 without memory. */
+static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h, const near *found, const mech_real *v0,
+                 mech_real fastest, mech_blocks *problem, int *number)
+{
+    const mech_crowd *c = at->m->hybrid->crowd;
+    groups g;
+    int done = find_groups(at, &g), most = 1;
+    size_t indices = 0, numbers = 0;
+    for (int k = 0; k < c->n_values; k++) most = most > k ? most : k;
+    int *list = (int *)malloc((size_t)(most + 1) * sizeof(int));
+    done = done && list;
+    problem->n = 0;
+    for (int k = 0; done && k < found->n; k++) {
+        const mech_real *values = found->values + (size_t)k * (size_t)c->n_values;
+        const int contact = found->contact[k];
+        mech_block *block = problem->blocks + problem->n;
+        mech_real before[3], after[3];
+        rates(c, contact, values, v0, before);
+        rates(c, contact, values, problem->free_, after);
+        if (!set_cone(mech_crowd_kind_of(c, contact), values, h, fastest, before, after, block)) continue;
+        block->cone.slack = mech_max(s->o.rtol, MECH_C(1e-10)) * fastest;
+        groups_of(c, &g, contact, list, &block->width);
+        for (int i = 0; i < mech_cone_rows(&block->cone); i++) block->r[i] = o->impulse[3 * contact + i];
+        number[problem->n++] = k;
+        indices += (size_t)block->width;
+        numbers += 2 * (size_t)block->width * (size_t)mech_cone_rows(&block->cone);
+    }
+    int *v = (int *)malloc((indices + 1) * sizeof(int));
+    mech_real *entries = (mech_real *)malloc((numbers + 1) * sizeof(mech_real));
+    done = done && v && entries;
+    indices = numbers = 0;
+    for (int k = 0; done && k < problem->n; k++) {
+        mech_block *block = problem->blocks + k;
+        const int contact = found->contact[number[k]], n = groups_of(c, &g, contact, list, &block->width);
+        fill_block(c, &g, contact, found->values + (size_t)number[k] * (size_t)c->n_values, list, n, block, v + indices, entries + numbers);
+        indices += (size_t)block->width;
+        numbers += 2 * (size_t)block->width * (size_t)mech_cone_rows(&block->cone);
+    }
+    const int solved = done && mech_blocks_sweep(problem, MOST_SWEEPS);
+    free(v);
+    free(entries);
+    free(list);
+    forget_groups(&g);
+    return done ? 1 + solved : 0;
+}
+
+/* The largest of the velocities that move gaps. */
+static mech_real fastest_of(const mech_moreau_crowd *o, int nv, const mech_real *v)
+{
+    mech_real most = 0;
+    for (int i = 0; i < nv; i++) most = mech_max(most, o->moves[i] * mech_abs(v[i]));
+    return most;
+}
+
+int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_real h, mech_real *y, const mech_real *v0,
+                            const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = m->hybrid->crowd;
+    near list = {0};
+    mech_real *g = (mech_real *)calloc((size_t)(m->nu + c->n_given), sizeof(mech_real));
+    if (!g) return 0;
+    if (m->nu) memcpy(g, s->u, (size_t)m->nu * sizeof(mech_real));
+    const mech_crowd_at at = {m, s->run->report.t + h / 2, y, s->u, s->o.z, s->o.p, g};
+    const mech_real begin = fastest_of(o, m->nv, v0), here = *o->moved + h / 2 * begin;
+    mech_real speed = LONGER * mech_max(begin, fastest_of(o, m->nv, free_)), after[3];
+    int done = 0, *number = NULL;
+    mech_blocks problem = {.nv = m->nv, .free_ = free_, .v = v};
+    for (;;) {
+        if (!look(&at, o, h, here, speed, &list)) break;
+        for (int k = 0; k < list.n; k++) {
+            const mech_real *values = list.values + (size_t)k * (size_t)c->n_values;
+            for (int end = 0; end < 2; end++) {
+                rates(c, list.contact[k], values, end ? free_ : v0, after);
+                *fastest = mech_max(*fastest, mech_max(mech_abs(after[0]), slip_size(mech_crowd_kind_of(c, list.contact[k])->friction, after)));
+            }
+        }
+        free(number);
+        free(problem.blocks);
+        number = (int *)malloc((size_t)(list.n + 1) * sizeof(int));
+        problem.blocks = (mech_block *)calloc((size_t)(list.n + 1), sizeof(mech_block));
+        if (!number || !problem.blocks) break;
+        done = solve(s, &at, o, h, &list, v0, *fastest, &problem, number);
+        const mech_real reached = fastest_of(o, m->nv, v);
+        if (!done || !(reached > speed)) break; /* else impulses drive more onto others than was thought */
+        speed = LONGER * reached;
+    }
+    *found = (mech_moreau_found){.residual = problem.residual, .solved = done == 2};
+    *o->moved += h * speed;
+    *o->step = h;
+    for (int k = 0; done && k < list.n; k++) found->overlap = mech_max(found->overlap, -list.values[(size_t)k * (size_t)c->n_values]);
+    memset(o->impulse, 0, 3 * (size_t)c->n * sizeof(mech_real));
+    for (int k = 0; done && k < problem.n; k++) {
+        const mech_block *block = problem.blocks + k;
+        const int contact = list.contact[number[k]];
+        const mech_real *values = list.values + (size_t)number[k] * (size_t)c->n_values;
+        mech_real before[3];
+        rates(c, contact, values, v0, before);
+        rates(c, contact, values, v, after);
+        for (int i = 0; i < mech_cone_rows(&block->cone); i++) {
+            o->impulse[3 * contact + i] = block->r[i];
+            found->lost -= block->r[i] * (before[i] + after[i]) / 2;
+            found->supplied -= block->r[i] * values[mech_crowd_drift(mech_crowd_kind_of(c, contact), i)];
+        }
+    }
+    free(number);
+    free(problem.blocks);
+    forget(&list);
+    free(g);
+    return done > 0;
+}
+
+int mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z)
+{
+    const mech_crowd *c = model->hybrid->crowd;
+    mech_real *list = z + c->first, *told = list + c->capacity;
+    int n = 0;
+    const int places = c->capacity;
+    for (int i = 0; i < c->n; i++) {
+        const mech_real *impulse = o->impulse + 3 * i;
+        if (!(impulse[0] > 0)) continue;
+        if (n == places) return 0;
+        list[n] = 8 * (mech_real)(i + 1) + MECH_CROWD_TOLD;
+        for (int k = 0; k < c->n_told; k++) told[n * c->n_told + k] = impulse[k] / *o->step;
+        n++;
+    }
+    for (int k = n; k < places && list[k] > 0; k++) list[k] = 0;
+    return 1;
+}

@@ -1,0 +1,38 @@
+/* Steps of Moreau and Jean where contacts are a crowd (model.h): each contact by its own numbers, the problem in blocks (blocks.h).
+ * Internal to the kernel. */
+#ifndef MECH_MOREAU_CROWD_H
+#define MECH_MOREAU_CROWD_H
+
+#include "run.h"
+
+/* What is remembered from step to step. */
+typedef struct mech_moreau_crowd {
+    mech_real *impulse; /* [contacts][3] of the last step, along gap and slip                     */
+    mech_real *wake;    /* [contacts] how far coordinates have to move before one is looked at    */
+    mech_real *moves;   /* [nv] 1: moves a gap                                                    */
+    mech_real *moved;   /* how far they have                                                      */
+    mech_real *step;    /* size of the last step                                                  */
+} mech_moreau_crowd;
+
+/* Numbers that this takes, and their places in memory that begins at `memory`. */
+size_t mech_moreau_crowd_numbers(const mech_model *model);
+void mech_moreau_crowd_attach(mech_moreau_crowd *o, const mech_model *model, mech_real *memory);
+
+/* All contacts are looked at next; fresh: and none has an impulse. */
+void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model, int fresh);
+
+/* What a step has found. */
+typedef struct mech_moreau_found {
+    mech_real residual, overlap, lost, supplied;
+    int solved;
+} mech_moreau_found;
+
+/* The contacts of a step of h, with y in its middle (velocities there are written to): v from v0 and, without contacts, free_.
+ * `fastest`: the largest rate so far. 0 without memory. */
+int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_real h, mech_real *y, const mech_real *v0,
+                            const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found);
+
+/* Writes the contacts that press and their forces to z. 0 where they are more than it has places for. */
+int mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z);
+
+#endif
