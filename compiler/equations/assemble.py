@@ -57,7 +57,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
 def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
     system = with_balances(system, reporter)
     system = with_prescribed_slips(system, prescribed_motion(system)[0], reporter)
-    system, members = set_apart(system, parts, reporter)
+    system, members = set_apart(system, reporter)
     if members:
         check_crowd(system, members, parts, reporter)
     try:

@@ -45,7 +45,7 @@ class CrowdRow(Struct, frozen=True):
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
     are closed, and behind these ``told`` forces of each, where steps find them. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
-    accelerations, as (contact, 0: its force, 1: that of its friction, 2: whether it is closed)."""
+    accelerations, as (contact, 0: its force, 2: whether it is closed). ``stepped``: whether only steps solve for them."""
 
     kinds: tuple[CrowdKind, ...]
     rows: tuple[CrowdRow, ...]
@@ -54,6 +54,7 @@ class CrowdPlan(Struct, frozen=True):
     groups: tuple[int, ...]
     asked: tuple[tuple[int, int], ...]
     told: int = 0
+    stepped: bool = False
 
     @property
     def places(self) -> range:

@@ -317,6 +317,7 @@ def _crowd(plan: CrowdPlan) -> StructPointer:
             "capacity": plan.capacity,
             "n_asked": len(plan.asked),
             "n_told": plan.told,
+            "stepped": int(plan.stepped),
             "n_values": max(crowd_values(kind) for kind in plan.kinds),
             "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
             "kinds": StructArray("crowd_kinds", CrowdKindStruct, kinds),

@@ -25,6 +25,7 @@ REFUSED = (
     Status.NEEDS_MOMENTA,
     Status.NEEDS_SERIES,
     Status.NEEDS_ROWS,
+    Status.NEEDS_STEPS,
 )
 """No run begins with these."""
 

@@ -78,7 +78,7 @@ def _find(model: contract.ModelStruct, wanted: str, reproducible: bool, no_serie
 
 def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
     """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
-    if lacks in (Status.NEEDS_JACOBIAN, Status.NEEDS_SERIES, Status.NEEDS_ROWS):
+    if lacks in (Status.NEEDS_JACOBIAN, Status.NEEDS_SERIES, Status.NEEDS_ROWS, Status.NEEDS_STEPS):
         return []
     obstacles = []
     if model.n_rotations:

@@ -95,6 +95,7 @@ def kernel_failure(problem: Problem, status: Status, report: ReportStruct, y: Ar
             | Status.NEEDS_MOMENTA
             | Status.NEEDS_SERIES
             | Status.NEEDS_ROWS
+            | Status.NEEDS_STEPS
         ):
             raise AssertionError(f"a run began although {status.name}: methods.py refuses it before")
         case _:

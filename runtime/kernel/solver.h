@@ -42,7 +42,8 @@ enum mech_status {
     MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
     MECH_NEEDS_MOMENTA = -8,  /* momenta, forces and constraints (model.h, point 16),          */
     MECH_NEEDS_SERIES = -10,  /* or Taylor series (point 19)                                   */
-    MECH_NEEDS_ROWS = -12,    /* or contacts, frictions or constraints that switch, whose forces have formulas */
+    MECH_NEEDS_ROWS = -12,    /* or contacts, frictions or constraints that switch               */
+    MECH_NEEDS_STEPS = -13,   /* the contacts of the model want a method whose steps solve for them */
     MECH_NO_SERIES = -11,     /* the derivatives are finite, their Taylor series are not: a root of zero */
     MECH_JUMPING = -9,        /* constraints of velocities would have to change these at once         */
     MECH_TERMINATED = 3,      /* a branch ended the run                                        */

@@ -24,6 +24,7 @@ class Status(IntEnum):
     NEEDS_MOMENTA = -8
     NEEDS_SERIES = -10
     NEEDS_ROWS = -12
+    NEEDS_STEPS = -13
     NO_SERIES = -11
     JUMPING = -9
     EVENT_LOOP = -20
@@ -45,7 +46,9 @@ class Status(IntEnum):
 NEEDS = {
     Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
     Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
-    Status.NEEDS_ROWS: "is for models with contacts, dry friction or constraints that switch, of at most 64 rows",
+    Status.NEEDS_ROWS: "is for models with contacts, dry friction or constraints that switch",
+    Status.NEEDS_STEPS: "cannot run more than 64 rows of contacts with friction in two directions or with gaps made of pieces: "
+    "'method = \"moreau\"' with a 'step' does",
     Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
     Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
 }

@@ -18,7 +18,7 @@ from mechc.runtime.native.status import Status
 KERNEL = Path(__file__).resolve().parents[2] / "runtime" / "kernel"
 NEEDS = {
     *(Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA),
-    *(Status.NEEDS_SERIES, Status.NEEDS_ROWS),
+    *(Status.NEEDS_SERIES, Status.NEEDS_ROWS, Status.NEEDS_STEPS),
 }
 """Told before a run begins, by methods.py."""
 FAILURES = [s for s in Status if s < 0 and s not in NEEDS]

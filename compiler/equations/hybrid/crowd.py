@@ -75,11 +75,12 @@ class _Former:
         solved: Solved,
         layout: Layout,
         members: Sequence[CrowdMember],
-        stepped: bool,
+        told: bool,
         reporter: Reporter,
     ) -> None:
         self.system, self.solved, self.layout, self.members = system, solved, layout, members
-        self.stepped, self.reporter = stepped, reporter
+        self.told, self.reporter = told, reporter
+        self.stepped = False
         self.graph = system.graph
         self.velocities = [system.v[i].node for i in solved.free]
         self.place = {n: k for k, n in enumerate(self.velocities)}
@@ -122,12 +123,12 @@ class _Former:
         push = self.push()
         asked, read = self.read_by(outputs)
         capacity = min(len(rows), 2 * len(self.velocities))
-        told = 1 + max(kind.friction for kind in kinds) if self.stepped else 0
+        told = 1 + max(kind.friction for kind in kinds) if self.told else 0
         places = [self.graph.symbol(f"#closed {k + 1}") for k in range(capacity)]
         places += [self.graph.symbol(f"#force {k + 1}") for k in range(told * capacity)]
         given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}
-        plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked, told)
+        plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked, told, self.stepped)
         return Crowd(plan, (*functions, push), given, slots, tuple(places), read)
 
     # ------------------------------------------------------------ what is formed of every contact
@@ -237,8 +238,8 @@ class _Former:
         for further in directions[1:]:
             outputs += further
         formed = [terms.gap, *terms.numbers, *terms.slips]
-        if not self.stepped and any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed)):
-            raise refused(self.reporter, member.gap, "is made of pieces")
+        pieces = any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed))
+        self.stepped |= pieces or len(member.friction) > 1
         given = dict(zip(leaves, self.give(len(leaves)), strict=True))
         function = Function(
             name,

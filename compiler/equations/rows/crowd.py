@@ -30,7 +30,7 @@ class CrowdMember(Struct, frozen=True):
 
 
 def set_apart(
-    system: MechanicalSystem, parts: Collection[str], reporter: Reporter
+    system: MechanicalSystem, reporter: Reporter
 ) -> tuple[MechanicalSystem, tuple[CrowdMember, ...]]:
     """Return the system without the contacts that are found by numbers, and these; none where they are few."""
     switching = [rows for rows in system.constraints if rows.mode is not None and rows.mode.smooth is None]
@@ -38,21 +38,13 @@ def set_apart(
     if count <= MOST_ROWS:
         return system, ()
     others = [rows for rows in system.constraints if rows.mode is not None and not _belongs(rows)]
-    surface = [
-        rows for rows in switching if _belongs(rows) and rows.name.endswith((".friction[1]", ".friction[2]"))
-    ]
-    if others or (surface and "contact_steps" not in parts):
-        rows = (others or surface)[0]
+    if others:
         raise reporter.fail(
             "E0720",
             f"the model has {count} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
-            rows.origin.shown,
+            others[0].origin.shown,
             caption="so many are found by numbers, and this one cannot be",
-            help="among more than 64 rows there may be contacts, without friction or with friction along one line: replace "
-            "others by potentials, or say less of them"
-            if others
-            else "friction in two directions of more than 64 rows is for steps that solve for contacts: "
-            'experiment(method = "moreau", step = 1 ms)',
+            help="among more than 64 rows there may be contacts and their friction: replace others by potentials, or say less of them",
         )
     graph = system.graph
     members: list[CrowdMember] = []

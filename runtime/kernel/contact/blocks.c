@@ -61,7 +61,7 @@ int mech_blocks_check(mech_blocks *c)
 
 int mech_blocks_sweep(mech_blocks *c, int most)
 {
-    if (mech_blocks_check(c)) return 1;
+    if (mech_blocks_check(c) && c->residual == 0) return 1; /* else a guess that would do gets better from step to step */
     for (int sweep = 0; sweep < most; sweep++) {
         int rests = 1;
         for (int a = 0; a < c->n; a++) {
@@ -77,7 +77,7 @@ int mech_blocks_sweep(mech_blocks *c, int most)
                 const mech_real change = r[i] - block->r[i];
                 block->r[i] = r[i];
                 if (change == 0) continue;
-                rests &= mech_abs(change) * block->w[4 * i] <= block->cone.slack / 4;
+                rests &= mech_abs(change) * block->w[4 * i] <= block->cone.slack;
                 push(block, i, change, c->v);
             }
         }

@@ -175,9 +175,8 @@ void mech_cone_solve(const mech_cone *k, const mech_real *w, const mech_real *q,
             normal += side[i] * t[i];
             change += side[i] * slope[i];
         }
-        const mech_real length = size2(slips, t), f = length - mu * normal - radius;
+        const mech_real length = size2(slips, t), limit = mu * normal + radius, f = length - limit;
         for (int i = 0; i < slips; i++) rise += length > 0 ? t[i] * slope[i] / length : 0;
-        rise -= mu * change;
         if (first) r[0] = normal;
         for (int i = 0; i < slips; i++) r[first + i] = t[i];
         if (step == 0 && f <= 0) break; /* sticks */
@@ -186,7 +185,9 @@ void mech_cone_solve(const mech_cone *k, const mech_real *w, const mech_real *q,
             low = lambda;
         else
             high = lambda;
-        mech_real next = rise < 0 ? lambda - f / rise : (mech_real)INFINITY;
+        /* Newton's method on limit / |r_t| - 1, nearly a straight line: one where S is a number and slip moves no gap */
+        const mech_real grows = mu * change * length - limit * rise;
+        mech_real next = grows > 0 ? lambda + f * length / grows : (mech_real)INFINITY;
         if (!(next > low && next < high)) next = high < (mech_real)INFINITY ? (low + high) / 2 : 4 * (lambda + scale);
         if (next == lambda) break;
         lambda = next;

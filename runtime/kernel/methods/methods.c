@@ -28,5 +28,6 @@ int mech_method_n_dense(int method) { return mech_methods[method]->n_dense; }
 int mech_method_lacks(int method, const mech_model *model)
 {
     const mech_method *m = mech_methods[method];
+    if (!m->impulses && model->hybrid && model->hybrid->crowd && model->hybrid->crowd->stepped) return MECH_NEEDS_STEPS;
     return m->lacks ? m->lacks(model) : MECH_RUNNING;
 }

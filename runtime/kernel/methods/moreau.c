@@ -198,6 +198,7 @@ static void solve_crowd(mech_solver *s, const room *o, mech_real h, const mech_r
     }
     report->residual = mech_max(report->residual, found.residual);
     report->overlap = mech_max(report->overlap, found.overlap);
+    report->iterations += found.sweeps;
     if (!found.solved) report->unsolved++;
     *lost = found.lost;
     *supplied = found.supplied;

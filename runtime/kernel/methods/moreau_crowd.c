@@ -8,8 +8,9 @@
 
 enum { MOST_SWEEPS = 1000, LONGER = 2, FIRST = 64 };
 
-/* What an approach has to exceed, beside what the step adds to it. */
-static const mech_real DRIVEN = 2;
+/* What an approach has to exceed to rebound: what the step adds to any of them, and what may be left unsolved, times this. Among many
+ * bodies one that nothing drives is moved by what is left of others. */
+static const mech_real DRIVEN = 2, UNSOLVED = 10;
 
 size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + (size_t)model->nv + 2; }
 
@@ -194,11 +195,11 @@ static void rates(const mech_crowd *c, int contact, const mech_real *values, con
 static mech_real slip_size(int n, const mech_real *u) { return n == 0 ? 0 : n == 1 ? mech_abs(u[1]) : mech_sqrt(u[1] * u[1] + u[2] * u[2]); }
 
 /* The cone of a contact, and what its rates are to be more than those of the velocities; 0 where it only rebounds later. */
-static int set_cone(const mech_crowd_kind *kind, const mech_real *values, mech_real h, mech_real fastest, const mech_real *before,
-                    const mech_real *after, mech_block *block)
+static int set_cone(const mech_crowd_kind *kind, const mech_real *values, mech_real h, mech_real fastest, mech_real slow,
+                    const mech_real *before, mech_block *block)
 {
-    const mech_real e = values[3], rest = mech_max(0, values[4]), gap = values[0];
-    const int strikes = e > 0 && before[0] < -mech_max(rest, DRIVEN * mech_abs(after[0] - before[0]));
+    const mech_real e = values[3], gap = values[0];
+    const int strikes = e > 0 && before[0] < -mech_max(slow, values[4]);
     if (strikes && gap > 0) return 0;
     block->cone = (mech_cone){.kind = MECH_CONE, .slips = kind->friction};
     if (kind->friction) {
@@ -218,21 +219,27 @@ static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crow
 {
     const mech_crowd *c = at->m->hybrid->crowd;
     groups g;
+    const mech_real slack = mech_max(s->o.rtol, MECH_C(1e-10)) * fastest;
+    mech_real slow = UNSOLVED * slack;
     int done = find_groups(at, &g), most = 1;
     size_t indices = 0, numbers = 0;
     for (int k = 0; k < c->n_values; k++) most = most > k ? most : k;
     int *list = (int *)malloc((size_t)(most + 1) * sizeof(int));
     done = done && list;
     problem->n = 0;
+    for (int k = 0; k < found->n; k++) {
+        const mech_real *values = found->values + (size_t)k * (size_t)c->n_values;
+        slow = mech_max(slow, DRIVEN * mech_abs(mech_crowd_along(c, found->contact[k], 0, values, problem->free_) -
+                                                mech_crowd_along(c, found->contact[k], 0, values, v0)));
+    }
     for (int k = 0; done && k < found->n; k++) {
         const mech_real *values = found->values + (size_t)k * (size_t)c->n_values;
         const int contact = found->contact[k];
         mech_block *block = problem->blocks + problem->n;
-        mech_real before[3], after[3];
+        mech_real before[3];
         rates(c, contact, values, v0, before);
-        rates(c, contact, values, problem->free_, after);
-        if (!set_cone(mech_crowd_kind_of(c, contact), values, h, fastest, before, after, block)) continue;
-        block->cone.slack = mech_max(s->o.rtol, MECH_C(1e-10)) * fastest;
+        if (!set_cone(mech_crowd_kind_of(c, contact), values, h, fastest, slow, before, block)) continue;
+        block->cone.slack = slack;
         groups_of(c, &g, contact, list, &block->width);
         for (int i = 0; i < mech_cone_rows(&block->cone); i++) block->r[i] = o->impulse[3 * contact + i];
         number[problem->n++] = k;
@@ -299,7 +306,7 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_rea
         if (!done || !(reached > speed)) break; /* else impulses drive more onto others than was thought */
         speed = LONGER * reached;
     }
-    *found = (mech_moreau_found){.residual = problem.residual, .solved = done == 2};
+    *found = (mech_moreau_found){.residual = problem.residual, .sweeps = problem.sweeps, .solved = done == 2};
     *o->moved += h * speed;
     *o->step = h;
     for (int k = 0; done && k < list.n; k++) found->overlap = mech_max(found->overlap, -list.values[(size_t)k * (size_t)c->n_values]);

@@ -24,7 +24,7 @@ void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model
 /* What a step has found. */
 typedef struct mech_moreau_found {
     mech_real residual, overlap, lost, supplied;
-    int solved;
+    int sweeps, solved;
 } mech_moreau_found;
 
 /* The contacts of a step of h, with y in its middle (velocities there are written to): v from v0 and, without contacts, free_.
