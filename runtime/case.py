@@ -337,7 +337,9 @@ def _checked_span(
     grid = output_times(start, stop, spacing, options.points, options.storage)
     tolerance = number("tolerance", options.tolerance)
     if tolerance is None:
-        tolerance = TOLERANCE_OF_CROWDS if method in SOLVING_CONTACTS and is_crowd(problem) else DEFAULT_TOLERANCE
+        tolerance = (
+            TOLERANCE_OF_CROWDS if method in SOLVING_CONTACTS and is_crowd(problem) else DEFAULT_TOLERANCE
+        )
     if not LOWEST_TOLERANCE <= tolerance < 1:
         raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
     if step is not None and not (math.isfinite(step) and step > 0):

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..case import Case
 from ..inputs import Table
+from ..methods import SOLVING_CONTACTS
 from ..native import kernel as native
 from ..native.status import Status
 from ..problem import Array
@@ -51,6 +52,7 @@ class Solver:
         struct = case.functions.struct
         self.kernel = kernel
         self._case = case  # the library of its functions stays loaded
+        self._solves_contacts = method in SOLVING_CONTACTS
         index, n_dense = method_of(kernel, method)
         y0, z, tables = case.y0, case.z, case.tables
         ny, nz = self.ny, self.nz = y0.size, z.size
@@ -151,10 +153,13 @@ class Solver:
         return status
 
     def count_work(self) -> None:
-        """Count what was done since the last count, if libtcc's code did it: a factorisation as evaluations for each state."""
+        """Count what was done since the last count, if libtcc's code did it: a factorisation as evaluations for each state,
+        a sweep over contacts as one."""
         if self._case.functions.struct.quick:
             report = self.progress()
             work = report.evaluations + self.ny * report.factorisations
+            if self._solves_contacts:
+                work += report.iterations
             done, self._work = work - self._work, work
             count_work(done)
 

@@ -120,7 +120,7 @@ typedef struct mech_crowd_kind {
  * take these, and rhs is that without the crowd. */
 typedef struct mech_crowd {
     int n, first, capacity, n_asked, n_told;
-    int stepped;               /* 1: friction in two directions, or gaps with kinks: only steps solve for them */
+    int stepped;               /* 1: friction in two directions: only steps solve for it */
     int n_values, n_given;     /* the most values of a contact; the most that stands behind the inputs */
     const mech_crowd_kind *kinds;
     const int *kind;           /* [n]                                                            */

@@ -59,7 +59,10 @@ class CrowdKindStruct(Contract):
 class CrowdStruct(Contract):
     c_name = "mech_crowd"
     _fields_ = (
-        *((name, c_int) for name in ("n", "first", "capacity", "n_asked", "n_told", "stepped", "n_values", "n_given")),
+        *(
+            (name, c_int)
+            for name in ("n", "first", "capacity", "n_asked", "n_told", "stepped", "n_values", "n_given")
+        ),
         *((name, c_void_p) for name in ("kinds", "kind", "at", "table", "group", "asked")),
         *((name, c_void_p) for name in ("rhs", "outputs", "push")),
     )

@@ -238,8 +238,9 @@ class _Former:
         for further in directions[1:]:
             outputs += further
         formed = [terms.gap, *terms.numbers, *terms.slips]
-        pieces = any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed))
-        self.stepped |= pieces or len(member.friction) > 1
+        if any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed)):
+            raise refused(self.reporter, member.gap, "is made of pieces")
+        self.stepped |= len(member.friction) > 1
         given = dict(zip(leaves, self.give(len(leaves)), strict=True))
         function = Function(
             name,

@@ -1,0 +1,238 @@
+"""Steps that solve for more than 64 rows of contacts (``method = "moreau"``), against closed forms, NumPy and the way of fewer rows."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.outcome import Outcome, SimulationError
+
+ALONE: dict[str, Any] = {"estimate_error": False}
+
+PIPE = """
+structural parameter Integer n = 40;
+parameter r = 1 cm;
+coordinate Length x[n] = {0 m for i in 1:n};
+coordinate Length y[n] = {r*(2*i - 1) for i in 1:n};
+for i in 1:n loop
+  kinetic 1/2*0.1 kg*(der(x[i])^2 + der(y[i])^2);
+  potential 0.1 kg*9.81 m/s^2*y[i];
+  contact left[i]: r + x[i];
+  contact right[i]: r - x[i];
+end for;
+contact ground: y[1] - r;
+for i in 2:n loop
+  contact hit[i]: norm({x[i] - x[i-1], y[i] - y[i-1]}) - 2*r;
+end for;
+output low = multiplier(ground);
+output middle = multiplier(hit[21]);
+output high = multiplier(hit[40]);
+output wall = multiplier(left[3]);
+output pull = der(der(y[7]));
+output touches = if closed(hit[30]) then 1 else 0;
+experiment(stop = 0.05 s, method = "moreau", step = 1 ms, tolerance = 1e-9);
+"""
+
+
+def test_balls_in_a_pipe_carry_those_above_them() -> None:
+    solution = mechc.loads(PIPE).simulate(**ALONE)
+    assert solution.outcome is Outcome.COMPLETED
+    weight = 0.1 * 9.81
+    for name, above in (("low", 40), ("middle", 20), ("high", 1), ("wall", 0)):
+        assert solution[name][-1] == pytest.approx(above * weight, abs=1e-5)
+    assert solution["pull"][-1] == pytest.approx(0, abs=1e-5)
+    assert solution["touches"][-1] == 1
+    assert np.abs(solution["y[40]"] - 0.79).max() < 1e-5
+    # from no forces at all a chain of forty takes more sweeps than one step has
+    assert 0 < solution.report["contact"]["unsolved"] < 30
+
+
+CRADLE = """
+structural parameter Integer n = 70;
+coordinate Length x[n] = {if i == 1 then -0.1 m else 1 mm*(i - 2) for i in 1:n};
+initial der(x[1]) = 1 m/s;
+for i in 1:n loop
+  kinetic 1/2*1 kg*der(x[i])^2;
+end for;
+for i in 1:n-1 loop
+  contact hit[i]: x[i+1] - x[i] restitution 1;
+end for;
+experiment(stop = 1 s, method = "moreau", step = 0.5 ms);
+"""
+
+
+def test_a_blow_runs_through_a_row() -> None:
+    """Balls with gaps between them pass on their speed one after the other: the last one leaves with it, within the steps it takes."""
+    solution = mechc.loads(CRADLE).simulate(**ALONE)
+    speeds = np.array([solution[f"der(x[{i}])"][-1] for i in range(1, 71)])
+    assert np.abs(speeds[:-1]).max() < 1e-12 and speeds[-1] == pytest.approx(1, abs=1e-12)
+    assert solution["x[70]"][-1] == pytest.approx(0.9, abs=0.5e-3)
+
+
+SLABS = """
+structural parameter Integer n = 40;
+coordinate Length x[n] = {0 m for i in 1:n};
+coordinate Length y[n] = {0 m for i in 1:n};
+coordinate Length z[n] = {0 m for i in 1:n};
+for i in 1:n loop
+  initial der(x[i]) = 0.1 m/s*i;
+  initial der(y[i]) = -0.05 m/s*i;
+  kinetic 1/2*1 kg*(der(x[i])^2 + der(y[i])^2 + der(z[i])^2);
+  potential 1 kg*9.81 m/s^2*z[i];
+  contact floor[i]: z[i] friction 0.01*i along {der(x[i]), der(y[i])};
+end for;
+output push = multiplier(floor[3]);
+experiment(stop = 1 s, method = "moreau", step = 1 ms, tolerance = 1e-12);
+"""
+
+
+def test_slabs_slide_straight_and_stop_where_they_must() -> None:
+    """v^2/(2 mu g) along their first direction: friction acts against the slip as a vector. A stop within a step is off by less than
+    mu g h^2/2."""
+    solution = mechc.loads(SLABS).simulate(**ALONE)
+    for i in range(1, 41):
+        speed, brake = 0.1 * i * math.hypot(1, 0.5), 0.01 * i * 9.81
+        way = speed**2 / (2 * brake) if speed < brake else speed - brake / 2
+        x, y = solution[f"x[{i}]"][-1], solution[f"y[{i}]"][-1]
+        assert math.hypot(x, y) == pytest.approx(way, abs=brake * 1e-6 / 2 + 1e-12)
+        assert y == pytest.approx(-x / 2, abs=1e-9)
+    assert solution["push"][-1] == pytest.approx(9.81, rel=1e-9)
+
+
+def heap(n: int, dimensions: int) -> str:
+    """Balls that fall onto each other between walls, as formulas."""
+    axes = "xyz"[:dimensions]
+    up = axes[-1]
+    text = [f"structural parameter Integer n = {n};", "parameter r = 2 cm;", "parameter w = 10 cm;"]
+    for k, axis in enumerate(axes):
+        start = (
+            "{4.5 cm*i + 2 cm for i in 0:n-1}" if axis == up else f"{{1 cm*sin({7 + 3 * k}*i) for i in 1:n}}"
+        )
+        text.append(f"coordinate Length {axis}[n] = {start};")
+    place = "{" + ", ".join(f"{a}[i] - {a}[j]" for a in axes) + "}"
+    speeds = " + ".join(f"der({a}[i])^2" for a in axes)
+    text += [
+        "for i in 1:n loop",
+        f"  kinetic 1/2*0.1 kg*({speeds});",
+        f"  potential 0.1 kg*9.81 m/s^2*{up}[i];",
+    ]
+    along = ", ".join(f"der({a}[i])" for a in axes[:-1])
+    along = f"{{{along}}}" if dimensions == 3 else along
+    text.append(f"  contact floor[i]: {up}[i] - r restitution 0.5 friction 0.3 along {along};")
+    for axis in axes[:-1]:
+        text += [f"  contact low_{axis}[i]: {axis}[i] + w/2 - r restitution 0.5;"]
+        text += [f"  contact high_{axis}[i]: w/2 - r - {axis}[i] restitution 0.5;"]
+    text += ["  for j in i+1:n loop", f"    contact hit[i,j]: norm({place}) - 2*r restitution 0.5;"]
+    text += ["  end for;", "end for;", 'experiment(stop = 0.6 s, method = "moreau", step = 1 ms);']
+    return "\n".join(text)
+
+
+def stepped(n: int, dimensions: int, steps: int, h: float = 1e-3) -> tuple[np.ndarray, np.ndarray]:
+    """The same by NumPy: steps of Moreau and Jean, normal and slip impulses in turn, by projection on the cone."""
+    up, r, w, g, e, mu, m = dimensions - 1, 0.02, 0.1, 9.81, 0.5, 0.3, 0.1
+    q = np.zeros((n, dimensions))
+    for k in range(dimensions - 1):
+        q[:, k] = 0.01 * np.sin((7 + 3 * k) * np.arange(1, n + 1))
+    q[:, up] = 0.045 * np.arange(n) + 0.02
+    v = np.zeros_like(q)
+    for _ in range(steps):
+        qm, free = q + h / 2 * v, v.copy()
+        free[:, up] -= h * g
+        rows: list[tuple[float, np.ndarray, np.ndarray]] = []  # gap, normal row, slip rows
+        for i in range(n):
+            walls = [(qm[i, up] - r, up, 1.0)]
+            for k in range(dimensions - 1):
+                walls += [(qm[i, k] + w / 2 - r, k, 1.0), (w / 2 - r - qm[i, k], k, -1.0)]
+            for number, (gap, axis, sign) in enumerate(walls):
+                row = np.zeros_like(q)
+                row[i, axis] = sign
+                slips = np.zeros((dimensions - 1 if number == 0 else 0, *q.shape))
+                for k in range(len(slips)):
+                    slips[k, i, k] = 1
+                rows.append((gap, row, slips))
+            for j in range(i + 1, n):
+                d = qm[i] - qm[j]
+                length = np.linalg.norm(d)
+                row = np.zeros_like(q)
+                row[i], row[j] = d / length, -d / length
+                rows.append((length - 2 * r, row, np.zeros((0, *q.shape))))
+        chosen = []
+        driven = max(abs((row * (free - v)).sum()) for gap, row, _ in rows if gap < 0.05)
+        for gap, row, slips in rows:
+            if gap > 0.02:
+                continue
+            u = (row * v).sum()
+            strikes = u < -2 * driven
+            if strikes and gap > 0:
+                continue
+            chosen.append((e * u if strikes else 2 * max(0.0, gap) / h, row, slips, np.zeros(1 + len(slips))))
+        v_new = free.copy()
+        for _sweep in range(3000):
+            change = 0.0
+            for offset, row, slips, impulse in chosen:
+                wn = (row**2).sum() / m
+                normal = max(0.0, impulse[0] - ((row * v_new).sum() + offset) / wn)
+                change = max(change, abs(normal - impulse[0]) * wn)
+                v_new += (normal - impulse[0]) * row / m
+                impulse[0] = normal
+                if not len(slips):
+                    continue
+                pushed = impulse[1:] - m * np.array([(s * v_new).sum() for s in slips])
+                size = np.linalg.norm(pushed)
+                if size > mu * normal:
+                    pushed *= mu * normal / size
+                change = max(change, np.abs(pushed - impulse[1:]).max() / m)
+                for s, p, old in zip(slips, pushed, impulse[1:], strict=True):
+                    v_new += (p - old) * s / m
+                impulse[1:] = pushed
+            if change < 1e-12:
+                break
+        q, v = qm + h / 2 * v_new, v_new
+    return q, v
+
+
+@pytest.mark.parametrize(("dimensions", "n"), [(2, 10), (3, 10)])
+def test_a_heap_against_numpy(dimensions: int, n: int) -> None:
+    """Until impacts make rounding grow: positions agree to what the tolerance leaves."""
+    solution = mechc.loads(heap(n, dimensions)).simulate(stop=0.15, tolerance=1e-11, **ALONE)
+    q, v = stepped(n, dimensions, 150)
+    assert solution["energy.dissipated"][-1] > 0.01 * solution["energy.total"][0]
+    axes = "xyz"[:dimensions]
+    for k, axis in enumerate(axes):
+        for i in range(n):
+            assert solution[f"{axis}[{i + 1}]"][-1] == pytest.approx(q[i, k], abs=1e-8)
+            assert solution[f"der({axis}[{i + 1}])"][-1] == pytest.approx(v[i, k], abs=1e-6)
+
+
+@pytest.mark.parametrize(("dimensions", "n"), [(2, 16), (3, 12)])
+def test_a_heap_keeps_its_accounts_and_says_how_well_it_was_solved(dimensions: int, n: int) -> None:
+    model = mechc.loads(heap(n, dimensions))
+    solution = model.simulate(**ALONE)
+    energy = solution["energy.total"] + solution["energy.dissipated"]
+    assert np.abs(energy - energy[0]).max() < 1e-12 * np.abs(energy).max()
+    contact = solution.report["contact"]
+    assert contact["unsolved"] < 10 and contact["residual"] > 0
+    assert contact["unsolved"] or contact["residual"] < 1e-5 * 4  # the largest rate
+    assert contact["overlap"] < 4e-3 / 2  # of half a step
+    again = model.simulate(**ALONE)
+    assert all(
+        (again[name] == solution[name]).all()
+        for name in ("x[1]", "y[7]", "energy.total", "energy.dissipated")
+    )
+
+
+def test_friction_in_two_directions_is_for_steps() -> None:
+    with pytest.raises(SimulationError, match=r"two directions.*moreau"):
+        mechc.loads(SLABS).simulate(method="dop853", step=None, **ALONE)
+
+
+def test_a_negative_friction_is_refused() -> None:
+    text = SLABS.replace("friction 0.01*i", "friction k*i").replace(
+        "structural", "parameter k = 0.01;\nstructural"
+    )
+    solution = mechc.loads(text).simulate(set={"k": -0.01}, **ALONE)
+    assert solution.outcome is not Outcome.COMPLETED and "-0.01" in str(solution.failure)
