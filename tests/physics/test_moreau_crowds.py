@@ -156,7 +156,7 @@ def stepped(n: int, dimensions: int, steps: int, h: float = 1e-3) -> tuple[np.nd
                 rows.append((gap, row, slips))
             for j in range(i + 1, n):
                 d = qm[i] - qm[j]
-                length = np.linalg.norm(d)
+                length = float(np.linalg.norm(d))
                 row = np.zeros_like(q)
                 row[i], row[j] = d / length, -d / length
                 rows.append((length - 2 * r, row, np.zeros((0, *q.shape))))
