@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import mechc
@@ -124,3 +126,24 @@ def test_what_rests_is_neither_above_nor_below_zero(model: str, rate: str) -> No
     assert [solution[n][0] for n in ("less", "most", "least", "more")] == [1, 1, 0, 0]
     assert [solution[n][-1] for n in ("less", "most", "least", "more")] == [0, 1, 1, 0]
     assert solution["reached"][-1] >= 1
+
+
+@pytest.mark.parametrize("static", [1.001, 1.5, 3])
+def test_a_slip_that_begins_is_one_event(static: float) -> None:
+    """A belt that speeds up by a = 0.5 m/s2 carries a block until 8*a*t^2/2 + a is what static friction holds; from then on the
+    block swings about 1/8 m. A condition on its slip sees it begin, and does not stop it again."""
+    begin = math.sqrt((static - 0.5) / 2)
+    solution = mechc.loads(f"""
+    coordinate Length x = 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 1/2*8 N/m*x^2;
+    friction rub: 1 N static {static} N on x - 0.25 m/s^2*time^2;
+    discrete Integer begins = 0;
+    when der(x) - 0.5 m/s^2*time < 0 m/s then
+      begins := begins + 1;
+    end when;
+    """).simulate(stop=begin + 0.3, tolerance=1e-10)
+    assert [e.kind for e in solution.events if e.name == "rub"] == ["slip"]
+    w, carried, speed = math.sqrt(8), begin**2 / 4 - 1 / 8, begin / 2
+    swings = 1 / 8 + carried * math.cos(w * 0.3) + speed / w * math.sin(w * 0.3)
+    assert abs(solution["x"][-1] - swings) < 1e-9

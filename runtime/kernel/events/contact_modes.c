@@ -497,6 +497,21 @@ int mech_contact_modes_end_rattle(mech_solver *s)
     return shock(s);
 }
 
+/* A slip that has just begun goes on, if nothing has jolted it: its speed is still below what counts as rest, and its force is
+ * what static friction holds, within rounding. */
+static void keep_slips(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    const int nq = s->model->nq;
+    if (memcmp(s->y + nq, e->y_before + nq, (size_t)s->model->nv * sizeof(mech_real))) return;
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (row->kind != MECH_FRICTION || mech_row_partner(s, i) >= 0 || mech_row_holds(s, i) || e->slides[i] != 0) continue;
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
+        if (e->z[row->sign] * mech_row_value(s, i, MECH_SECOND) > slack) e->slides[i] = e->z[row->sign];
+    }
+}
+
 int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
 {
     int any = 0, friction = 0;
@@ -512,6 +527,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     if (s->model->hybrid->crowd && !friction) return mech_contact_lcp_choose(s, ends) < 0 ? mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit) : take_choice(s, ends);
     if (s->model->hybrid->crowd) weigh_forces(s);
+    keep_slips(s);
     propose(s);
     mech_surface_friction_end(s);
     if (search(s, ends)) {
