@@ -279,7 +279,7 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */
         const int idle = zero && is_idle(s, k);
-        const int leaves = zero && !idle && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k];
+        const int leaves = zero && !idle && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k] && e->rate[k] * h > q.tol;
         /* Rounding may leave w below zero: the way back to that level is the event. */
         if (zero) q.shift = mech_max(0, -e->w[k]) + (leaves ? 0 : idle ? 1000 * q.tol : q.tol);
         sample x[MECH_SAMPLES - 1];
@@ -288,7 +288,9 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         if (leaves) x[0] = behind_rise(&q, &x[0], x[1].part);
         if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
         const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
-        if (!q.rounding || pass == MOST_PASSES) return found;
+        /* What is zero where the step begins may be zero all along, but for the rounding of its terms. */
+        const int resting = zero && found < NOWHERE && !measured;
+        if ((!q.rounding && !resting) || pass == MOST_PASSES) return found;
         mech_indicator_widen_by_terms(s, k, s->run->report.t + h, s->y_new);
     }
 }
