@@ -134,6 +134,20 @@ def test_power_laws(degree: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("start", [-0.4, 0.0001])
+def test_a_valley_whose_force_jumps(start: float) -> None:
+    """V = 2 |x| + 3 max(0, x - 1/10): pieces of constant force."""
+    energy = 2 * abs(start)
+    period = 4 * math.sqrt(2 * energy) / 2
+    if energy > 0.2:
+        first, second = math.sqrt(2 * energy), math.sqrt(2 * (energy - 0.2))
+        period = 2 * (first / 2 + (first - second) / 2 + second / 5)
+    found = one("2*abs(x) + 3*max(0, x - 1/10)", start, "1")
+    (value,) = (value for value in found.values if value.name == "period")
+    assert value.error is not None and value.error < 1e-8
+    assert abs(value.value - period) <= value.error
+
+
 def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
     """U153: the angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed; it goes to
     2 pi sqrt(lambda/3) towards the least energy, 3/2 at r = 1."""
