@@ -117,8 +117,8 @@ def with_weights(model: CompiledModel) -> CompiledModel:
 
 
 def without_bends(model: CompiledModel) -> CompiledModel:
-    """Return a model whose only events are kinks of tables without them, for targets that know no events."""
-    if model.compilation.program.switching is None or not model.compilation.program.tables:
+    """Return a model whose only events are kinks of tables and energies without them, for targets that know no events."""
+    if model.compilation.program.switching is None:
         return model
     plain = model.keeping({*model.compilation.parts, "bends"})
     return plain if plain.compilation.program.switching is None else model

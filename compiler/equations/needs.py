@@ -110,9 +110,9 @@ PARTS = {
         studied=True,
     ),
     "bends": BuiltPart(
-        "kinks of tables as they stand, where runs would stop",
+        "kinks of tables and of energies as they stand, where runs would stop",
         (),
-        "a run stops at kinks of tables",
+        "a run stops at kinks of tables and of energies",
         studied=True,
     ),
     "projection": BuiltPart(

@@ -152,10 +152,15 @@ def relations_of_time(
 
 
 def jumps_of_forces(
-    system: MechanicalSystem, rates: Sequence[Node], resolve: Mapping[Node, Node], written: Collection[Node]
+    system: MechanicalSystem,
+    rates: Sequence[Node],
+    resolve: Mapping[Node, Node],
+    written: Collection[Node],
+    *,
+    of_energies: bool,
 ) -> list[Node]:
-    """Return what the derivatives of energies ask where the ``rates`` of the motion jump: the signs in the forces of a potential
-    k*abs(x) and of a dissipation c*abs(v).
+    """Return what derivatives ask where the ``rates`` of the motion jump: the signs in the force of a dissipation c*abs(v) and,
+    ``of_energies``, of a potential k*abs(x).
 
     A motion may slide along such a jump, and no step across it would end. Where both sides agree, as those of abs(v)^3 do
     at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user, nor by what solves laws of
@@ -165,7 +170,8 @@ def jumps_of_forces(
     energy = graph.sub(graph.add(system.kinetic, system.lagrangian), system.potential)
     velocities = sorted(symbols.velocities)
     laws = vjp(graph, [(system.dissipation, graph.one)], velocities)
-    laws += vjp(graph, [(energy, graph.one)], [*(s.node for s in system.q), *velocities])
+    if of_energies:
+        laws += vjp(graph, [(energy, graph.one)], [*(s.node for s in system.q), *velocities])
     inside = _inside_unknowns(system, {})
     compares = [n for n in graph.reach(laws) if compared(graph, n) is not None and n not in inside]
     resolved = map(graph.unsigned, substitute(graph, compares, resolve))

@@ -36,6 +36,10 @@ UNSWITCHED = (*STARTS, "inputs", "assertions")
 """Functions in which relations are evaluated as they stand."""
 
 
+_LEAVING = frozenset({"bends", "phase"})
+"""Parts that ask for formulas rather than for motions: jumps of forces of energies stay inside these, on both sides alike."""
+
+
 class EventEquations(Struct, frozen=True):
     """Layout, functions and plan of a model with events."""
 
@@ -76,7 +80,9 @@ def add_events(
     written = set(map(graph.unsigned, solved.resolve(list(system.lowering.relations))))
     bends = [
         *relations_of_time(system, held, solved.replace),
-        *jumps_of_forces(system, rhs.outputs, solved.replace, written),
+        *jumps_of_forces(
+            system, rhs.outputs, solved.replace, written, of_energies=_LEAVING.isdisjoint(parts)
+        ),
     ]
     left = system.lowering.tables.bends if "bends" in parts else {}
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides, left)

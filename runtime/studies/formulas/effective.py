@@ -8,11 +8,8 @@ m(q) q'^2/2 + U(q) = h.
 from __future__ import annotations
 
 import numpy as np
-from msgspec.structs import replace
 
 from ...case import Case, inputs_at
-from ...local.chart import chart_of
-from ...local.operating_point import Site, switched
 from ...outcome import SimulationError
 from ...problem import Array
 from ...results.evaluate import evaluate_rows
@@ -34,10 +31,7 @@ class Effective:
         """
         problem = case.problem
         name = problem.name
-        outputs = [quantity.name for quantity in problem.outputs]
-        self._columns = [outputs.index(name) if name in outputs else -1 for name in (KINETIC, POTENTIAL)]
-        self.case, self.nq = case, problem.nq
-        if problem.hybrid is not None and not self._bends():
+        if problem.hybrid is not None:
             raise SimulationError(
                 f"'{name}' switches: no integral between turning points gives its period",
                 help="'orbit' finds the period of a motion with events",
@@ -47,8 +41,11 @@ class Effective:
                 f"'{name}' has constraints or rotations: a period by integration needs coordinates that are free",
                 help="'orbit' finds its period from the motion",
             )
-        if self._columns[0] < 0 or problem.nq == 0:
+        outputs = [quantity.name for quantity in problem.outputs]
+        if KINETIC not in outputs or problem.nq == 0:
             raise SimulationError(f"'{name}' has no kinetic energy, so no period follows from its energies")
+        self.case, self.nq = case, problem.nq
+        self._columns = [outputs.index(KINETIC), outputs.index(POTENTIAL) if POTENTIAL in outputs else -1]
         self.cyclic = [k for k in range(self.nq) if self._is_cyclic(k)]
         free = [k for k in range(self.nq) if k not in self.cyclic]
         if not free:  # nothing acts: a free motion
@@ -67,23 +64,11 @@ class Effective:
         mass, linear, _ = self._quadratic(self.start[None, self.index])
         self.momenta: Array = (mass[0] @ self.velocity + linear[0])[self.cyclic]
 
-    def _bends(self) -> bool:
-        """Whether what switches is forces of energies that bend alone, as of k*abs(x): they have one formula on both sides."""
-        hybrid, case, nq = self.case.problem.hybrid, self.case, self.nq
-        if hybrid is None or hybrid.rows or hybrid.branches or hybrid.delays or case.problem.constraints:
-            return False
-        y = case.y0 + np.random.default_rng(0).standard_normal((4, case.y0.size))
-        sides = [
-            self._energies(y[:, :nq], y[:, nq : 2 * nq], np.full_like(case.z, side)) for side in (0.0, 1.0)
-        ]
-        return all(np.array_equal(a, b) for a, b in zip(*sides, strict=True))
-
-    def _energies(self, q: Array, v: Array, z: Array | None = None) -> tuple[Array, Array]:
+    def _energies(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Give T and V [n] at coordinates and velocities [n, nq]."""
         y = np.tile(self.case.y0, (len(q), 1))
         y[:, : self.nq], y[:, self.nq : 2 * self.nq] = q, v
-        case = self.case if z is None else replace(self.case, z=z)
-        rows = evaluate_rows(case, "outputs", np.full(len(q), case.begin), y)
+        rows = evaluate_rows(self.case, "outputs", np.full(len(q), self.case.begin), y)
         zero = np.zeros(len(q))
         kinetic, potential = (rows[:, k] if k >= 0 else zero for k in self._columns)
         return kinetic, potential
@@ -170,8 +155,7 @@ class Effective:
             self._check_quadratic(y)
             for t in (case.begin, case.begin + 0.37 * (case.stop - case.begin)):
                 u = inputs_at(case, t)
-                z = switched(Site(case, chart_of(problem), t, u, case.z, y, case.p), y).z
-                slope = case.functions.rhs(t, y, u, z, case.p)[: 2 * nq]
+                slope = case.functions.rhs(t, y, u, case.z, case.p)[: 2 * nq]
                 if not np.isfinite(slope).all():
                     continue
                 step = NEAR * float(np.linalg.norm(size)) / max(float(np.linalg.norm(slope)), 1e-300)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from msgspec import Struct
@@ -49,6 +49,9 @@ class Period(Study, frozen=True, kw_only=True):
     others are cyclic."""
 
     unused = OF_A_MOTION
+    needs: ClassVar[frozenset[str]] = frozenset(
+        {"bends"}
+    )  # energies have one formula on both sides of a kink
 
     energy: Annotated[float | None, settable("The energy; that of the start without it.", "energy")] = None
 
