@@ -134,6 +134,7 @@ def test_power_laws(degree: int) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [-0.4, 0.0001])
 def test_a_valley_whose_force_jumps(start: float) -> None:
     """V = 2 |x| + 3 max(0, x - 1/10): pieces of constant force."""
