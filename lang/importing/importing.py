@@ -15,7 +15,7 @@ from ..source import SourceFile
 from .mjcf import read_mjcf
 from .urdf import read_urdf
 from .wishes import Wishes
-from .writing import Writer
+from .writing import Parts, Writer
 from .xml import NotRead, XmlElement, read_xml
 
 
@@ -28,7 +28,7 @@ class Imported(Struct, frozen=True):
     copies: Mapping[str, Path]
 
 
-Reader = Callable[[XmlElement, Wishes], tuple[Writer, tuple[str, ...]]]
+Reader = Callable[[XmlElement, Wishes], tuple[Writer, Parts]]
 READERS: Mapping[str, tuple[str, Reader]] = {"robot": ("URDF", read_urdf), "mujoco": ("MJCF", read_mjcf)}
 """By the first element of a file: the format, and what reads it."""
 
@@ -45,7 +45,7 @@ def imported(text: str, wishes: Wishes, reporter: Reporter) -> Imported:
             "E0101", f"{place}'{wishes.source}': {wrong.message}", None, help=wrong.help
         ) from None
     name = _model_name(root.attributes.get("name") or root.attributes.get("model") or wishes.source.stem)
-    while name in parts:
+    while any(name in names for names in parts.values()):
         name += "Robot"
     left_out = writer.left_out()
     head = [f"{wishes.source.name}, {format_}, as a model."]
@@ -55,7 +55,7 @@ def imported(text: str, wishes: Wishes, reporter: Reporter) -> Imported:
         head += ["The file says more than the model holds:", *(f"  {one}" for one in left_out)]
     lines = [
         *(f"// {line}" for line in head),
-        f"import mech.spatial.{{{', '.join(parts)}}};" if parts else "",
+        *(f"import mech.{file}.{{{', '.join(names)}}};" for file, names in parts.items() if names),
         "",
         f"model {name}",
         *writer.statements,

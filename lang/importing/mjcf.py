@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from .meshes import Meshes
+from .mjcf_contacts import Contacts
+from .touching import SHAPES, SWITCH
 from .wishes import Wishes
 from .writing import (
     Matrix,
+    Parts,
     Vector,
     Writer,
     each_axis,
@@ -43,7 +46,7 @@ DRAWN_GROUPS = 3
 """Groups of shapes that are shown, from 0 on; the others are for contacts."""
 
 
-def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
+def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, Parts]:
     """Write the statements of a robot; returns the parts of the library that they use. Raises NotRead."""
     if wishes.floating:
         raise NotRead("the file says itself what moves freely", help="leave --floating out")
@@ -95,7 +98,7 @@ def _settle_flags(m: Any, mujoco: Any) -> None:
 class _Robot:
     def __init__(self, root: XmlElement, wishes: Wishes, model: Any, mujoco: Any) -> None:
         self.root, self.wishes, self.m, self.mj = root, wishes, model, mujoco
-        self.writer = Writer((*MADE_OF, "stops"))
+        self.writer = Writer((*MADE_OF, *SHAPES, "stops", "contacts"))
         self.meshes = Meshes(wishes)
         self.used: set[str] = set()
         self.frames = {0: "world"}
@@ -108,6 +111,7 @@ class _Robot:
         self.together = self._limited_together()
         """By joint whose actuators have a largest force together: their forces."""
         self.sites = self._asked_sites()
+        self.geom_lines = self._lines_of_geoms()
         self.sign = "~" if model.neq and model.eq_active0.any() else "="
         """Starts of joints that constraints bind are guesses."""
 
@@ -133,13 +137,21 @@ class _Robot:
         )
         return next(found, 0)
 
+    def _lines_of_geoms(self) -> list[int]:
+        """Return the line of each shape; that of its name, or 0, where the file itself does not hold just these shapes."""
+        found = [geom for world in self.root.children if world.tag == "worldbody" for geom in _geoms(world)]
+        names = [self.given("geom", geom) for geom in range(self.m.ngeom)]
+        if [geom.attributes.get("name", "") for geom in found] == names:
+            return [geom.line for geom in found]
+        return [self.line(("geom",), name) for name in names]
+
     def leave_out(self, what: str, *tags: str) -> None:
         for line in self.lines(*tags):
             self.writer.leave_out(what, line)
 
     # ------------------------------------------------------------ the whole
 
-    def written(self) -> tuple[Writer, tuple[str, ...]]:
+    def written(self) -> tuple[Writer, Parts]:
         m, say = self.m, self.writer.say
         for joint in range(m.njnt):  # joints keep their names where a body has the same one
             self.named("joint", joint)
@@ -166,20 +178,38 @@ class _Robot:
             self.writer.gap()
             say("if stops then\n" + "\n".join(self.stops) + "\nend if;")
             self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
+        touching = self._contacts(at)
         if self.meshes.drawn:
             self.writer.statements.insert(at, "draw none;")
         self._rest()
         self._keyframes()
         self.writer.copies = self.meshes.copies
-        return self.writer, tuple(part for part in MADE_OF if part in self.used)
+        return self.writer, {
+            "spatial": tuple(part for part in MADE_OF if part in self.used),
+            "shapes": touching,
+        }
+
+    def _contacts(self, at: int) -> tuple[str, ...]:
+        """Write what touches, with the parameter that switches it on among the first statements; returns the kinds of its shapes."""
+        m, bits = self.m, self.mj.mjtDisableBit
+        if int(m.opt.disableflags) & (int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CONTACT)):
+            return ()
+        lines = {"geom": self.geom_lines, "pair": _each(self.lines("pair"), m.npair)}
+        contacts = Contacts(m, self.mj, self.writer, self.frames, self.given, lines)
+        contacts.carry()
+        if statements := contacts.touching.statements():
+            self.writer.statements.insert(at, SWITCH)
+            self.writer.gap()
+            self.writer.say(statements)
+            self.writer.leave_out(
+                "nothing touches anything, but with contacts = true; contacts are rigid then, and those of MuJoCo give way",
+                0,
+            )
+        return contacts.touching.used()
 
     def _rest(self) -> None:
         """List what belongs to no body and is not written."""
         m = self.m
-        switched_off = ("CONSTRAINT", "CONTACT")
-        bits = sum(int(getattr(self.mj.mjtDisableBit, f"mjDSBL_{name}")) for name in switched_off)
-        if not int(m.opt.disableflags) & bits and ((m.geom_contype | m.geom_conaffinity).any() or m.npair):
-            self.writer.leave_out("contacts: nothing touches anything", 0)
         if (m.opt.density or m.opt.viscosity) and m.geom_fluid.any():
             self.leave_out(
                 "forces of the fluid on ellipsoids: those on boxes of the same inertia stand for them",
@@ -431,7 +461,7 @@ class _Robot:
         material = int(m.geom_matid[geom])
         rgba = (m.mat_rgba[material] if material >= 0 else m.geom_rgba[geom]).tolist()
         colour = "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in rgba[:3])
-        line = self.line(("geom",), self.given("geom", geom))
+        line = self.geom_lines[geom]
         if rgba[3] == 0:
             return
         match kind:
@@ -759,6 +789,27 @@ def _within(element: XmlElement) -> Iterator[XmlElement]:
     yield element
     for child in element.children:
         yield from _within(child)
+
+
+def _geoms(body: XmlElement) -> list[XmlElement]:
+    """Return the shapes of a body and of those below, in the order of MuJoCo: its own first."""
+    own: list[XmlElement] = []
+    below: list[XmlElement] = []
+    waiting = list(body.children)
+    while waiting:
+        child = waiting.pop(0)
+        if child.tag == "geom":
+            own.append(child)
+        elif child.tag == "body":
+            below += _geoms(child)
+        elif child.tag == "frame":
+            waiting = child.children + waiting
+    return own + below
+
+
+def _each(lines: list[int], count: int) -> list[int]:
+    """Return the lines of elements, zeros where there are others of them."""
+    return lines if len(lines) == count else [0] * count
 
 
 def _signed(value: float, unit: str) -> str:

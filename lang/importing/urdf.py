@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 
 from .meshes import Meshes
+from .touching import SHAPES, SWITCH, Touching
 from .wishes import Wishes
 from .writing import (
     Matrix,
+    Parts,
     Vector,
     Writer,
     each_axis,
@@ -41,7 +43,7 @@ UNITS = {
 MOVES = {"revolute": "angle", "continuous": "angle", "prismatic": "position"}
 
 
-def read_urdf(robot: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...]]:
+def read_urdf(robot: XmlElement, wishes: Wishes) -> tuple[Writer, Parts]:
     """Write the statements of a robot; returns the parts of the library that they use. Raises NotRead."""
     return _Robot(robot, wishes).written()
 
@@ -49,7 +51,10 @@ def read_urdf(robot: XmlElement, wishes: Wishes) -> tuple[Writer, tuple[str, ...
 class _Robot:
     def __init__(self, robot: XmlElement, wishes: Wishes) -> None:
         self.robot, self.wishes = robot, wishes
-        self.writer = Writer((*MADE_OF, "stops"))
+        self.writer = Writer((*MADE_OF, *SHAPES, "stops", "contacts", "floor_friction", "floor_plane"))
+        self.touching = Touching(self.writer)
+        self.still: set[str] = set()
+        """Links that stand still in the world."""
         self.meshes = Meshes(wishes)
         self.used: set[str] = set()
         self.frames: dict[str, str] = {}
@@ -88,7 +93,7 @@ class _Robot:
             raise NotRead(f"{what}{': ' if roots else ''}{', '.join(roots[:5])}", robot.line)
         self.root = roots[0]
 
-    def written(self) -> tuple[Writer, tuple[str, ...]]:
+    def written(self) -> tuple[Writer, Parts]:
         say = self.writer.say
         held = self.root == "world" and _inertial(self.links["world"]) is None and not self.wishes.floating
         for name, joint in self.joints.items():  # joints keep their names where a link has the same one
@@ -115,13 +120,63 @@ class _Robot:
             self.writer.statements.insert(at, "draw none;")
         if self.stops:
             self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
+        self._contacts(at)
         for what, line in self.robot.unseen():
             self.writer.leave_out(what, line)
         self.writer.copies = self.meshes.copies
-        return self.writer, tuple(part for part in MADE_OF if part in self.used)
+        used = tuple(part for part in MADE_OF if part in self.used)
+        return self.writer, {"spatial": used, "shapes": self.touching.used()}
+
+    def _contacts(self, at: int) -> None:
+        """Write what touches a floor, with the parameter that switches it on among the first statements."""
+        carried = []
+        for link, element in self.links.items():
+            for shape in element.all("collision"):
+                try:
+                    if link in self.still:
+                        raise NotRead("collision shapes of what stands still: they touch nothing", shape.line)
+                    self._touches(link, shape)
+                    carried.append(shape.line)
+                except NotRead as wrong:
+                    self.writer.leave_out(wrong.message, wrong.line)
+        if not carried:
+            return
+        self.writer.statements.insert(at, SWITCH)
+        self.writer.gap()
+        friction = (
+            'parameter Real floor_friction(min = 0) = 1 "of dry friction; the file says nothing of it";'
+        )
+        self.writer.say(self.touching.statements(friction, "shape floor_plane: Plane on world;"))
+        for line in carried:
+            self.writer.leave_out(
+                "nothing touches anything, but with contacts = true the floor z = 0, with a friction of 1",
+                line,
+            )
+
+    def _touches(self, link: str, shape: XmlElement) -> None:
+        """Let a collision shape touch the floor. Raises NotRead for one that the library does not have."""
+        geometry = shape.one("geometry")
+        if geometry is None or not geometry.children:
+            raise NotRead(f"a collision shape of '{link}': it has no geometry", shape.line)
+        solid, where = geometry.children[0], self.frames[link]
+        origin = shape.one("origin")
+        place = origin.numbers("xyz", 3, ZERO) if origin is not None else ZERO
+        match solid.tag:
+            case "sphere":
+                kind, settings = "Sphere", f"(r = {quantity(solid.number('radius'), 'm')})"
+                where += f" at {vector(place, 'm')}" if any(place) else ""
+            case "box":
+                kind, settings = "Box", f"(size = {vector(solid.numbers('size', 3, ZERO), 'm')})"
+                where = _placed(where, shape)
+            case other:
+                raise NotRead(f"contacts of shapes of the kind {other}", shape.line)
+        name = self.touching.shape(shape.get("name"), link, kind, settings, where)
+        self.touching.touch("floor_plane", name, "floor_friction")
 
     def _root(self, held: bool) -> None:
         """Write the root; ``held``: it is the world."""
+        if not self.wishes.floating:
+            self.still.add(self.root)
         if held:
             self.frames[self.root] = "world"
             self._looks(self.root)
@@ -164,7 +219,6 @@ class _Robot:
         shapes, touching = element.all("visual"), element.all("collision")
         for shape in touching:
             _mark(shape)
-            self.writer.leave_out("collision shapes: nothing touches anything", shape.line)
         drawn = [statement for shape in shapes if (statement := self._drawn(link, shape, tell=True))]
         if not drawn and shapes and self.wishes.meshes != "none":
             drawn = [statement for shape in touching if (statement := self._drawn(link, shape, tell=False))]
@@ -231,12 +285,14 @@ class _Robot:
         if kind == "fixed":
             self._ignore_limits(joint)
             self._body(child, carrier)
+            self.still |= {child} if parent in self.still else set()
             return child
         if kind in MOVES:
             if not any(axis):
                 raise NotRead(f"the axis of the joint '{given}' has no direction", joint.line)
             if self._idle(joint):
                 self._held(joint, MOVES[kind], child, carrier, axis)
+                self.still |= {child} if parent in self.still else set()
                 return child
             self._moving(joint, MOVES[kind], child, carrier, axis)
             return child

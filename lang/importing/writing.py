@@ -12,6 +12,8 @@ from ..grammar.keywords import KEYWORDS
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
+Parts = Mapping[str, tuple[str, ...]]
+"""By file of the library: the parts that a model uses."""
 
 
 class Writer:

@@ -1,0 +1,176 @@
+"""Contacts of MJCF: which shapes touch by the rules of MuJoCo (Computation, "Collision detection"), and with which friction.
+
+Carried are contacts with what stands still, those between separate trees of bodies, and pairs that the file names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from msgspec import Struct
+
+from .touching import SHAPES, Touching, meet
+from .writing import Writer, moved, number, quantity, turned_by_quaternion, vector
+
+
+class Pair(Struct, frozen=True):
+    """Two shapes; ``sliding``, ``other``: coefficients of friction along both directions of slip, and the largest of the rest."""
+
+    shapes: tuple[int, int]
+    sliding: tuple[float, float]
+    other: float
+    margin: float
+    line: int
+
+
+class Contacts:
+    """``frames``: those of bodies; ``lines``: those of shapes, and of the pairs that the file names."""
+
+    def __init__(
+        self,
+        model: Any,
+        mujoco: Any,
+        writer: Writer,
+        frames: Mapping[int, str],
+        given: Callable[[str, int], str],
+        lines: Mapping[str, list[int]],
+    ) -> None:
+        self.m, self.mj, self.writer, self.frames, self.given = model, mujoco, writer, frames, given
+        self.lines = lines
+        self.touching = Touching(writer)
+        self.names: dict[int, str] = {}
+
+    def carry(self) -> None:
+        """Collect what touches, and list what is left out."""
+        m, out = self.m, self.writer.leave_out
+        pairs = list(self._pairs())
+        wanted: list[Pair] = []
+        for pair in pairs:
+            kinds = tuple(self._kind(geom) for geom in pair.shapes)
+            lines = [self.lines["geom"][geom] for geom in pair.shapes]
+            strange = [k for k in range(2) if kinds[k] not in SHAPES]
+            for k in strange:
+                out(f"contacts of shapes of the kind {kinds[k].lower()}", lines[k])
+            if strange:
+                continue
+            if not meet(*kinds):
+                what = " with ".join(f"a {kind.lower()}" for kind in sorted(kinds))
+                for line in lines:
+                    out(f"contacts of {what}", line)
+                continue
+            wanted.append(pair)
+        for geom in sorted({geom for pair in wanted for geom in pair.shapes}):
+            self._shape(geom)
+        for pair in wanted:
+            one, other = sorted(pair.shapes, key=lambda geom: not self._still(int(m.geom_bodyid[geom])))
+            mu, across = pair.sliding
+            self.touching.touch(self.names[one], self.names[other], number(mu) if mu else "")
+            if mu != across:
+                out(f"a second friction of pairs: {number(mu)} holds in all directions", pair.line)
+            if pair.other:
+                out("torsional and rolling friction of contacts", pair.line)
+            if pair.margin:
+                out("margins of contacts: shapes touch where their surfaces meet", pair.line)
+
+    # ------------------------------------------------------------ what touches
+
+    def _pairs(self) -> Iterator[Pair]:
+        m = self.m
+        told: set[tuple[int, int]] = set()
+        for k in range(m.npair):
+            one, other = sorted((int(m.pair_geom1[k]), int(m.pair_geom2[k])))
+            line = self.lines["pair"][k]
+            told.add((one, other))
+            if self._together(one, other):
+                self.writer.leave_out("pairs within what moves as one", line)
+                continue
+            dim, friction = int(m.pair_dim[k]), m.pair_friction[k].tolist()
+            yield self._pair((one, other), dim, friction, float(m.pair_margin[k]), line)
+        excluded = {int(x) for x in m.exclude_signature}
+        among = False
+        for one in range(m.ngeom):
+            for other in range(one + 1, m.ngeom):
+                if (one, other) in told or not self._may_touch(one, other, excluded):
+                    continue
+                bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
+                if not any(map(self._still, bodies)) and len({int(m.body_rootid[b]) for b in bodies}) == 1:
+                    among = True
+                    continue
+                yield self._dynamic(one, other)
+        if among:
+            self.writer.leave_out("that bodies of one tree touch each other, but in pairs that the file names", 0)
+
+    def _may_touch(self, one: int, other: int, excluded: set[int]) -> bool:
+        """Tell whether MuJoCo looks for contacts of two shapes by itself."""
+        m = self.m
+        bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
+        if self._together(one, other) or (min(bodies) << 16) + max(bodies) in excluded:
+            return False
+        if not (
+            int(m.geom_contype[one]) & int(m.geom_conaffinity[other])
+            or int(m.geom_contype[other]) & int(m.geom_conaffinity[one])
+        ):
+            return False
+        welds = [int(m.body_weldid[body]) for body in bodies]
+        above = [int(m.body_weldid[m.body_parentid[weld]]) for weld in welds]
+        related = all(welds) and (welds[0] == above[1] or welds[1] == above[0])
+        return not related or bool(int(m.opt.disableflags) & int(self.mj.mjtDisableBit.mjDSBL_FILTERPARENT))
+
+    def _dynamic(self, one: int, other: int) -> Pair:
+        """Return a pair with what its shapes say of friction: that with the higher priority, or the larger of both."""
+        m = self.m
+        first, second = int(m.geom_priority[one]), int(m.geom_priority[other])
+        heard = [one, other] if first == second else [one if first > second else other]
+        slide, spin, roll = (max(float(m.geom_friction[geom][k]) for geom in heard) for k in range(3))
+        dim = max(int(m.geom_condim[geom]) for geom in heard)
+        line = max(self.lines["geom"][one], self.lines["geom"][other])
+        margin = float(m.geom_margin[one]) + float(m.geom_margin[other])
+        return self._pair((one, other), dim, [slide, slide, spin, roll, roll], margin, line)
+
+    def _pair(
+        self, shapes: tuple[int, int], dim: int, friction: list[float], margin: float, line: int
+    ) -> Pair:
+        m = self.m
+        if int(m.opt.enableflags) & int(self.mj.mjtEnableBit.mjENBL_OVERRIDE):
+            friction, margin = m.opt.o_friction.tolist(), float(m.opt.o_margin)
+        friction = [mu if k < dim - 1 else 0.0 for k, mu in enumerate(friction)]
+        return Pair(shapes, (friction[0], friction[1]), max(friction[2:]), margin, line)
+
+    def _together(self, one: int, other: int) -> bool:
+        """Tell whether two shapes keep their distance."""
+        m = self.m
+        bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
+        return m.body_weldid[bodies[0]] == m.body_weldid[bodies[1]] or all(map(self._still, bodies))
+
+    def _still(self, body: int) -> bool:
+        m = self.m
+        while body and not m.body_jntnum[body]:
+            body = int(m.body_parentid[body])
+        return body == 0
+
+    # ------------------------------------------------------------ shapes
+
+    def _kind(self, geom: int) -> str:
+        return str(self.mj.mjtGeom(int(self.m.geom_type[geom])).name.removeprefix("mjGEOM_").capitalize())
+
+    def _shape(self, geom: int) -> None:
+        m = self.m
+        body, size = int(m.geom_bodyid[geom]), m.geom_size[geom].tolist()
+        kind, place, turn = self._kind(geom), m.geom_pos[geom].tolist(), m.geom_quat[geom].tolist()
+        settings, along = {
+            "Plane": ("", ""),
+            "Sphere": (f"(r = {quantity(size[0], 'm')})", ""),
+            "Capsule": (
+                f"(r = {quantity(size[0], 'm')}, l = {quantity(2 * size[1], 'm')})",
+                " * roty(90 deg)",
+            ),
+            "Box": (f"(size = {vector([2 * x for x in size], 'm')})", ""),
+        }[kind]  # the line of a Capsule lies along x
+        where = self.frames[body]
+        if kind == "Sphere" or not (any(turn[1:]) or along):
+            where += f" at {vector(place, 'm')}" if any(place) else ""
+        else:
+            where = turned_by_quaternion(moved(where, place), turn) + along
+        owner = self.given("body", body) or (f"body_{body}" if body else "world")
+        self.names[geom] = self.touching.shape(self.given("geom", geom), owner, kind, settings, where)
