@@ -131,7 +131,7 @@ class Refused(Exception):
 
 def _without_friction(text: str) -> str:
     """Return the text of a model without dry friction, as statements and as settings of joints."""
-    text = re.sub(r"^ *friction (?!=)[^;]*;\n", "", text, flags=re.M)
+    text = re.sub(r"^  friction (?!=)[^;]*;\n", "", text, flags=re.M)
     return re.sub(r",\s*friction = [^,()]*(?=[,)])", "", text)
 
 

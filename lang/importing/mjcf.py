@@ -194,7 +194,14 @@ class _Robot:
         m, bits = self.m, self.mj.mjtDisableBit
         if int(m.opt.disableflags) & (int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CONTACT)):
             return ()
-        lines = {"geom": self.geom_lines, "pair": _each(self.lines("pair"), m.npair)}
+        named = {
+            frozenset(one.attributes.get(end) for end in ("geom1", "geom2")): one.line
+            for one in _within(self.root)
+            if one.tag == "pair"
+        }
+        ends = zip(m.pair_geom1, m.pair_geom2, strict=True)
+        pairs = [named.get(frozenset(self.given("geom", int(geom)) for geom in pair), 0) for pair in ends]
+        lines = {"geom": self.geom_lines, "pair": pairs}
         contacts = Contacts(m, self.mj, self.writer, self.frames, self.given, lines)
         contacts.carry()
         if statements := contacts.touching.statements():
@@ -805,11 +812,6 @@ def _geoms(body: XmlElement) -> list[XmlElement]:
         elif child.tag == "frame":
             waiting = child.children + waiting
     return own + below
-
-
-def _each(lines: list[int], count: int) -> list[int]:
-    """Return the lines of elements, zeros where there are others of them."""
-    return lines if len(lines) == count else [0] * count
 
 
 def _signed(value: float, unit: str) -> str:

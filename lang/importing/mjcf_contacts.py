@@ -15,7 +15,8 @@ from .writing import Writer, moved, number, quantity, turned_by_quaternion, vect
 
 
 class Pair(Struct, frozen=True):
-    """Two shapes; ``sliding``, ``other``: coefficients of friction along both directions of slip, and the largest of the rest."""
+    """Two shapes; ``sliding``, ``other``: coefficients of friction along both directions of slip, and the largest of the rest;
+    ``line``: that of a pair that the file names, else 0."""
 
     shapes: tuple[int, int]
     sliding: tuple[float, float]
@@ -68,10 +69,15 @@ class Contacts:
             self.touching.touch(self.names[one], self.names[other], number(mu) if mu else "")
             if mu != across:
                 out(f"a second friction of pairs: {number(mu)} holds in all directions", pair.line)
-            if pair.other:
-                out("torsional and rolling friction of contacts", pair.line)
-            if pair.margin:
-                out("margins of contacts: shapes touch where their surfaces meet", pair.line)
+            for line in self._said(pair, m.geom_condim > 3) if pair.other else ():
+                out("torsional and rolling friction of contacts", line)
+            for line in self._said(pair, m.geom_margin > 0) if pair.margin else ():
+                out("margins of contacts: shapes touch where their surfaces meet", line)
+
+    def _said(self, pair: Pair, where: Any) -> list[int]:
+        """Return the lines that say something of a pair: its own, or those of its shapes ``where`` they do; 0 for another."""
+        of_shapes = [self.lines["geom"][geom] for geom in pair.shapes if where[geom]]
+        return [pair.line] if pair.line else of_shapes or [0]
 
     # ------------------------------------------------------------ what touches
 
@@ -99,7 +105,9 @@ class Contacts:
                     continue
                 yield self._dynamic(one, other)
         if among:
-            self.writer.leave_out("that bodies of one tree touch each other, but in pairs that the file names", 0)
+            self.writer.leave_out(
+                "that bodies of one tree touch each other, but in pairs that the file names", 0
+            )
 
     def _may_touch(self, one: int, other: int, excluded: set[int]) -> bool:
         """Tell whether MuJoCo looks for contacts of two shapes by itself."""
@@ -124,9 +132,8 @@ class Contacts:
         heard = [one, other] if first == second else [one if first > second else other]
         slide, spin, roll = (max(float(m.geom_friction[geom][k]) for geom in heard) for k in range(3))
         dim = max(int(m.geom_condim[geom]) for geom in heard)
-        line = max(self.lines["geom"][one], self.lines["geom"][other])
         margin = float(m.geom_margin[one]) + float(m.geom_margin[other])
-        return self._pair((one, other), dim, [slide, slide, spin, roll, roll], margin, line)
+        return self._pair((one, other), dim, [slide, slide, spin, roll, roll], margin, 0)
 
     def _pair(
         self, shapes: tuple[int, int], dim: int, friction: list[float], margin: float, line: int

@@ -54,7 +54,7 @@ class Touching:
 
     def used(self) -> tuple[str, ...]:
         """Return the parts of the library."""
-        return tuple(kind for kind in SHAPES if kind in self._kinds)
+        return tuple(kind for kind in SHAPES if self._pairs and kind in self._kinds)
 
     def statements(self, *first: str) -> str:
         """Return what a model says of contacts, ``first`` at the head; empty where nothing touches."""

@@ -51,7 +51,7 @@ def read_urdf(robot: XmlElement, wishes: Wishes) -> tuple[Writer, Parts]:
 class _Robot:
     def __init__(self, robot: XmlElement, wishes: Wishes) -> None:
         self.robot, self.wishes = robot, wishes
-        self.writer = Writer((*MADE_OF, *SHAPES, "stops", "contacts", "floor_friction", "floor_plane"))
+        self.writer = Writer((*MADE_OF, *SHAPES, "stops", "contacts", "floor_friction"))
         self.touching = Touching(self.writer)
         self.still: set[str] = set()
         """Links that stand still in the world."""
@@ -130,12 +130,13 @@ class _Robot:
     def _contacts(self, at: int) -> None:
         """Write what touches a floor, with the parameter that switches it on among the first statements."""
         carried = []
+        floor = self.touching.shape("floor_plane", "", "Plane", "", "world")
         for link, element in self.links.items():
             for shape in element.all("collision"):
                 try:
                     if link in self.still:
                         raise NotRead("collision shapes of what stands still: they touch nothing", shape.line)
-                    self._touches(link, shape)
+                    self._touches(link, shape, floor)
                     carried.append(shape.line)
                 except NotRead as wrong:
                     self.writer.leave_out(wrong.message, wrong.line)
@@ -146,14 +147,14 @@ class _Robot:
         friction = (
             'parameter Real floor_friction(min = 0) = 1 "of dry friction; the file says nothing of it";'
         )
-        self.writer.say(self.touching.statements(friction, "shape floor_plane: Plane on world;"))
+        self.writer.say(self.touching.statements(friction))
         for line in carried:
             self.writer.leave_out(
                 "nothing touches anything, but with contacts = true the floor z = 0, with a friction of 1",
                 line,
             )
 
-    def _touches(self, link: str, shape: XmlElement) -> None:
+    def _touches(self, link: str, shape: XmlElement, floor: str) -> None:
         """Let a collision shape touch the floor. Raises NotRead for one that the library does not have."""
         geometry = shape.one("geometry")
         if geometry is None or not geometry.children:
@@ -171,7 +172,7 @@ class _Robot:
             case other:
                 raise NotRead(f"contacts of shapes of the kind {other}", shape.line)
         name = self.touching.shape(shape.get("name"), link, kind, settings, where)
-        self.touching.touch("floor_plane", name, "floor_friction")
+        self.touching.touch(floor, name, "floor_friction")
 
     def _root(self, held: bool) -> None:
         """Write the root; ``held``: it is the world."""

@@ -70,7 +70,7 @@ def add_events(
     normals = {row.constraint.name: row.multiplier for row in solved.switched}
     values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
-    modes = [*_mode_symbols(system), *(share.rests for share in solved.shared.values())]
+    modes = [*_mode_symbols(system, rows), *(share.rests for share in solved.shared.values())]
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
     held = solved.resolve([row.rate for row in solved.rows])
     formulas = (
@@ -177,11 +177,16 @@ def _index(names: Sequence[str], name: str) -> int:
 # ---------------------------------------------------------------- numbers in z
 
 
-def _mode_symbols(system: MechanicalSystem) -> list[Node]:
+def _mode_symbols(system: MechanicalSystem, switched: Sequence[Row]) -> list[Node]:
+    """Return the modes of rows that switch; those of rows that are identically zero, and dropped, only where formulas ask for them."""
     found: list[Node] = []
+    there = {row.constraint.mode.flag for row in switched if row.constraint.mode}
+    there |= set(system.lowering.questions.modes)
     for rows in system.constraints:
         mode = rows.mode
         if mode is not None and mode.smooth is None:
+            if mode.flag not in there:
+                continue
             found += [n for n in (mode.flag, mode.sign, mode.enabled) if n is not None]
             found += mode.impulses
         elif mode is not None and mode.smooth is not None and mode.smooth.slides is not None:

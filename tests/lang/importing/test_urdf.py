@@ -226,7 +226,7 @@ def test_the_text_of_an_arm(tmp_path: Path) -> None:
         if word in row
     }
     assert set(model.left_out) == {
-        f"collision shapes: nothing touches anything {at['<collision']}",
+        f"collision shapes of what stands still: they touch nothing {at['<collision']}",
         f"safety_controller {at['<safety']}",
         f"transmission {at['<transm']}",
         f"the zero of 'slide': it lies beyond the range, and the joint starts at 0.01 m (line {LIMIT})",
@@ -374,6 +374,70 @@ def test_inertias_that_no_body_has(tmp_path: Path) -> None:
     assert "two principal moments add up to less than the third) of 'a'; it is kept as it is (line 1)" in said
     (said,) = made(tmp_path, text.replace("izz='3'", "izz='-1'")).left_out
     assert "a negative principal moment" in said
+
+
+SKATE = """\
+<robot name="skate">
+  <link name="board">
+    <inertial><mass value="2"/><inertia ixx="0.01" iyy="0.03" izz="0.04"/></inertial>
+    <collision name="pad"><origin xyz="0.3 0 -0.1"/><geometry><sphere radius="0.02"/></geometry></collision>
+    <collision name="pad"><origin xyz="-0.3 0.2 -0.1"/><geometry><sphere radius="0.02"/></geometry></collision>
+    <collision><origin xyz="-0.3 -0.2 -0.1"/><geometry><sphere radius="0.02"/></geometry></collision>
+    <collision><origin rpy="0 0 1.5"/><geometry><box size="0.1 0.2 0.02"/></geometry></collision>
+    <collision><geometry><cylinder radius="0.1" length="0.1"/></geometry></collision>
+    <collision><geometry><mesh filename="board.stl"/></geometry></collision>
+    <collision/>
+    <collision><geometry><sphere radius="big"/></geometry></collision>
+  </link>
+  <link name="top"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="arm"><inertial><mass value="0.1"/></inertial><collision><geometry><sphere radius="0.01"/></geometry></collision></link>
+  <joint name="bolt" type="fixed"><parent link="board"/><child link="top"/><origin xyz="0 0 1"/></joint>
+  <joint name="hinge" type="continuous"><parent link="top"/><child link="arm"/><origin xyz="0 0 1"/></joint>
+</robot>
+"""
+
+
+def test_what_touches_the_floor(tmp_path: Path) -> None:
+    """Spheres and boxes of what moves; the rest is listed with its lines."""
+    model = made(tmp_path, SKATE, floating=True)
+    assert format_file(parse(SourceFile("a", model.text), Reporter())) == model.text
+    flat = " ".join(model.text.split())
+    for words in (
+        'structural parameter Boolean contacts = false "whether shapes touch";',
+        "shape pad: Sphere(r = 0.02 m) on board.a at {0.3, 0, -0.1} m;",
+        "shape board_sphere: Sphere(r = 0.02 m) on board.a at {-0.3, 0.2, -0.1} m;",
+        "shape board_sphere_2: Sphere(r = 0.02 m) on board.a at {-0.3, -0.2, -0.1} m;",
+        "shape board_box: Box(size = {0.1, 0.2, 0.02} m) on board.a * rotz(1.5 rad);",
+        "contact floor_plane with pad, board_sphere, board_sphere_2, board_box, top_sphere, arm_sphere friction floor_friction;",
+    ):
+        assert words in flat, words
+    assert set(model.left_out) == {
+        "contacts of shapes of the kind cylinder (line 8)",
+        "contacts of shapes of the kind mesh (line 9)",
+        "a collision shape of 'board': it has no geometry (line 10)",
+        "'radius' of 'sphere' is 'big', which is no number (line 11)",
+        "nothing touches anything, but with contacts = true the floor z = 0, with a friction of 1 (lines 4, 5, 6, 7, 13, 14)",
+    }
+    held = made(tmp_path, SKATE)
+    assert "contact floor_plane with arm_sphere friction floor_friction;" in held.text
+    assert (
+        "collision shapes of what stands still: they touch nothing (lines 4, 5, 6, 7, 8, 9, 10, 11, 13)"
+        in held.left_out
+    )
+    alone = made(tmp_path, SKATE.replace("continuous", "fixed"))
+    assert "contact" not in alone.text.partition("\nimport ")[2] and "mech.shapes" not in alone.text
+
+
+def test_a_skate_slides_to_rest(tmp_path: Path) -> None:
+    """The distance is v^2/(2 mu g); without contacts it falls freely."""
+    model = mechc.loads(made(tmp_path, SKATE.replace("continuous", "fixed"), floating=True).text)
+    start = {"root_joint.position": [0, 0, 0.12], "der(root_joint.position)": [1, 0, 0]}
+    run = model.simulate(stop=0.5, set={"contacts": True, "floor_friction": 0.3, **start})
+    assert run["root_joint.position[1]"][-1] == pytest.approx(1 / (2 * 0.3 * 9.81), abs=1e-8)
+    assert run["root_joint.position[3]"][-1] == pytest.approx(0.12, abs=1e-9)
+    assert model.simulate(stop=0.5, set=start)["root_joint.position[3]"][-1] == pytest.approx(
+        0.12 - 9.81 * 0.5**2 / 2, abs=1e-8
+    )
 
 
 TRIANGLE = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"
