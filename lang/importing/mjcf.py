@@ -170,6 +170,7 @@ class _Robot:
         for actuator in range(m.nu):
             self._actuator(actuator)
         self._forces_together()
+        touching = self._contacts(at)
         if self.stops:
             self.writer.statements.insert(
                 at,
@@ -178,7 +179,6 @@ class _Robot:
             self.writer.gap()
             say("if stops then\n" + "\n".join(self.stops) + "\nend if;")
             self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
-        touching = self._contacts(at)
         if self.meshes.drawn:
             self.writer.statements.insert(at, "draw none;")
         self._rest()

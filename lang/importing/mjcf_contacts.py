@@ -41,6 +41,17 @@ class Contacts:
         self.lines = lines
         self.touching = Touching(writer)
         self.names: dict[int, str] = {}
+        m = model
+        self.body: list[int] = m.geom_bodyid.tolist()
+        """By shape, as the bits."""
+        self.bits = list(zip(m.geom_contype.tolist(), m.geom_conaffinity.tolist(), strict=True))
+        self.weld: list[int] = m.body_weldid.tolist()
+        """By body: the first of those that are fixed to one another."""
+        self.still = [True]
+        """By body: whether it stands still in the world."""
+        for body in range(1, m.nbody):
+            self.still.append(self.still[int(m.body_parentid[body])] and not m.body_jntnum[body])
+        self.related_touch = bool(int(m.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT))
 
     def carry(self) -> None:
         """Collect what touches, and list what is left out."""
@@ -64,7 +75,7 @@ class Contacts:
         for geom in sorted({geom for pair in wanted for geom in pair.shapes}):
             self._shape(geom)
         for pair in wanted:
-            one, other = sorted(pair.shapes, key=lambda geom: not self._still(int(m.geom_bodyid[geom])))
+            one, other = sorted(pair.shapes, key=lambda geom: not self.still[self.body[geom]])
             mu, across = pair.sliding
             self.touching.touch(self.names[one], self.names[other], number(mu) if mu else "")
             if mu != across:
@@ -99,8 +110,11 @@ class Contacts:
             for other in range(one + 1, m.ngeom):
                 if (one, other) in told or not self._may_touch(one, other, excluded):
                     continue
-                bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
-                if not any(map(self._still, bodies)) and len({int(m.body_rootid[b]) for b in bodies}) == 1:
+                ends = self.body[one], self.body[other]
+                if (
+                    not any(self.still[end] for end in ends)
+                    and len({int(m.body_rootid[b]) for b in ends}) == 1
+                ):
                     among = True
                     continue
                 yield self._dynamic(one, other)
@@ -111,19 +125,18 @@ class Contacts:
 
     def _may_touch(self, one: int, other: int, excluded: set[int]) -> bool:
         """Tell whether MuJoCo looks for contacts of two shapes by itself."""
-        m = self.m
-        bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
-        if self._together(one, other) or (min(bodies) << 16) + max(bodies) in excluded:
+        (type_one, with_one), (type_other, with_other) = self.bits[one], self.bits[other]
+        if not (type_one & with_other or type_other & with_one) or self._together(one, other):
             return False
-        if not (
-            int(m.geom_contype[one]) & int(m.geom_conaffinity[other])
-            or int(m.geom_contype[other]) & int(m.geom_conaffinity[one])
-        ):
+        ends = self.body[one], self.body[other]
+        if (min(ends) << 16) + max(ends) in excluded:
             return False
-        welds = [int(m.body_weldid[body]) for body in bodies]
-        above = [int(m.body_weldid[m.body_parentid[weld]]) for weld in welds]
-        related = all(welds) and (welds[0] == above[1] or welds[1] == above[0])
-        return not related or bool(int(m.opt.disableflags) & int(self.mj.mjtDisableBit.mjDSBL_FILTERPARENT))
+        first, second = (self.weld[end] for end in ends)
+        above = self.m.body_parentid
+        related = (
+            first and second and (first == self.weld[above[second]] or second == self.weld[above[first]])
+        )
+        return not related or self.related_touch
 
     def _dynamic(self, one: int, other: int) -> Pair:
         """Return a pair with what its shapes say of friction: that with the higher priority, or the larger of both."""
@@ -146,15 +159,8 @@ class Contacts:
 
     def _together(self, one: int, other: int) -> bool:
         """Tell whether two shapes keep their distance."""
-        m = self.m
-        bodies = [int(m.geom_bodyid[geom]) for geom in (one, other)]
-        return m.body_weldid[bodies[0]] == m.body_weldid[bodies[1]] or all(map(self._still, bodies))
-
-    def _still(self, body: int) -> bool:
-        m = self.m
-        while body and not m.body_jntnum[body]:
-            body = int(m.body_parentid[body])
-        return body == 0
+        ends = self.body[one], self.body[other]
+        return self.weld[ends[0]] == self.weld[ends[1]] or all(self.still[end] for end in ends)
 
     # ------------------------------------------------------------ shapes
 

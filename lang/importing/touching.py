@@ -31,18 +31,16 @@ class Touching:
         self._writer = writer
         self._shapes: list[str] = []
         self._given: set[tuple[str, str]] = set()
-        self._of: dict[str, int] = {}
         self._pairs: dict[tuple[str, str], list[str]] = {}
         self._kinds: set[str] = set()
 
     def shape(self, given: str, body: str, kind: str, settings: str, where: str) -> str:
         """Set a shape; returns its name, after that of the body where the file gives none of its own."""
-        name = given
-        if not given or (kind, given) in self._given:
-            name = f"{body}_{kind.lower()}"
-            self._of[name] = self._of.get(name, 0) + 1
-            name += f"_{self._of[name]}" if self._of[name] > 1 else ""
-        self._given.add((kind, given))
+        name, count = given, 0
+        while not name or (kind, name) in self._given:
+            count += 1
+            name = f"{body}_{kind.lower()}" + (f"_{count}" if count > 1 else "")
+        self._given.add((kind, name))
         name = self._writer.name(kind.lower(), name)
         self._kinds.add(kind)
         self._shapes.append(f"shape {name}: {kind}{settings} on {where};")

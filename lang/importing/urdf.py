@@ -110,6 +110,7 @@ class _Robot:
             joint = waiting.pop()
             child = self._joint(joint)
             waiting += reversed(self.below.get(child, []))
+        self._contacts(at)
         if self.stops:
             self.writer.statements.insert(
                 at, 'structural parameter Boolean stops = false "whether joints end at their ranges";'
@@ -120,7 +121,6 @@ class _Robot:
             self.writer.statements.insert(at, "draw none;")
         if self.stops:
             self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
-        self._contacts(at)
         for what, line in self.robot.unseen():
             self.writer.leave_out(what, line)
         self.writer.copies = self.meshes.copies

@@ -47,8 +47,8 @@ def _of_a_model(ctx: click.Context, parameter: click.Parameter, value: str | Non
 def command(file: str, output: str | None, packages: tuple[str, ...], floating: bool, meshes: str) -> None:
     """Write the robot of FILE as a model in the canonical layout.
 
-    Links become bodies, joints those of the library, each with an input for its drive. What the model does not hold is listed
-    at its head, with the lines of FILE. 'mechc run FILE' does the same without writing it.
+    Links become bodies, joints those of the library, each with an input for its drive. Shapes touch where contacts = true. What
+    the model does not hold is listed at its head, with the lines of FILE. 'mechc run FILE' does the same without writing it.
     """
     from ..lang.diagnostics import Reporter
     from ..lang.importing import Wishes, imported

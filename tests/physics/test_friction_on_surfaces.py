@@ -207,3 +207,14 @@ def test_regularized_friction_creeps() -> None:
     )
     solution = run(text, stop=3, method="radau5")
     assert np.hypot(solution["x"][-1], solution["y"][-1]) == pytest.approx(25 / (0.6 * GRAVITY), rel=1e-3)
+
+
+@pytest.mark.parametrize("slip", ["{0*der(h), 0*der(h)}", "{0*der(h), der(x)}", "{der(x), 0*der(h)}"])
+def test_a_contact_that_cannot_slip_one_way(slip: str) -> None:
+    """Rows that are identically zero are dropped with their modes; what is left slides as on a line."""
+    model = mechc.loads(PUCK.replace("{der(x), der(y)}", slip))
+    run = model.simulate(stop=0.5)
+    slides = "der(x)" in slip
+    x = 3 * 0.5 - (0.3 * GRAVITY * 0.5**2 / 2 if slides else 0)
+    assert run["x"][-1] == pytest.approx(x, abs=1e-9)
+    assert run["y"][-1] == pytest.approx(2, abs=1e-9)
