@@ -71,6 +71,7 @@ RULES = """\
     <pair geom1="toe" geom2="crate" friction="0.25 0.25 0 0 0"/>
     <pair name="uneven" geom1="ghost" geom2="ground" friction="0.2 0.1 0 0 0"/>
     <pair geom1="low" geom2="knob" condim="1"/>
+    <pair geom1="toe" geom2="ground" friction="0.15 0.15 0 0 0"/>
   </contact>
 </mujoco>
 """
@@ -123,6 +124,16 @@ def test_which_shapes_touch(tmp_path: Path) -> None:
         assert words in said, (words, said)
     smooth = re.sub(r"\s+friction [\d.]+;", ";", model.text)  # else there are more rows than a run takes
     mechc.loads(smooth).with_values({"contacts": True})  # the library has a contact for each pair
+
+
+def test_what_bodies_of_a_tree_do(tmp_path: Path) -> None:
+    """A body and the one that carries it do not touch in MuJoCo, so nothing of it is left out; unless a flag says so."""
+    text = """<mujoco><worldbody><geom name="p" type="plane" size="1 1 1"/><body><freejoint/><geom name="one" size="0.1"/>
+      <body><joint/><geom name="two" size="0.1"/></body></body></worldbody></mujoco>"""
+    said = "that bodies of one tree touch each other, but in pairs that the file names"
+    assert said not in made(tmp_path, text).left_out
+    flag = '<option><flag filterparent="disable"/></option><worldbody>'
+    assert said in made(tmp_path, text.replace("<worldbody>", flag)).left_out
 
 
 def test_what_lets_nothing_touch(tmp_path: Path) -> None:
