@@ -14,7 +14,7 @@ from .touching import SHAPES, Touching, meet
 from .writing import Writer, moved, number, quantity, turned_by_quaternion, vector
 
 
-class Pair(Struct, frozen=True):
+class PairOfShapes(Struct, frozen=True):
     """Two shapes; ``sliding``, ``other``: coefficients of friction along both directions of slip, and the largest of the rest;
     ``line``: that of a pair that the file names, else 0."""
 
@@ -57,7 +57,7 @@ class Contacts:
         """Collect what touches, and list what is left out."""
         m, out = self.m, self.writer.leave_out
         pairs = list(self._pairs())
-        wanted: list[Pair] = []
+        wanted: list[PairOfShapes] = []
         for pair in pairs:
             kinds = tuple(self._kind(geom) for geom in pair.shapes)
             lines = [self.lines["geom"][geom] for geom in pair.shapes]
@@ -85,14 +85,14 @@ class Contacts:
             for line in self._said(pair, m.geom_margin > 0) if pair.margin else ():
                 out("margins of contacts: shapes touch where their surfaces meet", line)
 
-    def _said(self, pair: Pair, where: Any) -> list[int]:
+    def _said(self, pair: PairOfShapes, where: Any) -> list[int]:
         """Return the lines that say something of a pair: its own, or those of its shapes ``where`` they do; 0 for another."""
         of_shapes = [self.lines["geom"][geom] for geom in pair.shapes if where[geom]]
         return [pair.line] if pair.line else of_shapes or [0]
 
     # ------------------------------------------------------------ what touches
 
-    def _pairs(self) -> Iterator[Pair]:
+    def _pairs(self) -> Iterator[PairOfShapes]:
         m = self.m
         told: set[tuple[int, int]] = set()
         for k in range(m.npair):
@@ -138,7 +138,7 @@ class Contacts:
         )
         return not related or self.related_touch
 
-    def _dynamic(self, one: int, other: int) -> Pair:
+    def _dynamic(self, one: int, other: int) -> PairOfShapes:
         """Return a pair with what its shapes say of friction: that with the higher priority, or the larger of both."""
         m = self.m
         first, second = int(m.geom_priority[one]), int(m.geom_priority[other])
@@ -150,12 +150,12 @@ class Contacts:
 
     def _pair(
         self, shapes: tuple[int, int], dim: int, friction: list[float], margin: float, line: int
-    ) -> Pair:
+    ) -> PairOfShapes:
         m = self.m
         if int(m.opt.enableflags) & int(self.mj.mjtEnableBit.mjENBL_OVERRIDE):
             friction, margin = m.opt.o_friction.tolist(), float(m.opt.o_margin)
         friction = [mu if k < dim - 1 else 0.0 for k, mu in enumerate(friction)]
-        return Pair(shapes, (friction[0], friction[1]), max(friction[2:]), margin, line)
+        return PairOfShapes(shapes, (friction[0], friction[1]), max(friction[2:]), margin, line)
 
     def _together(self, one: int, other: int) -> bool:
         """Tell whether two shapes keep their distance."""
