@@ -431,7 +431,7 @@ def test_what_touches_the_floor(tmp_path: Path) -> None:
 def test_a_skate_slides_to_rest(tmp_path: Path) -> None:
     """The distance is v^2/(2 mu g); without contacts it falls freely."""
     model = mechc.loads(made(tmp_path, SKATE.replace("continuous", "fixed"), floating=True).text)
-    start = {"root_joint.position": [0, 0, 0.12], "der(root_joint.position)": [1, 0, 0]}
+    start: dict[str, Any] = {"root_joint.position": [0, 0, 0.12], "der(root_joint.position)": [1, 0, 0]}
     run = model.simulate(stop=0.5, set={"contacts": True, "floor_friction": 0.3, **start})
     assert run["root_joint.position[1]"][-1] == pytest.approx(1 / (2 * 0.3 * 9.81), abs=1e-8)
     assert run["root_joint.position[3]"][-1] == pytest.approx(0.12, abs=1e-9)
