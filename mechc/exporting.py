@@ -58,12 +58,13 @@ class Defaults(Struct, frozen=True):
 
 
 def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path, ...]:
-    """Write the files of a target and return them. Raises UsageMistake for an unknown target."""
+    """Write the files of a target, with the values of the default experiment, and return them. Raises UsageMistake for an unknown
+    target."""
     if model.compilation.equations.curve is not None:
         raise UsageMistake(
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
-    model = with_weights(model)
+    model = with_weights(model.for_experiment(None))
     name = stem_of(model)
     match target:
         case target if target in MODULES:

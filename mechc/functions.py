@@ -53,6 +53,7 @@ class Functions(ModelFunctions):
     def __init__(self, model: CompiledModel, *, quick: bool = True) -> None:
         if model.compilation.equations.curve is not None:
             raise UsageMistake(f"'{model.name}' is a curve and does not move: it has no functions of a state")
+        model = model.for_experiment(None)
         problem = model.problem(quick=quick, parts={"functions"})
         made = model_functions(problem, SimulationOptions(values=model.settings))
         super().__init__(problem, made._bound.site)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from ..targets import MODULES
 from .failures import show_warnings
@@ -34,6 +35,18 @@ MEANT = {
 }
 """Words for targets that are none."""
 
+OF_TARGETS = {
+    "fmi": ("fmu",),
+    "kind": ("fmu",),
+    "experiment": ("fmu", "web"),
+    "platforms": ("fmu",),
+    "arrays": ("fmu",),
+    "sources_only": ("fmu",),
+    "check": ("fmu",),
+    "recorded": ("web",),
+}
+"""Options that some targets alone know -> those targets."""
+
 
 class Targets(click.Choice[str]):
     """The targets; what people call them otherwise is told by its name."""
@@ -51,6 +64,19 @@ def _check_ending(target: str, output: str | None) -> None:
         meant = ENDINGS.get(ending)
         help = f"add --target {meant}" if meant else f"as in -o {Path(output).with_suffix('.py').name}"
         raise click.UsageError(f"the target {target} writes a module, whose file ends in .py; {help}")
+
+
+def _check_options(target: str) -> None:
+    """Refuse options that the target does not know."""
+    context = click.get_current_context()
+    for option in context.command.params:
+        of = option.name or ""
+        known = OF_TARGETS.get(of, (target,))
+        if target in known or context.get_parameter_source(of) is not ParameterSource.COMMANDLINE:
+            continue
+        help = "; code of this target begins with the default experiment" if of == "experiment" else ""
+        name = "/".join((*option.opts, *option.secondary_opts))
+        raise click.UsageError(f"{name} is of --target {' and '.join(known)}, not of {target}{help}")
 
 
 @click.command(
@@ -140,6 +166,7 @@ def command(
     from ..api import load
 
     _check_ending(target, output)
+    _check_options(target)
     if inputs and target != "web":
         raise click.UsageError(
             f"--input gives a page (--target web) its tables; code of the target {target} is told its inputs when it runs"

@@ -31,7 +31,7 @@ def command(file: str, model: str | None, settings: dict[str, str], layout: str,
     cyclic."""
     from ..api import load
 
-    compilation = load(file, model=model, set=settings).compilation
+    compilation = load(file, model=model, set=settings).for_experiment(None).compilation
     from ..compiler.symbolic.layouts import write_equations
 
     text = write_equations(compilation.system, layout)

@@ -60,16 +60,17 @@ def contents(
     known = (*model.studies, *STUDIES)
     if unknown := [name for name in studies if name not in known]:
         raise unknown_name("study", unknown[0], known)
-    solution = model.keeping({"scene"}).simulate(**settings)
-    solution.angles = model.angles
-    loads = [] if solution.failure is not None else _loads(model, settings)
+    chosen = model.for_experiment(settings.get("experiment"))
+    solution = chosen.keeping({"scene"}).simulate(**settings)
+    solution.angles = chosen.angles
+    loads = [] if solution.failure is not None else _loads(chosen, settings)
     blocks: list[Block] = [Heading("Result"), *_result(solution, loads, command), *_forces(solution, loads)]
     blocks += [Heading("Accuracy and checks"), Preformatted(report(solution))]
     if solution.failure is None:
         blocks += [Heading("Motion"), *_pictures(solution), *_page(model, settings)]
     for name in studies or model.studies:
         blocks += _study(model, name)
-    blocks += _equations(model)
+    blocks += _equations(chosen)
     source = model.compilation.source
     blocks += [
         Heading("Model"),

@@ -1,0 +1,94 @@
+"""Experiments that set structural parameters: what begins with one has its equations, too, not those of the declared values."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from c_programs import build
+from click.testing import CliRunner
+from differentiable_modules import module
+
+import mechc
+from mechc.cli.main import mechc as command_line
+from mechc.document.contents import contents
+from mechc.runtime.native.build import find_compiler
+
+TEXT = """import mech.planar.*;
+model Weights "4 kg on 4 N/m: cos(t); 1 kg as declared: cos(2 t)"
+  structural parameter Integer n = 1;
+  parameter m = 1 kg;
+  gravity {0, -10} m/s^2;
+  coordinate Length x = 1 m;
+  kinetic 1/2*n*m*der(x)^2;
+  potential 1/2*4 N/m*x^2;
+  Particle weight[n](m = m);
+  Weld pin[i in 1:n](world -> weight[i].a);
+  experiment(stop = 1 s, n = 4);
+  experiment declared(stop = 1 s);
+end Weights;
+"""
+
+
+@pytest.fixture(scope="module")
+def weights() -> mechc.Model:
+    return mechc.loads(TEXT)
+
+
+def test_functions(weights: mechc.Model) -> None:
+    assert weights.functions.mass_matrix(weights.functions.start) == pytest.approx(4)
+
+
+def test_a_python_module(weights: mechc.Model, tmp_path: Path) -> None:
+    """A run at 1e-8 of a motion whose errors do not grow, in some ten steps."""
+    (path,) = weights.compile("python", tmp_path / "weights.py")
+    assert module(path).simulate()["x"][-1] == pytest.approx(np.cos(1), abs=1e-7)
+
+
+@pytest.mark.parametrize("target", ["casadi", "jax"])
+def test_modules_that_do_not_run(weights: mechc.Model, target: str, tmp_path: Path) -> None:
+    (path,) = weights.compile(target, tmp_path / "weights.py")
+    assert '"weight[4].m"' in path.read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
+def test_a_program(weights: mechc.Model, tmp_path: Path) -> None:
+    weights.compile("c", tmp_path)
+    rows = subprocess.run([build(tmp_path, tmp_path)], capture_output=True, text=True, check=True).stdout
+    last = list(csv.DictReader(rows.splitlines()))[-1]
+    assert float(last["x [m]"]) == pytest.approx(np.cos(1), abs=1e-7)
+
+
+def test_equations(tmp_path: Path) -> None:
+    file = tmp_path / "weights.mech"
+    file.write_text(TEXT)
+    assert "0 = 4*m*x'' + 4*x" in CliRunner().invoke(command_line, ["equations", str(file)]).output
+
+
+@pytest.mark.parametrize(("experiment", "n"), [(None, 4), ("declared", 1)])
+def test_a_report(weights: mechc.Model, experiment: str | None, n: int) -> None:
+    """Equations of the experiment, and the forces of all its joints: each holds 1 kg."""
+    text = str(contents(weights, "", experiment=experiment)[0])
+    assert f"pin[{n}]" in text
+    assert f"pin[{n + 1}]" not in text
+    assert ("4*m*x'' + 4*x" in text) == (n == 4)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--target", "c", "--experiment", "declared"), "--experiment is of --target fmu and web, not of c"),
+        (("--target", "python", "--fmi", "2"), "--fmi is of --target fmu, not of python"),
+        (("--target", "web", "--no-check"), "--check/--no-check is of --target fmu, not of web"),
+        (("--target", "fmu", "--recorded"), "--recorded is of --target web, not of fmu"),
+    ],
+)
+def test_options_of_another_target(options: tuple[str, ...], said: str, tmp_path: Path) -> None:
+    file = tmp_path / "weights.mech"
+    file.write_text(TEXT)
+    done = CliRunner().invoke(command_line, ["compile", str(file), *options])
+    assert done.exit_code == 2
+    assert said in done.output
