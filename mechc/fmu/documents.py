@@ -73,9 +73,11 @@ def native_run(
     return ran, solution
 
 
-def documents(model: CompiledModel, experiment: str | None, solution: Solution) -> dict[str, bytes]:
-    """Return the files by path in the FMU, and ``ICON``, whose place depends on the version."""
-    rows = reference(model, experiment, solution)
+def documents(
+    model: CompiledModel, experiment: str | None, solution: Solution, begin: float
+) -> dict[str, bytes]:
+    """Return the files by path in the FMU, and ``ICON``, whose place depends on the version. ``begin``: of the motion."""
+    rows = reference(model, experiment, solution, begin)
     return {
         "documentation/index.html": page(model, solution).encode(),
         "documentation/diagram.png": _png(plots.figure(solution)),
@@ -162,12 +164,16 @@ def _table(title: str, entries: Sequence[Quantity], values: Mapping[str, float])
     return [*rows, "</table>"]
 
 
-def reference(model: CompiledModel, experiment: str | None, solution: Solution) -> str:
-    """Return the reference results: states and outputs at even times, as long as they can be trusted; "" where none can be."""
+def reference(model: CompiledModel, experiment: str | None, solution: Solution, begin: float) -> str:
+    """Return the reference results: states and outputs at even times, as long as they can be trusted; "" where none can be.
+
+    The times are even from the ``begin`` of the motion, where an FMU begins, so that its steps meet them; those before the output are left out.
+    """
     from ..compiler.targets.fmu.reference import write_reference
 
-    begin, stop = float(solution.time[0]), float(solution.time[-1])
+    stop = float(solution.time[-1])
     time = np.linspace(begin, stop, ROWS) if stop > begin else solution.time[:1]
+    time = time[time >= solution.time[0]]
     entries = (*solution.problem.states, *solution.problem.outputs)
     found = solution(time)
     columns = {q.name: found[q.name] for q in entries}
@@ -176,7 +182,7 @@ def reference(model: CompiledModel, experiment: str | None, solution: Solution) 
         time, keep = between, np.ones(len(between), dtype=np.bool_)
         found = solution(time)
         columns = {q.name: found[q.name] for q in entries}
-    if stop > begin:
+    if stop > solution.time[0]:
         loose = native_run(model, experiment, stop, tolerance=LOOSE)[1]
         keep &= time <= _horizon(solution, loose, time, columns)
         columns = {name: columns[name] for name in _trusted(solution, loose, time[keep], columns, keep)}
@@ -216,7 +222,7 @@ def _between_events(time: Array, solution: Solution) -> Array | None:
     time is near to an event. None where events are not even."""
     instants = np.unique([event.time for event in solution.events])
     gaps = np.diff(instants)
-    if len(instants) < len(time) or np.ptp(gaps) > EVEN * gaps[0]:
+    if len(instants) < max(len(time), 2) or np.ptp(gaps) > EVEN * gaps[0]:
         return None
     places = np.clip(np.searchsorted(instants, time, side="right"), 1, len(gaps)) - 1
     middles: Array = np.unique(instants[places] + gaps[places] / 2)

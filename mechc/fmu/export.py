@@ -132,7 +132,7 @@ def fmu_packages(model: CompiledModel, options: FmuOptions) -> list[Made]:
     start = start_with(method, run.motion.own_sizes)
     equations = equations_for(model, method)
     program = write_program(equations, start, method)
-    files = documents(model, options.experiment, run)
+    files = documents(model, options.experiment, run, first.case.begin)
     return [
         Made(
             make_package(

@@ -283,7 +283,7 @@ def _time_axis(axes: Any, view: SolutionView) -> None:
     solution = view.solution
     time = solution.problem.time
     axes.set_xlabel(axis_label(time.name or "time", time.unit))
-    if len(solution.time) > 1:
+    if solution.time[-1] > solution.time[0]:
         axes.set_xlim(solution.time[0], solution.time[-1])
     if len(solution.events) <= MOST_EVENTS:
         for event in solution.events:

@@ -227,7 +227,8 @@ class _Told:
                 instants = self._solver.instants
                 until = t[rows.stop] if rows.stop < end else report.t
                 last = int(np.searchsorted(instants[:, 0], until))
-                new = instants[self._instants : last]
+                shown = int(np.searchsorted(instants[:, 0], t[0]))
+                new = instants[max(self._instants, shown) : last]
                 self._follower.follow(*merged(t[rows], y[rows], z[rows], new[:, 0], new[:, 1:])[:3])
                 self._instants = last
             self._done = rows.stop

@@ -204,6 +204,11 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     modes: Array | None = None
     if happened is not None:
         times, states, modes = happened.merged(main.t, main.y, options.storage)
+        for begin in (*main.t[:1], *times[-1:])[
+            :1
+        ]:  # rows begin with the output, or are the end of a run that does not reach it
+            first = int(np.searchsorted(times, begin))
+            times, states, modes = times[first:], states[first:], modes[first:]
     table = Table(case, times, states, modes, options.storage)
     if options.follower is not None:
         options.follower.finish(table, main.y)

@@ -44,7 +44,7 @@ end Swing;
 def test_a_sampled_controller_has_rows() -> None:
     """Each even time is near a sample instant: the rows lie between, on the exact motion under a force that is held."""
     model = mechc.loads(SAMPLED)
-    found = parse_reference("r.csv", reference(model, None, model.simulate()))
+    found = parse_reference("r.csv", reference(model, None, model.simulate(), 0.0))
     assert found.time.size > 100
     h, x, v, exact = 1e-3, 0.0, 0.0, {}
     for k in range(500):
