@@ -46,7 +46,14 @@ _WORDS: Final = (
     " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
     " while asm typeof real ratio PI mech_real mech_model lookup element cell sought NULL EXPORT NOINLINE"
 )
-"""Words that no value may have for its name."""
+_MACROS: Final = (
+    "INFINITY NAN HUGE_VAL HUGE_VALF HUGE_VALL math_errhandling MATH_ERRNO MATH_ERREXCEPT"
+    " FP_NAN FP_INFINITE FP_ZERO FP_SUBNORMAL FP_NORMAL FP_FAST_FMA FP_FAST_FMAF FP_FAST_FMAL FP_ILOGB0 FP_ILOGBNAN"
+    " M_E M_LOG2E M_LOG10E M_LN2 M_LN10 M_PI M_PI_2 M_PI_4 M_1_PI M_2_PI M_2_SQRTPI M_SQRT2 M_SQRT1_2"
+    " DOMAIN SING OVERFLOW UNDERFLOW PLOSS TLOSS HUGE MAXFLOAT linux unix"
+    " MECH_REAL MECH_LANES MECH_QUAD MECH_LONG MECH_MODEL_H MECH_MODEL_VERSION"
+)
+"""Macros of the headers that a model includes, of the C standard and beyond, and of compilers."""
 
 _ARGUMENTS: Final = (
     "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,",
@@ -143,7 +150,7 @@ class _File:
         for code in self.used & NEEDED_BY_OWN.keys():
             library.update(NEEDED_BY_OWN[code])
         self.library = sorted(library)
-        self.names = identifiers(program, {*_WORDS.split(), *library, *CALLED.values()})
+        self.names = identifiers(program, {*_WORDS.split(), *_MACROS.split(), *library, *CALLED.values()})
 
     def lines(self) -> Iterator[str]:
         yield from self.beginning()

@@ -229,3 +229,41 @@ def test_values_of_constants_are_variables() -> None:
         words = set(re.findall(r"[A-Za-z_]\w*(?![\w(])", expression)) - {"PI"}
         assert bool(const) == bool(words), expression
     assert not all(const for const, _ in chained)
+
+
+NAMED_AS_MACROS = """model Named
+  {parameters}
+  coordinate x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential -1 J*({sum});
+end Named;
+"""
+
+
+@pytest.mark.parametrize("standard", ["c11", "gnu17"])
+def test_names_of_the_model_that_are_macros_of_headers(standard: str, tmp_path: Path) -> None:
+    """What the headers of a model define is asked of the compiler: parameters with these names keep their values 1, 2, 3 and so on."""
+
+    def text(names: list[str]) -> str:
+        parameters = " ".join(f"parameter Real {name} = {k + 1};" for k, name in enumerate(names))
+        return NAMED_AS_MACROS.format(
+            parameters=parameters, sum=" + ".join(f"cos({name}*x/1 m)" for name in names)
+        )
+
+    def written(names: list[str]) -> str:
+        path = tmp_path / "model.c"
+        path.write_text(emit_c(mechc.loads(text(names)).compilation.program))
+        return str(path)
+
+    def ask(*options: str) -> str:
+        command = [compiler(), f"-std={standard}", "-I", str(KERNEL), *options]
+        return subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path).stdout
+
+    found = re.findall(r"^#define ([A-Za-z]\w*) ", ask("-dM", "-E", written(["a"])), re.M)
+    names = sorted({*found, "INFINITY", "NAN", "M_PI", "linux"})
+    assert len(names) > 10
+    ask("-c", "-o", "model.o", written(names))
+    values = np.arange(1, len(names) + 1)
+    expected = -np.sum(values * np.sin(0.3 * values))
+    found_there = mechc.loads(text(names)).functions.accelerations([0.3, 0.0])[0]
+    assert found_there == pytest.approx(expected, abs=1e-13 * len(names) ** 2)
