@@ -409,6 +409,18 @@ def preferred_unit(dimension: Dimension, angle: bool = False) -> str:
     return _unit_of().get(dimension) or str(dimension)
 
 
+def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str:
+    """Return the SI unit of a dimension as text: empty for a pure number, ``rad`` for an angle.
+
+    ``written``: the unit that the user chose; it is kept where it is one of SI, as N.m for a torque.
+    """
+    if dimension == DIMENSIONLESS:
+        return "rad" if angle else ""
+    if written and parse_unit(written).factor == 1:
+        return written
+    return preferred_unit(dimension, angle)
+
+
 def to_si(value: Fraction, unit: Unit) -> Fraction:
     """Convert a number given in ``unit`` to SI, exactly."""
     return value * unit.factor

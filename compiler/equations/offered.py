@@ -7,8 +7,13 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
 
+<<<<<<< HEAD
 from mechc.lang.units import parse_unit
 from mechc.runtime.interface import OfferedFunction, Quantity, array_of
+=======
+from mechc.lang.units import parse_unit, unit_of
+from mechc.runtime.interface import OfferedFunction, Quantity
+>>>>>>> 047fc132 (Tell the range of an input in the unit of its type)
 
 from ..graph import Node
 from ..graph.differentiate import jacobian, jvp
@@ -17,7 +22,7 @@ from ..mechanics.system import MechanicalSystem
 from .local_derivatives import bias
 from .model import Function
 from .quantities import quantity
-from .reported.entries import Layout, momentum_unit, unit_of
+from .reported.entries import Layout, momentum_unit
 from .sensitivities import SEED
 from .solve.solved import Solved
 

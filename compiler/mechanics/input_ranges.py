@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mechc.lang.units import DIMENSIONLESS, preferred_unit
+from mechc.lang.units import unit_of
 
 from ..flat.model import Attributes, Definition, DefinitionRole, FlatModel, Origin, Type
 from ..flat.subscripts import element_name, subscripts
@@ -43,8 +43,7 @@ def _within(
 ) -> Iterator[AssertionRow]:
     low, high = attributes.minimum, attributes.maximum
     slack = SLACK * max(abs(low or 0.0), abs(high or 0.0), attributes.nominal or 0.0)
-    plain = type.dimension == DIMENSIONLESS and not type.angle
-    unit = "" if plain else preferred_unit(type.dimension, type.angle)
+    unit = unit_of(type.dimension, type.angle, attributes.display)
     if low is not None:
         holds = graph.less_equal(graph.constant(low - slack), n)
         yield AssertionRow(holds, f"the {what} '{name}' is below its minimum {low:g} {unit}".rstrip(), origin)

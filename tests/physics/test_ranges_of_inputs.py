@@ -69,6 +69,18 @@ def test_values_at_the_ends_of_the_range_are_within(pushed: mechc.Model, functio
     assert pushed.simulate(set={"F": "1000 mN"}).outcome.value == "completed"
 
 
+def test_a_torque_is_told_in_the_unit_of_its_type() -> None:
+    """Not in J, which has the same dimension."""
+    text = (
+        PUSHED.replace("Force F", "Torque F")
+        .replace(" N", " N.m")
+        .replace("Length x = 0 m", "Angle x = 0 rad")
+    )
+    model = mechc.loads(text.replace("*m*der", "*m*1 m^2*der"))
+    found = model.simulate(inputs={"F": lambda t: 1.5 * t}, estimate_error=False)
+    assert found.message.endswith("the input 'F' is above its maximum 1 N.m")
+
+
 def test_a_stepper_refuses_a_value_and_goes_on(pushed: mechc.Model) -> None:
     with pushed.start() as run:
         run.step(0.1)

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.units import unit_of
 from mechc.runtime import interface
 from mechc.runtime.interface import AssertionEntry, CurveRow, Quantity
 
@@ -19,7 +20,6 @@ from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
 from ..model import EXCHANGED, Equations, Function, ParameterRule, Slot
 from ..quantities import origin, quantity
-from ..reported.entries import unit_of
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
 from .first_integrals import answered, first_integrals

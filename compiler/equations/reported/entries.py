@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from msgspec import Struct
 from msgspec.structs import replace
 
-from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
+from mechc.lang.units import DIMENSIONLESS, parse_unit, unit_of
 from mechc.runtime.interface import Quantity
 
 from ...flat.model import Kind
@@ -163,18 +163,6 @@ def first_order_coordinates(system: MechanicalSystem) -> tuple[int, ...]:
         found += [first_q + k for k in range(len(coordinate.v)) if first_v + k in rates]
         first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
     return tuple(found)
-
-
-def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str:
-    """Return the SI unit of a dimension as text: empty for a pure number, ``rad`` for an angle.
-
-    ``written``: the unit that the user chose; it is kept where it is one of SI, as N.m for a torque.
-    """
-    if dimension == DIMENSIONLESS:
-        return "rad" if angle else ""
-    if written and parse_unit(written).factor == 1:
-        return written
-    return preferred_unit(dimension, angle)
 
 
 def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Quantity:

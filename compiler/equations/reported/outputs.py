@@ -7,6 +7,7 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
+from mechc.lang.units import unit_of
 from mechc.runtime.interface import Quantity
 
 from ...flat.model import Definition, Kind
@@ -14,7 +15,7 @@ from ...graph import Node
 from ...mechanics.system import MechanicalSystem
 from ..quantities import quantity
 from ..solve.solved import Solved
-from .entries import Layout, momentum_unit, unit_of
+from .entries import Layout, momentum_unit
 from .momenta import conserved_momenta
 
 
