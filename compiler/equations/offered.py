@@ -7,13 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from msgspec import Struct
 
-<<<<<<< HEAD
-from mechc.lang.units import parse_unit
-from mechc.runtime.interface import OfferedFunction, Quantity, array_of
-=======
 from mechc.lang.units import parse_unit, unit_of
-from mechc.runtime.interface import OfferedFunction, Quantity
->>>>>>> 047fc132 (Tell the range of an input in the unit of its type)
+from mechc.runtime.interface import OfferedFunction, Quantity, array_of
 
 from ..graph import Node
 from ..graph.differentiate import jacobian, jvp
