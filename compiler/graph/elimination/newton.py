@@ -12,7 +12,7 @@ is no number.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, reduce
 
 from msgspec import Struct
 
@@ -34,8 +34,8 @@ VANISHING = 1e-5
 ROUNDING = 1e-15
 """Residual, as a share of its terms, that no step makes smaller."""
 
-BEYOND = 1e300
-"""Steps where derivatives vanish are longer than that, or no numbers."""
+NOTHING = 1e-13
+"""Step, as a share of what changes a row by all of its terms, that may be rounding."""
 
 Nodes = tuple[Node, ...]
 
@@ -65,16 +65,17 @@ def newton(
     the number of unknowns and not with its cube; their derivatives must not vanish."""
     system = _System(graph, rows, unknowns, along=along)
     point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
+    scale = system.scale(point)
     if system.linear:
         step = system.step(point)
         point = system.at(tuple(map(graph.add, point.values, step)), point.largest)
         rest = system.step(point)  # of what rounding leaves beside the guess
-        return system.checked(tuple(map(graph.add, point.values, rest)), system.small(point, rest))
+        return system.checked(tuple(map(graph.add, point.values, rest)), system.small(point, rest, scale))
     fraction = graph.one
     found: list[tuple[Node, _Point]] = []
     for _ in range(STEPS):
         step = system.step(point)
-        found.append((system.small(point, step), point))
+        found.append((system.small(point, step, scale), point))
         moved = tuple(graph.add(x, graph.mul(fraction, d)) for x, d in zip(point.values, step, strict=True))
         tried = system.at(moved, point.largest)
         better = system.nearer(tried, point, step)
@@ -187,18 +188,33 @@ class _System:
             totals.append(total)
         return self.graph.less(*totals)
 
-    def small(self, point: _Point, step: Nodes) -> Node:
-        """Tell whether a step changes nothing any more, or rows are rounding of their terms, as those of an unknown that is zero; and
-        whether all rows of more than unknowns agree."""
-        graph, result, finite = self.graph, self.graph.one, self.graph.one
-        for x, d, largest in zip(point.values, step, point.largest, strict=True):
+    def small(self, point: _Point, step: Nodes, scale: Nodes) -> Node:
+        """Tell whether a step changes nothing any more; or, of an unknown that is zero, nothing of its ``scale``, and all rows are rounding
+        of their terms. All rows of more than unknowns have to agree."""
+        graph, result, still = self.graph, self.graph.one, self.graph.one
+        for x, d, largest, whole in zip(point.values, step, point.largest, scale, strict=True):
             size = graph.maximum(graph.abs(x), graph.mul(graph.constant(VANISHING), largest))
-            limit = graph.mul(graph.constant(SMALL), size)
-            result = graph.logical_and(result, graph.less_equal(graph.abs(d), limit))
-            finite = graph.logical_and(finite, graph.less(graph.abs(d), graph.constant(BEYOND)))
+            limits = graph.mul(graph.constant(SMALL), size), graph.mul(graph.constant(NOTHING), whole)
+            result, still = (
+                graph.logical_and(found, graph.less_equal(graph.abs(d), limit))
+                for found, limit in zip((result, still), limits, strict=True)
+            )
         if len(self.rows) > len(self.unknowns):
             return graph.logical_and(result, self._vanishing(point, SMALL))
-        return graph.logical_or(result, graph.logical_and(finite, self._vanishing(point, ROUNDING)))
+        return graph.logical_or(result, graph.logical_and(still, self._vanishing(point, ROUNDING)))
+
+    def scale(self, point: _Point) -> Nodes:
+        """Return the change of each unknown that changes a row by the sum of its terms."""
+        graph = self.graph
+        found = []
+        for j in range(len(self.unknowns)):
+            sizes = [
+                graph.div(size, graph.abs(line[j]))
+                for size, line in zip(point.sizes, point.matrix, strict=True)
+                if line[j] != graph.zero
+            ]
+            found.append(reduce(graph.minimum, sizes) if sizes else graph.zero)
+        return tuple(found)
 
     def _vanishing(self, point: _Point, share: float) -> Node:
         """Tell whether all rows are at most such a share of their terms."""
