@@ -43,7 +43,7 @@ WRONG = {
     ),
     "massless follows an input": (
         X
-        + "input Length u = 0 m; coordinate Length z ~ 0 m; potential 1/2*4 N/m*(x - z)^2 + 1/2*4 N/m*(z - u)^2; output r = der(z);",
+        + "input Length u; coordinate Length z ~ 0 m; potential 1/2*4 N/m*(x - z)^2 + 1/2*4 N/m*(z - u)^2; output r = der(z);",
         "E0523",
         "the equations need the rate of the input 'u', which is unknown",
         "let a 'state' follow the input and use the state instead",
