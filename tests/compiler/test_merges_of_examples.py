@@ -80,7 +80,7 @@ def rates(equations: Equations, random: np.random.Generator) -> np.ndarray:
     contacts = [k for k, name in enumerate(names) if name.startswith("closed(")]
     point["z"][contacts[3:]] = 0  # more may repeat each other: a box rests on four corners
     frictions = [k for k, name in enumerate(names) if name.startswith("sticks(")]
-    if len(frictions) > 3:
+    if len(frictions) > 3 or point["z"][contacts].any():  # what rests on a stop does not stick there as well
         point["z"][frictions] = 0
     values = {n: float(point[s.array][s.index]) for n, s in equations.layout.items()}
     return np.array(evaluate(equations.graph, rhs.outputs, values), dtype=float)
