@@ -7,9 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wasm_module import WasmRun, needs_wasmtime
 
 import mechc
+from mechc.compiler.targets.wasm.link import linked
 from mechc.runtime.outcome import Outcome, SimulationError
+from mechc.web.kernels import kernel_for, loaded
 
 ALONE: dict[str, Any] = {"estimate_error": False}
 
@@ -71,6 +74,19 @@ def test_a_blow_runs_through_a_row() -> None:
     speeds = np.array([solution[f"der(x[{i}])"][-1] for i in range(1, 71)])
     assert np.abs(speeds[:-1]).max() < 1e-12 and speeds[-1] == pytest.approx(1, abs=1e-12)
     assert solution["x[70]"][-1] == pytest.approx(0.9, abs=0.5e-3)
+
+
+@needs_wasmtime
+@pytest.mark.slow
+def test_pages_have_the_same_steps() -> None:
+    model = mechc.loads(CRADLE)
+    kernel = kernel_for("moreau", events=True)
+    program = model.program(model.parts_of("moreau", frozenset()))
+    page = WasmRun(linked(program, loaded(kernel), "").module, rows=25)
+    status, rows = page.run(1.0, kernel.methods.index("moreau"), 1e-5, 5e-4)
+    assert status == 1
+    between = model.simulate(**ALONE)(np.linspace(0, 1, 25))
+    assert np.abs(rows[:, 69] - between["x[70]"]).max() < 1e-12
 
 
 SLABS = """

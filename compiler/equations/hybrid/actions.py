@@ -1,4 +1,4 @@
-"""What a branch does, as one function: new y, new z, and whether its assertions and the constraints it leaves no room hold."""
+"""What a branch does, as one function: new y, new z, and whether its assertions hold and what it sets fits the constraints."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def branch_results(
 
 
 class TiedValue(Struct, frozen=True):
-    """A row all of whose coordinates or rates a branch sets: ``value``, its position or its rate, has to be zero with them."""
+    """A row all of whose coordinates or rates a branch sets: ``value``, its position or its rate, must then be zero."""
 
     row: Row
     value: Node

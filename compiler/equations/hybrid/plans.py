@@ -50,7 +50,7 @@ def branch_plans(system: MechanicalSystem, solved: Solved) -> tuple[BranchPlan, 
 
 
 def _checks(system: MechanicalSystem, solved: Solved, branch: BranchRow) -> tuple[AssertionEntry, ...]:
-    """Return what a branch states, then what it leaves no room."""
+    """Return the assertions of a branch, then the constraints that what it sets has to fit."""
     stated = [a for a in branch.actions if isinstance(a, CheckAction)]
     return (
         *(AssertionEntry(a.message, origin(a.origin.span)) for a in stated),

@@ -70,10 +70,10 @@ static int look(const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h
         if (o->wake[i] > here + h / 2 * speed) continue;
         if (!widen(found, c->n_values)) return 0;
         const mech_crowd_kind *kind = mech_crowd_kind_of(c, i);
-        mech_real *values = found->values + (size_t)found->n * (size_t)c->n_values, most = mech_abs(values[1]), reach = 0;
+        mech_real *values = found->values + (size_t)found->n * (size_t)c->n_values;
         mech_crowd_values(at, i, values);
         const mech_real *k = values + mech_crowd_entries(kind, 0), *bound = k + kind->n_normal;
-        most = mech_abs(values[1]);
+        mech_real most = mech_abs(values[1]), reach = 0;
         for (int l = 0; l < kind->n_normal; l++) {
             most += mech_abs(k[l]) * speed;
             reach = reach < 0 || bound[l] < 0 ? -1 : reach + bound[l];
