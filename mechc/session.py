@@ -198,9 +198,11 @@ def _wishes(model: CompiledModel) -> Wishes:
     return Wishes(moving=_moving_inputs(model), at_singular_positions=advice)
 
 
-def plan(model: CompiledModel, asked: Asked) -> Plan:
-    """Make a run ready without beginning it. Raises SimulationError."""
-    return plan_run(*_posed(model, asked))
+def plan(model: CompiledModel, asked: Asked, problem: Problem | None = None) -> Plan:
+    """Make a run ready without beginning it. ``problem``: compiled functions that answered before. Raises SimulationError."""
+    if problem is None:
+        return plan_run(*_posed(model, asked))
+    return plan_run(problem, replace(study(asked, problem), values=model.settings))
 
 
 def _posed(

@@ -87,8 +87,9 @@ def facts_of(
     method = "auto" if solution.statistics.switches else said
     given = {**options, "experiment": experiment, "method": method if method != "dop853" else None}
     ready, question = _posed(model, values, given)
-    planned = plan(ready, question)
-    case, problem = planned.case, solution.problem
+    problem = solution.problem
+    planned = plan(ready, question, problem)
+    case = planned.case
     u = inputs_at(case, case.begin) if case.functions.inputs is not None else np.zeros(len(problem.inputs))
     return RunFacts(
         model=ready,
