@@ -53,7 +53,7 @@ def page(
 
     refuse_curve(model)
     refuse_driving_inputs(model, "a page", (options or {}).get("inputs") or ())
-    given = {"estimate_error": recorded, **(options or {})}  # a live page estimates the errors of its own runs
+    given = {"estimate_error": recorded, **(options or {})}  # live pages estimate their own errors
     facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, given)
     return page_of(facts, recorded=recorded)
 
