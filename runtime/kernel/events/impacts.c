@@ -27,6 +27,14 @@ static int approaches(const mech_solver *s, int i)
     return !(s->events->open[i] < 0 && s->model->hybrid->crowd && approach <= mech_row_rest(s, i));
 }
 
+/* Whether all that still approaches is slower than it rests. */
+static int all_rest(const mech_solver *s)
+{
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (approaches(s, i) && -*mech_row_rate(s, i) > mech_row_rest(s, i)) return 0;
+    return 1;
+}
+
 /* Whether what still approaches in a crowd is ended together: where none of it is faster than it rests, if none has friction;
  * where none rebounds and each row has had its turns, as blows that are passed on plastically only ever halve. */
 static int dies_out(const mech_solver *s, int round, int friction)
@@ -134,7 +142,9 @@ int mech_impacts_resolve(mech_solver *s, int *count)
         if (!ready) mech_rows_find_response(s);
         ready = 1;
         const int fades = crowd && dies_out(s, round, friction);
-        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows || fades;
+        /* Impacts that contacts pass on to each other are ended together, so that none of their slips is left over. */
+        const int last = !crowd && friction && round && all_rest(s);
+        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows || fades || last;
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
