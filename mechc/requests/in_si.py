@@ -37,9 +37,9 @@ def settings_in_si(
         if name in rotations and is_rotation(what):
             settings.update(zip(elements, read_rotation(name, str(what)), strict=True))
             continue
-        value = _as_value(name, plain(what))
         if not elements:
             raise unknown_name("parameter or initial value", name, units)
+        value = _as_value(name, plain(what))
         numbers = value.in_unit(units[elements[0]], name)
         if value.single and name in rotations:
             raise UsageMistake(

@@ -109,6 +109,7 @@ def test_rotations_are_written_as_in_models() -> None:
         ({"l": "3 s"}, "'l' is given in s; it has the unit m", ""),
         ({"mu": "3 m"}, "'mu' is given in m; it is a pure number", ""),
         ({"tehta": "3"}, "the model has no parameter or initial value 'tehta'", "did you mean 'theta'?"),
+        ({"tehta": "true"}, "the model has no parameter or initial value 'tehta'", "did you mean 'theta'?"),
         ({"l": "3 metres"}, "'l': unknown unit 'metres'", "did you mean 'm'?"),
         ({"l": "long"}, "'l': 'long' is not a number", 'a number with its unit, as in "80 cm" or "30 deg"'),
         (
