@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 MOST_ROWS = 512
 """That may be chosen among at an instant: MECH_MOST_ROWS of the kernel."""
 
+BY_STEPS = "steps of 'method = \"moreau\"' go on where events do not"
+
 T = TypeVar("T")
 
 _OfConditions = Literal[
@@ -137,7 +139,8 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
                 origin=branch.origin,
             )
         case Status.EVENT_LOOP:
-            return _Told("event loop", f"the events at {at} do not come to rest")
+            strike = f": contacts strike again and again; {BY_STEPS}" if hybrid.rows else ""
+            return _Told("event loop", f"the events at {at} do not come to rest{strike}")
         case Status.ZENO:
             assert branch is not None
             return _Told(
@@ -246,12 +249,12 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
             if report.failed_part == 1:
                 message = (
                     f"at {at} contacts and frictions change their modes again and again without getting on, {which} among them; "
-                    "steps of 'method = \"moreau\"' go on where events do not"
+                    f"{BY_STEPS}"
                 )
                 return _Told("modes", message, name, origin)
             message = (
                 f"no combination of touching, sticking and sliding fits for {which} at {at}: "
-                "Coulomb's law has no solution, or more than one"
+                f"Coulomb's law has no solution, or more than one; {BY_STEPS}"
             )
             return _Told("modes", message, name, origin)
         case Status.NO_IMPACT:
