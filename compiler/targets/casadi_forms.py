@@ -30,4 +30,4 @@ FORMS: Final[Mapping[int, Form]] = {
     if row.arity and row.code != LOOKUP
 }
 
-DIALECT: Final[Dialect] = replace(python_forms.DIALECT, forms=FORMS)
+DIALECT: Final[Dialect] = replace(python_forms.DIALECT, forms=FORMS, number="SX", quiet="")

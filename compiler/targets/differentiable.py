@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from ..program import Program, ProgramFunction
 from ..program.model import Literal, Load, Operate, Store, operands_of
@@ -160,6 +161,8 @@ def _lines(
             *keyword.kwlist,
             *keyword.softkwlist,
             "pi",
+            "jnp",
+            *library.always,
             *map(_last, library.functions.values()),
             *TABLE_FUNCTIONS,
         )
@@ -190,10 +193,12 @@ def _lines(
         yield f"TABLE_{i} = {table_text(rows)}"
     yield ""
     yield from function_lines(program.parameters_function, "p, given", library.dialect, names)
+    # where a line before makes arrays of what a function is given, it need not
+    dialect = replace(library.dialect, number="") if library.before else library.dialect
     for function in functions:
         if library.before:
             yield library.before
-        yield from function_lines(function, "t, y, u, p", library.dialect, names)
+        yield from function_lines(function, "t, y, u, p", dialect, names)
     if library.collected:
         yield f"FUNCTIONS = {{{', '.join(f'{string(f.name)}: {f.name}' for f in functions)}}}\n\n"
     yield parts["from here"]

@@ -36,6 +36,10 @@ class Dialect(Struct, frozen=True):
     """The line that stores an expression."""
     as_condition: Form
     as_number: Form
+    number: str = ""
+    """What makes a number of Python one of the library, of which a quotient by zero is infinite or undefined, as in C."""
+    quiet: str = ""
+    """The line above a function that computes such numbers, where the library would warn of them."""
     turns: Callable[[str, Sequence[str]], Iterator[str]] | None = None
     """The lines that fill an array of a name with sines and cosines of several angles (turns.py)."""
 

@@ -26,7 +26,7 @@ from .expressions import lines
 from .literal import LiteralForm as LiteralForm
 from .literal import constant
 from .python_forms import DIALECT, FUNCTIONS, TABLES, NamedForm, table_text
-from .python_text import function_lines, quantities, quoted, returned, string, strings
+from .python_text import function_lines, made, partial, quantities, quoted, returned, string, strings
 
 _RESERVED: Final = frozenset(
     (*keyword.kwlist, *keyword.softkwlist, "abs", "pi", "np", "math", "values", "given")
@@ -179,13 +179,17 @@ def _parameters(
     (body,) = program.parameters_function.bodies
     entries = program.arrays["p"]
     ruled = {s.index for s in body if type(s) is Store}
+    number = DIALECT.number if partial(body) else ""
 
     def store(statement: Store, expression: str) -> str:
         name = names["p", statement.index]
         if not statement.guarded:
             return f"{name} = {expression}"
-        return f"{name} = values.get({string(entries[statement.index].name)}, {expression})"
+        given = f"values.get({string(entries[statement.index].name)}, {expression})"
+        return f"{name} = {made(given, number)}"
 
+    if number:
+        yield DIALECT.quiet
     yield "def parameters(values={}):"
     yield '    """Return p: parameters by name, what the model states for all others, and constants made of them."""'
     if not entries and not program.nh:
@@ -198,7 +202,7 @@ def _parameters(
         yield f"    values = {{**{dict(settings)!r}, **values}}"
     for i, entry in enumerate(entries):
         if i not in ruled:
-            yield f"    {names['p', i]} = values[{string(entry.name)}]"
+            yield f"    {names['p', i]} = {made(f'values[{string(entry.name)}]', number)}"
     loaded = {(s.array, s.index): names[s.array, s.index] for s in body if type(s) is Load}
     for line in lines(body, replace(DIALECT, store=store), loaded):
         yield f"    {line}"

@@ -108,4 +108,6 @@ DIALECT: Final = Dialect(
     _store,
     as_condition=Form("{} != 0.0", COMPARISON, (COMPARISON + 1,), True),
     as_number=Form("1.0 * {}", PRODUCT, (PRODUCT + 1,)),
+    number="np.float64",
+    quiet='@np.errstate(all="ignore")',
 )

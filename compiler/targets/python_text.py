@@ -9,8 +9,9 @@ from msgspec.structs import replace
 
 from mechc.runtime.interface import Quantity
 
+from ..graph.operations import PARTIAL
 from ..program import ProgramFunction
-from ..program.model import Body, Load, Store
+from ..program.model import Body, Load, Operate, Store
 from .c import sentence
 from .expressions import Dialect, lines
 
@@ -27,23 +28,27 @@ def function_lines(
     (body,) = function.bodies
     results: dict[int, str] = {}
     completes = arguments == "p, given"
+    number = dialect.number if partial(body) else ""
+    if number and dialect.quiet:
+        yield dialect.quiet
     yield f"def {function.name}({arguments}):"
     yield f'    """{quoted(sentence(function.doc))}"""'
     if completes:
-        yield "    p = list(p)"
+        yield f"    p = [{number}(x) for x in p]" if number else "    p = list(p)"
         names = {(a, i): f"{a}[{i}]" for a, i in _loads(body)}
     else:
         names = {load: identifiers[load] for load in _loads(body)}
         for load in sorted(names, key=lambda load: ("tyuzpg".index(load[0]), load[1])):
             array, index = load
             if array != "t":
-                yield f"    {names[load]} = " + (
-                    f"u[{inputs + index}]" if array == "g" else f"{array}[{index}]"
-                )
+                place = f"u[{inputs + index}]" if array == "g" else f"{array}[{index}]"
+                yield f"    {names[load]} = {made(place, number)}"
+            elif number:
+                yield f"    {names[load]} = {made(names[load], number)}"
 
     def store(statement: Store, expression: str) -> str:
         if statement.array != "out":
-            return dialect.store(statement, expression)
+            return dialect.store(statement, made(expression, number if statement.guarded else ""))
         results[statement.index] = expression
         return ""
 
@@ -54,6 +59,16 @@ def function_lines(
         yield "    return p\n\n"
     else:
         yield from returned([results[i] for i in range(function.n_out)])
+
+
+def partial(body: Body) -> bool:
+    """Return whether a function has operations without a value for some numbers, such as quotients: Python would raise there, also
+    for a branch that is not taken."""
+    return any(type(s) is Operate and s.code in PARTIAL for s in body)
+
+
+def made(expression: str, number: str) -> str:
+    return f"{number}({expression})" if number else expression
 
 
 def returned(values: Sequence[str]) -> Iterator[str]:

@@ -262,3 +262,18 @@ def test_the_motion_of_a_module_is_that_of_the_model(swing: tuple[str, ModuleTyp
     )
     solution = mechc.loads(QUICK).with_values({"m": 2}).simulate(tolerance=1e-11)
     assert found.y[0, -1] == pytest.approx(solution["theta"][-1], abs=1e-8)
+
+
+@LIBRARIES
+def test_a_branch_that_is_not_taken_may_divide_by_zero(library: str, tmp_path: Path) -> None:
+    """A constant of the run is made of numbers of Python, which raise where a parameter is zero."""
+    text = """
+    parameter M = 2 N.m;
+    parameter k = 0 N.m/rad;
+    coordinate Angle a = 0.3 rad;
+    kinetic 1/2*1 kg.m^2*der(a)^2;
+    force (if k > 0 then M/k*1 N.m/rad else -a*1 N.m/rad) on a;
+    experiment(stop = 1 s);
+    """
+    made = exported(mechc.loads(text), library, tmp_path)
+    assert list(of_library(made, library, "rhs")(0.0, made.START, np.empty(0))) == [0.0, -0.3, 0.0]

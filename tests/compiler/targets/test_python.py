@@ -15,6 +15,7 @@ from slow_params import slow_but
 
 import mechc
 from mechc.compiler.program import lower
+from mechc.compiler.targets.python import load_arrays
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 
@@ -191,3 +192,26 @@ def agrees(path: Path, folder: Path) -> None:
 )
 def test_examples_agree_with_their_compiled_code(name: str, tmp_path: Path) -> None:
     agrees(next(path for path in EXAMPLES if path.stem == name), tmp_path)
+
+
+def test_a_branch_that_is_not_taken_may_divide_by_zero(tmp_path: Path) -> None:
+    """It raised ZeroDivisionError: Python divides numbers so, and computes both branches. a = 0.3 cos(t) without the spring."""
+    text = """
+    parameter M = 2 N.m;
+    parameter k = 0 N.m/rad;
+    coordinate Angle a = 0.3 rad;
+    kinetic 1/2*1 kg.m^2*der(a)^2;
+    force (if k > 0 then M/k*1 N.m/rad else if time > 0 s then -a*1 N.m/rad else -a*1 N.m/rad + 0 N.m*(1 s/time)) on a;
+    experiment(stop = 1 s);
+    """
+    made = written(mechc.loads(text), tmp_path)
+    assert made.simulate()["a"][-1] == pytest.approx(0.3 * np.cos(1), rel=1e-7)
+    assert made.rhs(1.0, [0.3, 0.0, 0.0], (), made.parameters({"k": 4.0}))[1] == 0.5
+    functions, parameters = load_arrays(mechc.loads(text).compilation.program)
+    parameters(p := np.zeros(made_size(made)), np.zeros(made_size(made), np.uint8))
+    assert functions["rhs"](np.ones(1), np.array([[0.3], [0], [0]]), (), (), p)[1] == [-0.3]
+
+
+def made_size(module: ModuleType) -> int:
+    """Return the size of p: parameters and constants made of them."""
+    return len(module.parameters())
