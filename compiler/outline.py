@@ -33,6 +33,8 @@ class ExperimentOutline(Struct, frozen=True):
     """Structural values that it sweeps."""
     sweeps: bool
     """Whether it sweeps anything."""
+    unfit: tuple[str, ...] = ()
+    """What it sets where the model at hand has no such elements."""
 
 
 class StatedStudy(Struct, frozen=True):
@@ -80,6 +82,7 @@ def outline_of(flat: FlatModel) -> Outline:
             e.structural,
             {s.target: tuple(map(literal, s.values)) for s in e.sweeps if s.structural},
             bool(e.sweeps),
+            e.unfit,
         )
         for e in flat.experiments
     )
@@ -106,6 +109,7 @@ class _PlainPlan(Struct, array_like=True):
     structural: dict[str, _Plain]
     swept: dict[str, tuple[_Plain, ...]]
     sweeps: bool
+    unfit: tuple[str, ...]
 
 
 class _PlainOutline(Struct, array_like=True):
@@ -131,6 +135,7 @@ def read_outline(data: bytes) -> Outline:
             _read(e.structural),
             {name: tuple(map(_exact, values)) for name, values in e.swept.items()},
             e.sweeps,
+            e.unfit,
         )
         for e in plain.experiments
     )
@@ -153,6 +158,7 @@ def _without_fractions(outline: Outline) -> _PlainOutline:
             plain(e.structural),
             {name: tuple(map(_plain, values)) for name, values in e.swept.items()},
             e.sweeps,
+            e.unfit,
         )
         for e in outline.experiments
     )

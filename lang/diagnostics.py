@@ -93,6 +93,13 @@ class Reporter:
         """Record a diagnostic that is made already."""
         self._items[diagnostic] = None
 
+    def withdraw(self, kept: int) -> tuple[Diagnostic, ...]:
+        """Take back all but the first so many, and return them."""
+        taken = self.diagnostics[kept:]
+        for diagnostic in taken:
+            del self._items[diagnostic]
+        return taken
+
     def error(self, code: str, message: str, span: Span | None, **details: Unpack[Details]) -> None:
         """Record an error and go on; see ``stop_on_errors`` and ``fail``."""
         self.add(Diagnostic(Severity.ERROR, code, message, span, **details))

@@ -178,7 +178,16 @@ class CompiledModel:
         if chosen is None or not chosen.structural:
             return self
         own = dict(self.compilation.request.structural)
-        return type(self)(self._variant({**chosen.structural, **own}), self._settings)
+        found = type(self)(self._variant({**chosen.structural, **own}), self._settings)
+        fitting = found.experiment(name)
+        if fitting is not None and fitting.unfit:
+            sizes = ", ".join(f"{n} = {own[n]}" for n in chosen.structural if n in own)
+            raise UsageMistake(
+                f"the experiment{f' {chr(39)}{fitting.name}{chr(39)}' if fitting.name else ''} sets "
+                f"'{fitting.unfit[0]}', which the model does not have in this size where {sizes}",
+                "leave the structural value to the experiment, or choose another experiment",
+            )
+        return found
 
     def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Self]]:
         """Return the combinations of structural values that an experiment sweeps, each with its model."""

@@ -538,7 +538,8 @@ class Sweep(Struct, frozen=True):
 
 
 class Experiment(Struct, frozen=True):
-    """``options``: stop start every step tolerance method display record ... as checked expressions."""
+    """``options``: stop start every step tolerance method display record ... as checked expressions. ``unfit``: what it sets in
+    elements that the model has with its structural values alone, which are others here."""
 
     name: str
     options: Mapping[str, Expression]
@@ -547,6 +548,7 @@ class Experiment(Struct, frozen=True):
     structural: Mapping[str, Fraction | bool | str]
     origin: Origin
     doc: str = ""
+    unfit: tuple[str, ...] = ()
 
 
 class End(Struct, frozen=True):

@@ -46,6 +46,19 @@ def show_formulas(graph: Graph, named: Sequence[tuple[str, Node]]) -> Iterator[s
         yield f"{name} = {texts[node][0]}"
 
 
+def short_formula(graph: Graph, node: Node, most: int) -> str | None:
+    """Return a formula in one piece; None where it is longer than ``most`` characters, or has more operations than that."""
+    order = graph.reach([node])
+    if len(order) > most:
+        return None
+    texts: dict[Node, tuple[str, int]] = {}
+    for n in order:
+        texts[n] = _formula(graph, n, texts)
+        if len(texts[n][0]) > most:
+            return None
+    return texts[node][0]
+
+
 def _formula(graph: Graph, n: Node, texts: dict[Node, tuple[str, int]]) -> tuple[str, int]:
     """Return the text of one node made of those of its arguments, and how strongly it binds."""
     code = graph.op(n)

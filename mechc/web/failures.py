@@ -102,7 +102,7 @@ def _count(problem: Problem, status: Status) -> int:
 def _parts(problem: Problem, status: Status, index: int) -> int:
     if status == Status.BRANCH_ASSERTION and problem.hybrid is not None:
         return len(problem.hybrid.branches[index].checks) if problem.hybrid.branches else 0
-    return 2 if status in (Status.CHATTER, Status.EVENT_LOOP) else 1
+    return {Status.CHATTER: 5, Status.EVENT_LOOP: 2}.get(status, 1)
 
 
 def _text(problem: Problem, status: Status, report: _Report) -> str | None:

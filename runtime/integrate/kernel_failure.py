@@ -167,6 +167,14 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
                 f"a condition changes its sign millions of times within one step at {at}: "
                 "it oscillates much faster than the motion, or it is a difference of equal numbers",
             )
+        case Status.CHATTER if report.failed_part == 4:
+            surface = f" at '{text}'" if (text := _entry(hybrid.switches, k)) else ""
+            return _Told(
+                "chattering",
+                f"the motion comes to rest where a force jumps{surface}: until {at} it has gone to and fro there a thousand times "
+                "within its tolerance, ever faster; what stays on such a surface is not followed. Let the force change over a "
+                "short way, or round the bend of the energy",
+            )
         case Status.CHATTER:
             return _Told(
                 "chattering",

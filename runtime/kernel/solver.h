@@ -136,7 +136,7 @@ typedef struct mech_report {
     int failed_index;       /* of the derivative, assertion, branch, row or switch, else -1 */
     int method;             /* in use at present                              */
     int failed_part;        /* of a branch: its assertion; of a loop: 1 for a switch; of chatter: 1 for impacts,
-                             2 for too many changes of sign within a step, 3 for a constraint that bends;
+                             2 for too many changes of sign within a step, 3 for a constraint that bends, 4 for rest where a force jumps;
                              of modes: 1 where they change without progress */
     long n_events, n_instants;
 } mech_report;

@@ -34,3 +34,43 @@ def test_a_condition_of_rounding_changes_nothing(text: str) -> None:
     assert solution.statistics.steps < 100
     assert solution["der(a)"][-1] == pytest.approx(6 * (1 - math.exp(-1 / 6)), rel=1e-9)
     assert solution["b"][-1] == pytest.approx(6 - 36 * (1 - math.exp(-1 / 6)), rel=1e-8)
+
+
+VALLEY = """
+model Valley
+  coordinate Length x = 1 m;
+  initial der(x) = 0.3 m/s;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 3 N*abs(x);
+  {law}
+  experiment(stop = 60 s);
+end Valley;
+"""
+
+
+def test_rest_in_a_valley_of_dry_friction_is_told() -> None:
+    """It went on in ever smaller steps without a word. Up it brakes with 4 m/s^2, down it gains 2: each height is half the one before,
+    and the durations sum to 0.075 s + (sqrt(h) + sqrt(h)/2)/(1 - sqrt(1/2)), h = 1 + 0.3^2/8."""
+    run = mechc.loads(VALLEY.format(law="friction 1 N on x;")).simulate(estimate_error=False)
+    assert run.failure is not None and run.failure.kind == "chattering"
+    assert "comes to rest where a force jumps at 'x < 0'" in run.failure.message
+    height = 1 + 0.3**2 / 8
+    rest = 0.075 + 1.5 * height**0.5 / (1 - 0.5**0.5)
+    assert run.time[-1] == pytest.approx(rest, abs=0.01)  # and a thousand turns more
+    assert abs(run["x"][-1]) < 1e-8 and run.statistics.steps < 5000
+
+
+@pytest.mark.slow
+def test_rest_in_a_valley_of_damping_is_told() -> None:
+    """Bounces of height h last sqrt(h), without an end: h falls by (1 - c v/3 ...)^2 each."""
+    run = mechc.loads(VALLEY.format(law="damping 2 N.s/m on x;")).simulate(estimate_error=False)
+    assert run.failure is not None and "comes to rest where a force jumps" in run.failure.message
+    assert abs(run["x"][-1]) < 1e-8
+
+
+def test_a_motion_that_only_gets_small_goes_on() -> None:
+    """To and fro through the bend of a force that does not jump: a decaying oscillation below its tolerance is a motion. Over 60 s it
+    turns 60 s/(pi/300 + pi/200) = 2300 times, of which 1600 with less than 1e-8 of its first amplitude, exp(-t)."""
+    text = VALLEY.replace("potential 3 N*abs(x);", "force (if x > 0 m then -9e4 N/m else -4e4 N/m)*x on x;")
+    run = mechc.loads(text.format(law="damping 2 N.s/m on x;")).simulate(estimate_error=False)
+    assert run.failure is None and run.time[-1] == 60

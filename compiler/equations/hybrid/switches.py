@@ -16,6 +16,7 @@ from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jvp, vjp
 from ...graph.rewrite import substitute
+from ...graph.show import short_formula
 from ...mechanics.system import MechanicalSystem
 from ..rows.signs import Side
 from .whole_parts import evenness, frozen, stair
@@ -124,7 +125,7 @@ def find_switches(
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
-            g, text = graph.sub(a, b), f"comparison {len(made)}"
+            g, text = graph.sub(a, b), _text(graph, below, above) or f"comparison {len(made)}"
             crossing = _crossing(system, g, support - fixed <= {time})
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
@@ -139,6 +140,13 @@ def find_switches(
         text = f"side of force {k + 1}"
         located.append(SwitchPlan(side.symbol, difference, graph.zero, side.difference, text))
     return Switches(tuple(located), tuple(timed), replace)
+
+
+def _text(graph: Graph, below: Node, above: Node) -> str | None:
+    """Return a comparison as people would write it, None where it is long."""
+    longest = 40
+    left, right = (short_formula(graph, n, longest) for n in (below, above))
+    return f"{left} < {right}" if left and right else None
 
 
 def relations_of_time(

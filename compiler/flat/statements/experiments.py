@@ -9,7 +9,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from mechc.lang import ast
-from mechc.lang.diagnostics import Label
+from mechc.lang.diagnostics import Diagnostic, Label
 from mechc.lang.source import Span
 from mechc.suggest import closest, setting_meant
 
@@ -39,6 +39,10 @@ _MEANINGS = {
 }
 
 
+_OF_SIZES = {"E0305", "E0314"}
+"""Codes of values and indices that do not fit the sizes of arrays."""
+
+
 class _Parts(Struct):
     options: dict[str, Expression] = field(default_factory=dict)
     settings: list[model.Setting] = field(default_factory=list)
@@ -57,11 +61,19 @@ def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
         assert isinstance(statement, ast.Experiment)
         scope = Scope(instance.flattening, instance, stated.namespace, level=stated.level)
         parts = _Parts()
+        reporter = instance.flattening.reporter
+        unfit: list[tuple[str, Sequence[Diagnostic]]] = []
         for node in statement.settings:
+            told = len(reporter.diagnostics)
             try:
                 _setting(scope, node, parts)
             except Poisoned:
-                continue
+                if _OF_SIZES.issuperset(d.code for d in reporter.diagnostics[told:]):
+                    unfit.append((node.target.span.text, reporter.withdraw(told)))
+        if not _of_another_size(instance, parts):
+            for diagnostic in (d for _, found in unfit for d in found):
+                reporter.add(diagnostic)
+            unfit = []
         result.append(
             model.Experiment(
                 statement.name,
@@ -71,9 +83,21 @@ def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
                 parts.structural,
                 scope.origin(statement.span),
                 statement.doc,
+                tuple(target for target, _ in unfit),
             )
         )
     return tuple(result)
+
+
+def _of_another_size(instance: Instance, parts: _Parts) -> bool:
+    """Whether an experiment runs with other structural values than those at hand: it is checked again with its own."""
+    found = [(instance.flattening.variables.get(name), value) for name, value in parts.structural.items()]
+    return any(
+        isinstance(member, VariableMember)
+        and isinstance(member.constant, model.Literal)
+        and member.constant.value != value
+        for member, value in found
+    )
 
 
 def _check_names(instance: Instance) -> None:

@@ -32,6 +32,10 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->rate = take(&memory, &total, MECH_SAMPLES * n);
     e->scale = take(&memory, &total, n);
     e->rate_scale = take(&memory, &total, n);
+    e->turned = take(&memory, &total, n);
+    e->idle = take(&memory, &total, n);
+    e->first_wait = take(&memory, &total, n);
+    e->first_rate = take(&memory, &total, n);
     e->fresh = take(&memory, &total, n);
     e->row = take(&memory, &total, r * MECH_ROW_VALUES);
     e->gap_scale = take(&memory, &total, r);

@@ -21,6 +21,8 @@ typedef struct mech_event_state {
     mech_real *w;           /* [MECH_SAMPLES][n]                                             */
     mech_real *rate;        /* [MECH_SAMPLES][n] dw/dt                                       */
     mech_real *scale, *rate_scale; /* [n] largest |w| and |dw/dt| so far                     */
+    mech_real *turned, *idle; /* [n] time of the last turn; turns in a row that moved by less than the tolerance */
+    mech_real *first_wait, *first_rate; /* [n] before and at the first of those                  */
     mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
     mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */
     mech_real *gap_scale, *speed, *force; /* [n_rows] largest values so far                  */

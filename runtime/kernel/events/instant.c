@@ -191,6 +191,31 @@ static int check_jolts(mech_solver *s, int hit)
     return mech_fail(s, MECH_CHATTER, hit);
 }
 
+/* A switch that turns a thousand times, and between its turns its indicator moves by less than the tolerance: a force that jumps
+ * through zero holds the motion there, ever closer and ever denser. Where a force bends without a jump, turns follow each other
+ * as fast as before while their rate falls. */
+static int check_rest(mech_solver *s, int hit)
+{
+    mech_event_state *e = s->events;
+    const mech_real t = s->run->report.t;
+    if (hit < 0 || hit >= s->model->hybrid->n_switches) return MECH_RUNNING;
+    mech_indicators_read(s, t, s->y, e->w, e->rate);
+    const mech_real wait = t - e->turned[hit], rate = mech_abs(e->rate[hit]);
+    const mech_real way = rate * wait / 4; /* there and back under a constant force */
+    e->turned[hit] = t;
+    if (!(way > 0 && way < s->o.rtol * e->scale[hit])) e->idle[hit] = -1;
+    if ((e->idle[hit] += 1) == 1) {
+        e->first_wait[hit] = wait;
+        e->first_rate[hit] = rate;
+    }
+    if (e->idle[hit] < CROWD) return MECH_RUNNING;
+    e->idle[hit] = 0;
+    const mech_real shorter = e->first_wait[hit] / wait;
+    if (!(shorter > 1 && shorter * shorter > e->first_rate[hit] / rate)) return MECH_RUNNING;
+    s->run->report.failed_part = 4;
+    return mech_fail(s, MECH_CHATTER, hit);
+}
+
 static int rubs(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i);
@@ -301,6 +326,7 @@ int mech_instant(mech_solver *s, int hit)
 {
     mech_run *run = s->run;
     int status = check_progress(s, hit);
+    if (!status) status = check_rest(s, hit);
     if (status) return status;
     const long events = run->report.n_events;
     if (s->model->hybrid->crowd) hit = mech_window_for_instant(s, hit);

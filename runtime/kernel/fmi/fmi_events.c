@@ -250,6 +250,8 @@ static int fail(fmu *f, int outcome)
     case MECH_CHATTER:
         if (r->failed_part == 3)
             return fmu_fail(f, FMU_ERROR, "the motion goes from side to side where a constraint bends, until time %g", t);
+        if (r->failed_part == 4)
+            return fmu_fail(f, FMU_ERROR, "the motion comes to rest at time %g where a force jumps, and goes to and fro there ever faster", t);
         return fmu_fail(f, FMU_ERROR, "a condition in the equations of motion goes to and fro at time %g", t);
     case MECH_APART:
         return fmu_fail(f, FMU_ERROR, "'%s' is engaged at time %g, but does not hold there", row, t);

@@ -5,6 +5,10 @@ from __future__ import annotations
 import pytest
 from flat_models import codes, flat, number, said, value
 
+import mechc
+from mechc.lang.diagnostics import CompileError
+from mechc.requests.parse_values import UsageMistake
+
 MODEL = """
 model Part
   parameter k = 1 N/m;
@@ -200,3 +204,31 @@ def test_defaults_of_inputs_that_depend_on_the_motion_are_refused(default: str) 
 def test_defaults_of_inputs_may_use_time_and_parameters() -> None:
     text = MODEL.replace("input Force u = 0;", "let s = 2*time; input Force u = m*s*1 m/s^3;")
     assert not codes(text.replace("EXPERIMENT", ""))
+
+
+SIZES = """
+model Row
+  structural parameter Integer n = 2;
+  coordinate Length x[n] = {i*1 m for i in 1:n};
+  kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:n);
+  experiment three(stop = 1 s, x = {4, 5, 6} m, n = 3);
+  experiment five(stop = 1 s, n = 5, x[5] = 7 m, der(x[4]) = 1 m/s);
+end Row;
+"""
+
+
+def test_experiments_of_different_sizes_stand_side_by_side() -> None:
+    """Each was checked with the sizes of the model alone, and none of these could run."""
+    model = mechc.loads(SIZES)
+    three, five = (model.simulate(experiment=name, estimate_error=False) for name in ("three", "five"))
+    assert [three[f"x[{i}]"][-1] for i in (1, 2, 3)] == [4, 5, 6]
+    assert [five[f"x[{i}]"][-1] for i in (3, 4, 5)] == pytest.approx([3, 5, 7])
+
+
+def test_an_experiment_that_does_not_fit_its_own_size_is_told() -> None:
+    wrong = mechc.loads(SIZES.replace("x[5] = 7 m", "x[6] = 7 m"))
+    with pytest.raises(CompileError) as caught:
+        wrong.for_experiment("five")
+    assert [d.code for d in caught.value.diagnostics] == ["E0314"]
+    with pytest.raises(UsageMistake, match=r"experiment 'five' sets 'x\[5\]', which .* in this size where n = 2"):
+        mechc.loads(SIZES).with_values({"n": 2}).for_experiment("five")
