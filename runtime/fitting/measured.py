@@ -13,6 +13,13 @@ from ..outcome import SimulationError
 from ..problem import Array
 
 
+MOST_TWICE = 0.25
+"""Share of rows that may repeat the time before them: more are no events, but a clock with too few digits."""
+
+SAME = 1e-9
+"""What differs by less, in the largest value of its column, does not jump."""
+
+
 class Measured(Struct, frozen=True, eq=False):
     """One measured motion in SI. ``times`` [n] rise; ``columns`` [n] each, not-a-number where nothing was measured;
     ``inputs`` drive the motion that is compared with it. ``units``: as they were written, by column; ``remarks`` on how it was read.
@@ -50,16 +57,19 @@ def measured(
     units: Mapping[str, str] | None = None,
     remarks: tuple[str, ...] = (),
 ) -> Measured:
-    """Check one measured motion; ``place`` says where a row stands, by its index. Raises SimulationError for times that do not
-    rise, for columns of other lengths and for values that are infinite."""
+    """Check one measured motion; ``place`` says where a row stands, by its index. Rows at one time are the sides of an event, of
+    which ``_one_side`` makes one. Raises SimulationError for times that do not rise, for columns of other lengths and for values that
+    are infinite."""
     times = np.asarray(times, dtype=np.float64)
     arrays = {name: np.asarray(values, dtype=np.float64) for name, values in columns.items()}
     if times.ndim != 1 or not times.size:
         raise SimulationError(f"{source} has no rows")
     if not np.isfinite(times).all():
         raise SimulationError(f"{place(int(np.argmin(np.isfinite(times))))} has no time")
-    if (falls := np.diff(times) <= 0).any():
-        row = int(np.argmax(falls)) + 1
+    steps = np.diff(times)
+    again = int((steps == 0).sum())
+    if (falls := steps < 0).any() or again > MOST_TWICE * times.size:
+        row = int(np.argmax(falls if falls.any() else steps == 0)) + 1
         raise SimulationError(
             f"measured times must rise, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
         )
@@ -68,4 +78,25 @@ def measured(
             raise SimulationError(f"'{name}' of {source} has {values.size} values at {times.size} times")
         if (endless := np.isinf(values)).any():
             raise SimulationError(f"{place(int(np.argmax(endless)))} has an infinite value of '{name}'")
+    if again:
+        times, arrays, told = _one_side(source, times, arrays)
+        remarks = (*remarks, told)
     return Measured(source, times, arrays, inputs or {}, units or {}, remarks)
+
+
+def _one_side(source: str, times: Array, columns: Mapping[str, Array]) -> tuple[Array, dict[str, Array], str]:
+    """Return one row for each time, and what to tell of it. What is the same on both sides of an event counts once; what jumps there
+    is left out: in a motion whose event is a little earlier or later, that time is on one side."""
+    first = np.flatnonzero(np.diff(times, prepend=-np.inf) > 0)
+    kept: dict[str, Array] = {}
+    jumps = []
+    for name, values in columns.items():
+        low, high = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
+        size = np.nanmax(np.abs(values), initial=0.0)
+        jumping = high - low > SAME * size
+        kept[name] = np.where(jumping, np.nan, (low + high) / 2)
+        if jumping.any():
+            jumps.append(name)
+    told = f"{source} has {times.size - first.size} times with two rows, the sides of an event"
+    left = f": {', '.join(jumps)} jump there and are not compared at these times" if jumps else ""
+    return times[first], kept, told + left

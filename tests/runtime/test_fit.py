@@ -424,3 +424,36 @@ def test_a_model_with_events_and_a_table_is_fitted() -> None:
 def test_a_motion_that_ends_before_the_data_says_so() -> None:
     with pytest.raises(mechc.SimulationError, match=r"used up at t = 1.5 s"):
         mechc.loads(RIG.format(end=1.5)).fit(rig_data(), "c")
+
+
+def test_what_a_run_writes_at_events_is_fitted(tmp_path: Path) -> None:
+    """The two rows of an impact were refused. A ball falls from 1 m with 9.81 m/s^2 and rebounds with 0.8 of its speed: by hand, with both
+    sides of each impact; the search begins far away."""
+    g, e, begin, up = 9.81, 0.8, 0.0, (2 * 9.81) ** 0.5
+    hits = [(2 / g) ** 0.5]
+    while hits[-1] < 1.5:
+        up *= e
+        hits.append(hits[-1] + 2 * up / g)
+    rows = ["time [s],h [m],der(h) [m/s]"]
+    speed = 0.0
+    for k, hit in enumerate(hits):
+        for t in np.linspace(begin, hit, 12):
+            low = 1 - g * t**2 / 2 if k == 0 else speed * (t - begin) - g * (t - begin) ** 2 / 2
+            rows.append(f"{t:.17g},{low:.17g},{speed - g * (t - begin):.17g}")
+        speed, begin = e * (2 * g) ** 0.5 * e**k, hit
+    (path := tmp_path / "ball.csv").write_text("\n".join(rows), encoding="utf-8")
+    ball = mechc.loads(
+        "parameter e = 0.7; parameter g = 9.5 m/s^2; coordinate Length h = 1 m; kinetic 1/2*1 kg*der(h)^2; potential 1 kg*g*h;"
+        "contact floor: h restitution e; experiment(stop = 1.5 s);"
+    )
+    found = ball.fit(path, "e, g")
+    assert [found["e"], found["g"]] == pytest.approx([0.8, 9.81], rel=1e-9)
+    assert any("two rows, the sides of an event: der(h) jump" in note for note in found.remarks)
+
+
+def test_a_clock_with_too_few_digits_is_no_event(tmp_path: Path) -> None:
+    (path := tmp_path / "t.csv").write_text(
+        "time [s],theta [rad]\n0,1\n0,0.9\n1,0.8\n1,0.7\n2,0.6\n2,0.5\n", encoding="utf-8"
+    )
+    with pytest.raises(SimulationError, match="must rise, but in line 3 of"):
+        mechc.loads(PENDULUM).fit(path, "l")
