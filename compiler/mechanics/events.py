@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from typing import assert_never
+
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Label, Reporter
 
@@ -11,6 +14,7 @@ from ..flat import model as flat
 from ..flat.model import FlatModel
 from ..graph import Graph, Node
 from ..graph import operations as ops
+from ..graph.show import short_formula
 from .forces import virtual_power
 from .meaning.lower import Lowering
 from .meaning.quaternions import rotation_quaternion
@@ -41,8 +45,22 @@ def branch_rows(
                 if (made := _action(lowering, action, symbols, flags, driven, assigned, reporter)) is not None
             )
             text = branch.condition.span.text
+            if branch.origin.instance:
+                text = f"{branch.origin.instance}: {text}"
             rows.append(BranchRow(number, condition, actions, text, branch.origin))
-    return (*rows, *_engaged_at_start(lowering, model, constraints))
+    return (*_told_apart(lowering.graph, rows), *_engaged_at_start(lowering, model, constraints))
+
+
+def _told_apart(graph: Graph, rows: Sequence[BranchRow]) -> list[BranchRow]:
+    """Return the branches with formulas as texts where a loop repeats one text: ``x[i] < 0 m`` is then that of each i."""
+    longest = 60
+    count = Counter(row.text for row in rows)
+    return [
+        replace(row, text=text)
+        if count[row.text] > 1 and (text := short_formula(graph, row.condition, longest))
+        else row
+        for row in rows
+    ]
 
 
 def _engaged_at_start(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Unpack
 
 from ..diagnostics import Details, Diagnostic, Severity
+from ..grammar.examples import WORDS
 from ..grammar.lexer import Token
 from ..grammar.tables import END
 from ..source import Span
@@ -40,7 +41,17 @@ def unexpected(s: Situation) -> Finding:
     found = _found(s.token)
     message = f"expected {expected}, found {found}" if expected else f"{found} cannot stand here"
     span = behind(s) if s.token.kind == END else s.span(s.token)
-    return error("E0110", message, span), Panic()
+    return error("E0110", message, span, help=_example(s)), Panic()
+
+
+def _example(s: Situation) -> str:
+    """Return how a statement is written whose head is wrong; empty where it is not known which one is meant, or further on."""
+    known = s.is_keyword(s.first) and s.first < s.index <= s.first + 2
+    return (
+        f"write it like this: '{WORDS[word][0]}'"
+        if known and (word := s.tokens[s.first].text) in WORDS
+        else ""
+    )
 
 
 def _found(token: Token) -> str:

@@ -21,7 +21,7 @@ from ..lang.units import NAMED_TYPES, UNIT_NAMES
 from .document import Document, class_of, declarations
 from .paths import code_before
 from .steps import function_at, locals_at
-from .words import WORDS
+from ..lang.grammar.examples import WORDS
 
 if TYPE_CHECKING:
     from ..runtime.studies.table import Kind

@@ -12,7 +12,7 @@ from ..lang.printing.layout import flat
 from ..lang.printing.statements import function_head
 from .document import Document
 from .names import Meaning, meaning_at
-from .words import WORDS
+from ..lang.grammar.examples import WORDS
 
 
 def hover(document: Document, offset: int) -> tuple[str, int, int] | None:

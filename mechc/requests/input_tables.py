@@ -98,6 +98,10 @@ def input_tables(
         remarks += sheet.remarks
         for one, table in found.items():
             remarks += bare_angle(source, one, quantities[one].unit, written[one], table.values)
+            if table.times.size == 1:
+                remarks.append(
+                    f"the table of '{one}' has one row, whose value stays for the whole run; a value that stays is set: --set {one}=.."
+                )
             tables[one] = table
         if sheet.from_file:
             units.append((source, {"time": written["time"]}))

@@ -290,3 +290,18 @@ def test_hopeless_texts_end_quickly(piece: str) -> None:
     with pytest.raises(CompileError):
         parse_text(piece * 20_000)
     assert time.process_time() - began < 20
+
+
+@pytest.mark.parametrize(
+    ("action", "example"),
+    [
+        ("terminate;", 'terminate("arrived");'),
+        ("terminate();", 'terminate("arrived");'),
+        ("reinit;", "reinit(der(x), -der(x));"),
+        ("release;", "release joint;"),
+    ],
+)
+def test_a_statement_without_its_parts_is_shown_whole(action: str, example: str) -> None:
+    """The message was "expected '('" alone."""
+    (found,) = errors_of(f"coordinate x = 1 m; when x < 0 m then {action} end when;")
+    assert found.code == "E0110" and found.help == f"write it like this: '{example}'"

@@ -407,3 +407,10 @@ def test_inputs_that_are_refused(rig: mechc.Model, monkeypatch: pytest.MonkeyPat
         rig.simulate(inputs={"stroke": np.sin})
     with pytest.raises(mechc.UsageMistake, match="an ensemble cannot keep"):
         rig.ensemble(vary="c = 0.5 N.s/m .. 0.6 N.s/m, 2", inputs={"push": np.sin}, keep="final(y)")
+
+
+def test_a_table_of_one_row_is_told(rig: mechc.Model, tmp_path: Path) -> None:
+    """Its value was held for the whole run without a word."""
+    path = table(tmp_path, "time [s],push [N]", [(0.0, 3.0)])
+    run = rig.simulate(inputs={"push": path}, stop=1, estimate_error=False)
+    assert any("the table of 'push' has one row" in said for said in run.remarks)

@@ -56,3 +56,25 @@ def test_events_are_made_when_they_are_asked_for(bounced: mechc.Solution) -> Non
     assert isinstance(events, Events)
     assert events.noted.nbytes == 32 * len(events)
     assert events[0] == events[0] and events[0] is not events[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        (
+            "model Cell coordinate Length x = 1 m; initial der(x) = -1 m/s; kinetic 1/2*1 kg*der(x)^2;"
+            "when x < 0 m then reinit(der(x), -der(x)); end when; end Cell;"
+            "model M Cell c[3](x = {1, 2, 3} m); experiment(stop = 3.5 s); end M;",
+            ["c[1]: x < 0 m", "c[2]: x < 0 m", "c[3]: x < 0 m"],
+        ),
+        (
+            "coordinate Length x[2] = {1, 2} m; for i in 1:2 loop kinetic 1/2*1 kg*der(x[i])^2; initial der(x[i]) = -1 m/s;"
+            "when x[i] < 0 m then reinit(der(x[i]), -der(x[i])); end when; end for; experiment(stop = 2.5 s);",
+            ["x[1] < 0", "x[2] < 0"],
+        ),
+    ],
+)
+def test_events_of_arrays_name_their_element(text: str, names: list[str]) -> None:
+    """All elements had one name, the text of their condition."""
+    run = mechc.loads(text).simulate(estimate_error=False)
+    assert [event.name for event in run.events] == names

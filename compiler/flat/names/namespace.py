@@ -73,6 +73,7 @@ class Namespace:
         self._paths: dict[str, Namespace] = {}
         self._open: list[tuple[Namespace, ast.Import]] = []
         self._broken = False
+        self._ambiguous: set[str] = set()
         for item in items:
             if isinstance(item, ast.Model | ast.Function | ast.Type):
                 self._define(item)
@@ -135,7 +136,7 @@ class Namespace:
 
     @property
     def broken(self) -> bool:
-        """True where an import failed, so that an unknown name may be no further mistake."""
+        """True where an import failed or two give one name, so that an unknown name may be no further mistake."""
         self._resolve_imports()
         return self._broken or (self._parent is not None and self._parent.broken)
 
@@ -186,6 +187,10 @@ class Namespace:
             if other is None or (found is not None and other.definition is found.definition):
                 continue
             if found is not None and by is not None:
+                self._broken = True  # what it means is open, and all that follows from either
+                if name in self._ambiguous:
+                    return None
+                self._ambiguous.add(name)
                 plain = name.removeprefix(_SHAPE)
                 self._library.reporter.error(
                     "E0208",
@@ -196,7 +201,7 @@ class Namespace:
                     help=f"import the one that is meant by name, as in 'import {by.path}.{{{plain}}};'; for both give one of the packages a "
                     f"name: 'import P = {statement.path};' and 'P.{plain}'",
                 )
-                break
+                return None
             found, by = other, statement
         return found
 

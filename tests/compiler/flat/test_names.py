@@ -356,3 +356,18 @@ def test_initial_conditions_on_expressions() -> None:
 def test_wrong_initial_statements(statement: str, code: str) -> None:
     text = "parameter m = 1 kg; coordinate x = 0 m; kinetic m*der(x)^2; state s = 1 N; equation der(s) = 0;"
     assert codes(text + statement) == [code]
+
+
+def test_what_follows_from_a_name_of_two_imports_is_not_told() -> None:
+    """The first import was taken to be meant: five further errors told what does not fit its model."""
+    text = """
+    import mech.rotational.*; import mech.translational.*;
+    model P
+      coordinate Length x = 1 m;
+      kinetic 1/2*1 kg*der(x)^2;
+      SpringDamper s(of = x, k = 3 N/m, c = 2 N.s/m);
+      SpringDamper s2(of = x, k = 3 N/m);
+      output F = s.force;
+    end P;
+    """
+    assert codes(text) == ["E0208"]
