@@ -15,13 +15,13 @@ from ..compiler.flat.statements.experiments import OPTIONS
 from ..compiler.flat.statements.shapes import SHAPES
 from ..lang import ast
 from ..lang.builtins import BUILTINS, CONSTANTS
+from ..lang.grammar.examples import WORDS
 from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS, STEPS
 from ..lang.source import SourceFile, Span
 from ..lang.units import NAMED_TYPES, UNIT_NAMES
 from .document import Document, class_of, declarations
 from .paths import code_before
 from .steps import function_at, locals_at
-from ..lang.grammar.examples import WORDS
 
 if TYPE_CHECKING:
     from ..runtime.studies.table import Kind

@@ -8,11 +8,11 @@ from ..compiler.flat import types
 from ..compiler.flat.model import FlatModel, Type
 from ..lang import ast
 from ..lang.builtins import Builtin
+from ..lang.grammar.examples import WORDS
 from ..lang.printing.layout import flat
 from ..lang.printing.statements import function_head
 from .document import Document
 from .names import Meaning, meaning_at
-from ..lang.grammar.examples import WORDS
 
 
 def hover(document: Document, offset: int) -> tuple[str, int, int] | None:

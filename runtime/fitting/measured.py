@@ -12,7 +12,6 @@ from ..inputs import Table
 from ..outcome import SimulationError
 from ..problem import Array
 
-
 MOST_TWICE = 0.25
 """Share of rows that may repeat the time before them: more are no events, but a clock with too few digits."""
 

@@ -230,5 +230,7 @@ def test_an_experiment_that_does_not_fit_its_own_size_is_told() -> None:
     with pytest.raises(CompileError) as caught:
         wrong.for_experiment("five")
     assert [d.code for d in caught.value.diagnostics] == ["E0314"]
-    with pytest.raises(UsageMistake, match=r"experiment 'five' sets 'x\[5\]', which .* in this size where n = 2"):
+    with pytest.raises(
+        UsageMistake, match=r"experiment 'five' sets 'x\[5\]', which .* in this size where n = 2"
+    ):
         mechc.loads(SIZES).with_values({"n": 2}).for_experiment("five")

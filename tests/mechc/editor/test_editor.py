@@ -22,8 +22,8 @@ from mechc.editor.pieces import pieces
 from mechc.editor.selections import around
 from mechc.editor.signatures import signature
 from mechc.editor.tokens import tokens
-from mechc.lang.grammar.examples import WORDS
 from mechc.lang.diagnostics import Severity
+from mechc.lang.grammar.examples import WORDS
 from mechc.lang.grammar.keywords import ACTIONS, DEFINITIONS, STATEMENTS, STEPS
 from mechc.lang.source import Span
 
