@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from ...local.branches import Bifurcation, EquilibriumBranch, Tracer, cut, near
 from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ...local.equilibrium_feasibility import check_side, contacts, penetrated, standing, stilled, touched_by
+from ...local.jumps import on_surfaces, rests_at_jumps
 from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.search import Box, Search, box_of
 from ...local.stability import UNTOLD, Stability, stability
@@ -75,9 +76,10 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
         check_autonomous(site, site.derivatives(at_rest(site, site.y)), site.y)
         remarks = [*moving_inputs(site), *held_samples(problem)]
         box = box_of(site)
-        if box.idle:
-            no = "no force" if touched_by(site, site.y, box.idle) else "nothing"
-            remarks.append(f"{no} depends on {', '.join(box.idle)}: told for the value of the start")
+        moved = on_surfaces(site)
+        if idle := tuple(name for name in box.idle if name not in moved):
+            no = "no force" if touched_by(site, site.y, idle) else "nothing"
+            remarks.append(f"{no} depends on {', '.join(idle)}: told for the value of the start")
         if contacts(site):
             remarks.append(RESTING)
         if self.over:
@@ -162,6 +164,14 @@ def _listed(
         )
         if one.free[box.moved].size and np.abs(one.free[box.moved]).max() > 0:
             remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
+    for rest in rests_at_jumps(site, box):
+        errors = dict(zip(site.chart.names, map(float, rest.errors), strict=True))
+        record = _record(site, rest.y, UNTOLD, {}, {n: e for n, e in errors.items() if n in names})
+        records.append(record)
+        rows.append(_row(record, names, max(record["errors"].values(), default=0.0)))
+        remarks.append(
+            f"the {_ordinal(len(records))} is held by forces that jump at '{rest.surface}': eigenvalues and stability are not told there"
+        )
     units = {q.name: q.unit for q in site.problem.states}
     head = (*((name, units[name]) for name in names), ("error", ""), ("", ""), ("eigenvalues", _per(site)))
     count = len(records)
@@ -194,6 +204,11 @@ def _listed(
         },
         equilibria=tuple(records),
     )
+
+
+def _ordinal(n: int) -> str:
+    ends = {1: "st", 2: "nd", 3: "rd"}
+    return f"{n}{'th' if n % 100 in (11, 12, 13) else ends.get(n % 10, 'th')}"
 
 
 def _count(survey: Survey | None) -> dict[str, Any]:
