@@ -153,6 +153,8 @@ class _Surface:
             place = int(self.unknowns[k])
             d = np.zeros(chart.size)
             d[place] = DIFFERENCE * (1.0 + abs(y[chart.place(place)]))
-            there, here = (indicators_of(self.site, self.plan, chart.moved(y, s * d))[self.k] for s in (1, -1))
+            there, here = (
+                indicators_of(self.site, self.plan, chart.moved(y, s * d))[self.k] for s in (1, -1)
+            )
             turn += (there - here) / (2 * d[place]) * (b - a)
         return turn > 0  # the relation is true where its indicator is negative: there the forces push it up
