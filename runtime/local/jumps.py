@@ -11,6 +11,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from ..numerics.rank import rank
 from ..problem import Array
 from .equilibrium import at_rest, moving
 from .operating_point import Site, indicators_of, plan_of, switched
@@ -21,6 +22,8 @@ CLOSE = 1e-9
 """Last step, in shares of the sizes of the unknowns."""
 APART = 1e-6
 """Rests closer than this, in the same shares, are one."""
+REGULAR = 1e-8
+"""Share of the largest singular value: below it are errors of the differences."""
 DIFFERENCE = 6e-6
 """Cube root of the rounding: the step of central differences."""
 
@@ -125,7 +128,7 @@ class _Surface:
             if not (np.isfinite(value).all() and np.isfinite(slopes).all()):
                 return None
             scale = np.abs(slopes).max(axis=1, initial=0.0)
-            if not (scale > 0).all() or np.linalg.matrix_rank(slopes / scale[:, None]) < x.size:
+            if not (scale > 0).all() or rank(slopes / scale[:, None], REGULAR) < x.size:
                 return None  # the surface does not move with these, or the rest is not isolated
             step = np.linalg.solve(slopes / scale[:, None], -value / scale)
             x = x + step
