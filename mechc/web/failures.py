@@ -96,6 +96,8 @@ def _count(problem: Problem, status: Status) -> int:
         return len(problem.assertions)
     if problem.hybrid is None or status > Status.EVENT_LOOP:
         return 1
+    if status == Status.CHATTER:
+        return max(1, len(problem.hybrid.switches))
     return max(1, len(problem.hybrid.branches if status in OF_BRANCHES else problem.hybrid.rows))
 
 
