@@ -21,10 +21,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 BUILD = ROOT / "build" / "website"
-PAGES, LIVE = BUILD / "pages", BUILD / "live"
+PAGES, LIVE, DRAWN = BUILD / "pages", BUILD / "live", BUILD / "diagrams"
 
 sys.path.insert(0, str(HERE.parent))
 
+import diagrams  # noqa: E402
 import figures  # noqa: E402
 from own_installation import require_own_installation  # noqa: E402
 
@@ -94,15 +95,19 @@ def example_name(path: Path) -> str:
     return "_".join(path.with_suffix("").parts[1:])
 
 
-def write_pages(live: Mapping[str, Path]) -> None:
-    """Write all pages; ``live`` has the moving page of each example that has one."""
+def write_pages(live: Mapping[str, Path], drawn: Mapping[str, Path] | None = None) -> None:
+    """Write all pages; ``live`` has the moving page of each example that has one, ``drawn`` the diagrams of parts."""
+    drawn = drawn or {}
     shutil.rmtree(PAGES, ignore_errors=True)
     known = places()
     for source, place in known.items():
         path, target = ROOT / source, PAGES / place
         target.parent.mkdir(parents=True, exist_ok=True)
         if path.suffix == ".md":
-            target.write_text(moved(path.read_text(encoding="utf-8"), source, known), encoding="utf-8")
+            text = moved(path.read_text(encoding="utf-8"), source, known)
+            if source == "docs/library.md":
+                text = diagrams.illustrated(text, drawn, "diagrams")
+            target.write_text(text, encoding="utf-8")
         elif path.suffix == ".mech":
             target.write_text(example_page(path, live), encoding="utf-8")
         elif path.is_file():
@@ -111,6 +116,9 @@ def write_pages(live: Mapping[str, Path]) -> None:
     (PAGES / "decisions" / "README.md").write_text(decisions(), encoding="utf-8")
     for name in ("website.css", "worker.js"):
         shutil.copyfile(HERE / name, PAGES / name)
+    (PAGES / "diagrams").mkdir()
+    for name, path in drawn.items():
+        shutil.copyfile(path, PAGES / "diagrams" / f"{name}.svg")
     (PAGES / "live").mkdir()
     for name, page in live.items():
         target = PAGES / "live" / f"{name}{page.suffix}"
@@ -181,6 +189,19 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
     return made
 
 
+def make_diagrams() -> dict[str, Path]:
+    """Return the diagram of each part of the library, made where it is not there yet."""
+    DRAWN.mkdir(parents=True, exist_ok=True)
+    by = [*_sources(), HERE.parent / "diagrams.py", *(ROOT / "mechc" / "presentation").glob("*.py")]
+    key = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(by))).hexdigest()[:16]
+    made = {name: DRAWN / f"{name}-{key}.svg" for name in diagrams.parts()}
+    missing = [name for name, path in made.items() if not path.exists()]
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        for name, svg in zip(missing, pool.map(diagrams.drawn, missing), strict=True):
+            made[name].write_text(svg, encoding="utf-8", newline="\n")
+    return made
+
+
 def _made(example: Path, page: Path) -> tuple[Path | None, str]:
     """Write the page of an example, or the picture of a curve, which does not move; return it, or why there is none."""
     picture = page.with_suffix(".png")
@@ -210,7 +231,7 @@ def _sources() -> list[Path]:
 def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument(
-        "--no-live", action="store_true", help="leave out the moving pages and the playground"
+        "--no-live", action="store_true", help="leave out the moving pages, the diagrams and the playground"
     )
     parser.add_argument("examples", nargs="*", help="moving pages of these alone")
     asked = parser.parse_args(arguments)
@@ -218,7 +239,7 @@ def main(arguments: Sequence[str]) -> int:
     begun = time.monotonic()
     examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
     chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]
-    write_pages(make_live(chosen))
+    write_pages(make_live(chosen), {} if asked.no_live else make_diagrams())
     if not asked.no_live:
         add_playground()
     print(f"pages written after {time.monotonic() - begun:.0f} s")

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from mechc.solution import Solution
 
 INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")
+AXES = ("#d1493f", "#3f9b57", "#3572b0")
+"""Of x, y and z of a frame."""
 TRAIL = 1500
 """Points of a path."""
 GAUGES = ("bead", "dial")
@@ -31,11 +33,17 @@ SMALL = 0.012
 class Painter:
     """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another.
 
-    ``axes``: where to paint, if not on a figure of its own; ``also``: points [n, 3] for which there is to be room.
+    ``axes``: where to paint, if not on a figure of its own; ``also``: points [n, 3] for which there is to be room;
+    ``small``: radius of what has no size of its own, over the whole picture.
     """
 
     def __init__(
-        self, solution: Solution, times: Array, axes: Any = None, also: Sequence[Array] = ()
+        self,
+        solution: Solution,
+        times: Array,
+        axes: Any = None,
+        also: Sequence[Array] = (),
+        small: float = SMALL,
     ) -> None:
         staged = solution.staged()
         if staged is None:
@@ -56,6 +64,7 @@ class Painter:
         self.flat = scene.size == 2
         self.low, self.high = self._box(also)
         self.size = float(np.linalg.norm(self.high - self.low)) or 1.0
+        self.small = small * self.size
         self.heaviest = max(
             (abs(self.rows[0, s.numbers[3]]) for s in scene.shapes if s.kind == "mass"), default=1.0
         )
@@ -155,7 +164,7 @@ class Painter:
     # ------------------------------------------------------------ shapes
 
     def _shape(self, shape: ShapeEntry, v: Array, ink: str, opacity: float) -> None:
-        small = SMALL * self.size
+        small = self.small
         match shape.kind:
             case "line":
                 self._line(v.reshape(-1, 3), ink, 2.0, opacity)
@@ -166,13 +175,10 @@ class Painter:
             case "text":
                 self._text(v, shape.text, opacity)
             case "arrow":
-                self._arrow(v[:3], v[3:6], ink, opacity)
+                self.arrow(v[:3], v[3:6], ink, opacity)
             case "frame":
                 length = v[12] * 6 * small if shape.relative else v[12]
-                for axis, colour in zip(
-                    v[3:12].reshape(3, 3), ("#d1493f", "#3f9b57", "#3572b0"), strict=True
-                ):
-                    self._arrow(v[:3], axis * length, colour, opacity)
+                self.frame(v, length, opacity)
             case "sphere":
                 self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
             case "mesh":
@@ -287,7 +293,8 @@ class Painter:
         )
 
     def _ball(self, centre: Array, radius: float, ink: str, opacity: float) -> None:
-        angle = np.linspace(0, 2 * np.pi, 25)
+        fine = 2 if radius > 3 * self.small else 1
+        angle = np.linspace(0, 2 * np.pi, 12 * fine + 1)
         if self.flat:
             self.axes.fill(
                 centre[0] + radius * np.cos(angle),
@@ -296,13 +303,19 @@ class Painter:
                 alpha=opacity,
             )
             return
-        up = np.linspace(0, np.pi, 13)[:, None]
+        up = np.linspace(0, np.pi, 6 * fine + 1)[:, None]
         unit = np.stack(
             [np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up) + 0 * angle], axis=-1
         )
         self._surface(centre + radius * unit, ink, opacity)
 
-    def _arrow(self, start: Array, vector: Array, ink: str, opacity: float) -> None:
+    def frame(self, v: Array, length: float, opacity: float = 1.0) -> None:
+        """Paint the axes of a frame: its origin and three unit vectors [12]."""
+        for axis, colour in zip(v[3:12].reshape(3, 3), AXES, strict=True):
+            self.arrow(v[:3], axis * length, colour, opacity)
+
+    def arrow(self, start: Array, vector: Array, ink: str, opacity: float) -> None:
+        """Paint an arrow from a point [3]."""
         if not np.linalg.norm(vector) > 0:
             return
         if self.flat:
