@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Callable
 from fractions import Fraction
 
@@ -41,10 +42,11 @@ from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.differentiate import jvp
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.kinks import as_choice
-from mechc.compiler.graph.operation import Operation, Parity, Sign
+from mechc.compiler.graph.operation import Form, Operation, Parity, Sign
 from mechc.compiler.graph.operations import OPERATIONS
 from mechc.compiler.graph.rewrite import substitute, transfer
 from mechc.compiler.symbolic import express
+from mechc.runtime.native.libtcc import HEADERS
 
 EVERY = pytest.mark.parametrize("row", ROWS, ids=[row.name for row in ROWS])
 TABLE_ROW = file_of(ops)
@@ -378,3 +380,15 @@ def test_sympy_agrees(row: Operation) -> None:
             assert abs(number - exact) <= abs(exact) * mpmath.mpf(10) ** -35, (
                 f"SymPy's '{row.name}' at {at} is {number}, not {exact}: 'sympy' in {TABLE_ROW}"
             )
+
+
+def test_the_compiler_that_comes_along_knows_every_function() -> None:
+    """What the C text of an operation calls is declared in the header of libtcc, for both kinds of numbers."""
+    called = {
+        row.c or row.name
+        for row in ROWS
+        if row.form is None and not row.c_text and not isinstance(row.c, Form) and row.value is not None
+    } | {name for row in ROWS for name in row.calls}
+    declared = set(re.findall(r"(\w+)\(", (HEADERS / "math.h").read_text(encoding="utf-8")))
+    assert len(called) > 20
+    assert {*called, *(f"{name}l" for name in called)} <= declared
