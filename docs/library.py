@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import cache
 from itertools import takewhile
 from pathlib import Path
 
@@ -39,16 +40,20 @@ HEAD = """# The standard library
 
 Seventeen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
-frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
+frames, angles or lengths: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
 limits = {-90, 90} deg);`; those that are not given are not there (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and
-forces, what closes a loop with it, and by `assert` where it ends; then examples that have one. Made from the library by
-`python docs/library.py`.
+forces, what closes a loop with it, and by `assert` where it ends; then [its names in other programs](how_to/parts_by_other_names.md), and examples that have one.
+
+On the site, and in the folder that `python docs/diagrams.py FOLDER` writes, each part has a diagram: the picture of the part at its default parameters, with the
+axes x (red), y (green) and z (blue) of its frames, and the coordinates of a joint away from zero; or a block with its flanges (squares), inputs and outputs (triangles)
+and their units. Made from the library by `python docs/library.py`.
 """
 
 EXAMPLES = {
     path: path.read_text(encoding="utf-8") for path in sorted((HERE.parent / "examples").rglob("*.mech"))
 }
 MOST_EXAMPLES = 3
+NAMES = HERE / "how_to" / "parts_by_other_names.md"
 
 KINDS = {
     ast.Parameter: "parameter",
@@ -79,6 +84,7 @@ def _package(name: str) -> str:
             lines.append(f"\n### {kind}{item.name}\n\n{_sentence(item.doc)}\n\n")
             lines.append(_table(item))
             lines.append(_formulas(item))
+            lines.append(_elsewhere(name, item))
             lines.append(_used_in(name, item))
     return "".join(lines)
 
@@ -138,6 +144,30 @@ def _conditioned(body: Iterable[ast.Statement]) -> Iterator[tuple[str, ast.State
                 yield from ((f"if {print_expression(branch.condition)}: ", inner) for inner in branch.body)
         else:
             yield "", item
+
+
+@cache
+def other_names() -> dict[str, list[str]]:
+    """Return what each part is called in other programs, by the rows of the how-to: ``Modelica: IdealGear``."""
+    found: dict[str, list[str]] = {}
+    programs: list[str] = []
+    for line in NAMES.read_text(encoding="utf-8").splitlines():
+        here, *others = (cell.strip() for cell in line.strip("| ").split(" | "))
+        if here == "here" or not line:
+            programs = others
+        if here == "here" or not programs or line.startswith("|-"):
+            continue
+        names = [f"{re.sub('`', '', p)}: {c}" for p, c in zip(programs, others, strict=True) if c != "—"]
+        package = re.search(r"of `mech\.(\w+)`", here)
+        for part in re.findall(r"`([A-Z]\w+)`", here if here.startswith("`") else ""):
+            found.setdefault(f"{package[1]}.{part}" if package else part, []).extend(names)
+    return found
+
+
+def _elsewhere(package: str, model: ast.Model) -> str:
+    """Say what a part is called elsewhere, so that a search for that finds it."""
+    names = other_names().get(f"{package}.{model.name}") or other_names().get(model.name)
+    return f"\n[Elsewhere]({NAMES.relative_to(HERE)}): {'; '.join(names)}.\n" if names else ""
 
 
 def _used_in(package: str, model: ast.Model) -> str:

@@ -10,7 +10,9 @@ import pytest
 
 import mechc
 from mechc.lang import ast
+from mechc.lang.builtins import BUILTINS
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.grammar.keywords import KEYWORDS
 from mechc.lang.parser import parse
 from mechc.lang.read import read_source
 
@@ -37,19 +39,63 @@ def library() -> tuple[dict[str, set[str]], set[str]]:
     return parts, functions
 
 
-def cells(page: str, column: int) -> list[str]:
-    """Return what stands between backticks in a column of the tables of a page, without their heads."""
+def rows(page: str) -> list[list[str]]:
+    """Return the rows of the tables of a page as their cells, without their heads."""
     text = (HOW_TO / page).read_text(encoding="utf-8")
-    rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| `")]
-    return [cell for row in rows for cell in re.findall(r"`([^`]+)`", row[column])]
+    lines = [line for line in text.splitlines() if line.startswith("| ") and not line.startswith("| here")]
+    return [line.strip("| ").split(" | ") for line in lines]
+
+
+def cells(page: str, column: int) -> list[str]:
+    """Return what stands between backticks in a column of the tables of a page."""
+    return [cell for row in rows(page) if len(row) > column for cell in re.findall(r"`([^`]+)`", row[column])]
 
 
 def test_parts_by_other_names() -> None:
     parts, functions = library()
     settings = set().union(*(names for part, names in parts.items() if part.endswith("Settings")))
-    names = [n for n in cells("parts_by_other_names.md", 0) if re.fullmatch(r"\w+", n)]
-    assert len(names) > 90
-    assert [n for n in names if n not in parts and n not in functions and n not in settings] == []
+    known = {*parts, *functions, *settings, *KEYWORDS, *BUILTINS, "to", "world"}
+    first = [row[0] for row in rows("parts_by_other_names.md") if row[0].startswith("`")]
+    names = [n for cell in first for n in re.findall(r"`(\w\w+)`", cell)]
+    assert len(names) > 180
+    assert [n for n in names if n not in known] == []
+
+
+def test_every_part_of_the_library_is_named() -> None:
+    named = set(cells("parts_by_other_names.md", 0))
+    for path in sorted((ROOT / "stdlib").glob("*.mech")):
+        for item in parse(read_source(path), Reporter()).items:
+            if isinstance(item, ast.Model) and not item.partial and "Meets" not in item.name:
+                assert item.name in named, f"{path.stem}.{item.name}"
+
+
+@pytest.mark.parametrize(("column", "program"), [(1, "modelica"), (2, "simscape"), (3, "adams")])
+def test_every_name_elsewhere_has_an_answer(column: int, program: str) -> None:
+    """Parts of Modelica.Mechanics and Modelica.Blocks (4.1), of Simscape Foundation, Driveline and Multibody, joints and forces of Adams."""
+    said = ", ".join(row[column] for row in rows("parts_by_other_names.md") if len(row) == 4)
+    asked = (Path(__file__).parent / "names_elsewhere" / f"{program}.txt").read_text(encoding="utf-8")
+    names = [name for line in asked.splitlines() if not line.startswith("#") for name in line.split(", ")]
+    assert len(names) > 30
+    assert [
+        n for n in names if not re.search(rf"(?<![\w.]){re.escape(n)}(?![\w])|\.{re.escape(n)}`", said)
+    ] == []
+
+
+def test_the_library_says_what_parts_are_called_elsewhere() -> None:
+    """So that the search of the site finds a part by its name in another program."""
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    sections = re.split(r"(?m)^### ", page)
+    for part, name in (
+        ("Rack", "IdealGearR2T"),
+        ("SpringDamper", "Torsional Spring-Damper"),
+        ("Screw", "Lead Screw Joint"),
+        ("Differential", "Sun-Planet Bevel"),
+        ("ConstantVelocity", "constant velocity joint"),
+        ("Hysteresis", "OnOffController"),
+    ):
+        assert any(
+            text.startswith(f"{part}\n") and name in text.partition("[Elsewhere](")[2] for text in sections
+        ), part
 
 
 def test_parts_for_those_who_know_modelica() -> None:

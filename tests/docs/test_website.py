@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import re
 import subprocess
 import sys
@@ -46,8 +47,11 @@ def links(text: str) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "PAGES", tmp_path_factory.mktemp("site") / "pages")
-        build.write_pages({})
+        folder = tmp_path_factory.mktemp("site")
+        patch.setattr(build, "PAGES", folder / "pages")
+        drawn = folder / "drawn.svg"
+        drawn.write_text("<svg/>", encoding="utf-8")
+        build.write_pages({}, {"planar.Revolute": drawn})
         return build.PAGES
 
 
@@ -59,6 +63,12 @@ def test_links_lead_to_pages_of_the_site(written: Path) -> None:
                 assert (page.parent / target).exists(), f"{page.relative_to(written)}: {target}"
                 found += 1
     assert found > 500
+
+
+def test_parts_have_their_diagrams(written: Path) -> None:
+    library = (written / "library.md").read_text(encoding="utf-8")
+    assert re.findall(r"!\[[^]]*\]\((.+)\)", library) == ["diagrams/planar.Revolute.svg"]
+    assert (written / "diagrams" / "planar.Revolute.svg").read_text(encoding="utf-8") == "<svg/>"
 
 
 def test_every_message_and_every_example_has_its_page(written: Path) -> None:
@@ -113,6 +123,17 @@ def test_mkdocs_builds_it_without_a_warning() -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert (build.BUILD / "site" / "index.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("mkdocs") is None, reason="needs the extra 'docs'")
+def test_a_search_finds_a_part_by_its_name_elsewhere() -> None:
+    subprocess.run([sys.executable, str(ROOT / "docs/website/build.py"), "--no-live"], check=True)
+    index = json.loads((build.BUILD / "site" / "search" / "search_index.json").read_text(encoding="utf-8"))
+    parts = [entry for entry in index["docs"] if entry["location"].startswith("library.html#")]
+    for name, part in (("IdealGearR2T", "Rack"), ("Leadscrew", "LeadScrew"), ("AKISPL", None)):
+        found = {entry["title"] for entry in parts if name in entry["text"]}
+        assert (part in found) if part else not found
 
 
 @pytest.mark.slow
