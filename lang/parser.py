@@ -34,15 +34,15 @@ _PASSED: dict[tuple[int, int, str], int] = {}
 """What ``_passed`` found; there is one automaton."""
 
 
-def parse(source: SourceFile, reporter: Reporter) -> ast.File:
-    """Return the syntax tree of a file.
+def parse(source: SourceFile, reporter: Reporter, piece: tuple[int, int] | None = None) -> ast.File:
+    """Return the syntax tree of a file, or of the definitions in a piece of it, from one offset to another.
 
     Raises CompileError, with at most ``MOST_ERRORS`` errors in ``reporter``, where the text is not
     of the language.
     """
     tables = load_tables()
     problems = Reporter()
-    tokens, comments = tokenise(source, tables, problems)
+    tokens, comments = tokenise(source, tables, problems, piece)
     machine = _Machine(tables, tokens, Builder(source, problems), [tables.start])
     mended = {source.position(d.span.start)[0] for d in problems.diagnostics if d.span}
     whole = all(d.code != "E0108" for d in problems.diagnostics)  # else the rest of the file is missing

@@ -74,15 +74,15 @@ _QUOTED = re.compile(r"'[^'\n]*'|[\u201c\u201d\u201e][^\u201c\u201d\u201e\"\n]*[
 
 
 def tokenise(
-    source: SourceFile, tables: ParserTables, reporter: Reporter
+    source: SourceFile, tables: ParserTables, reporter: Reporter, piece: tuple[int, int] | None = None
 ) -> tuple[list[Token], tuple[Comment, ...]]:
-    """Return the tokens, with one of kind ``$END`` last, and the comments.
+    """Return the tokens of a text, or of a piece from one offset to another, with one of kind ``$END`` last, and the comments.
 
     Slips are recorded in ``reporter`` and mended. Raises CompileError for characters that reorder what is shown.
     """
     _refuse_reordering(source, reporter)
     lexer = _Lexer(source, tables, reporter)
-    lexer.run()
+    lexer.run(*(piece or (0, len(source.text))))
     return lexer.tokens, tuple(lexer.comments)
 
 
@@ -122,14 +122,13 @@ class _Lexer:
         self.comments: list[Comment] = []
         self.reported: set[str] = set()  # names and signs, once each
 
-    def run(self) -> None:
-        text, length = self.text, len(self.text)
+    def run(self, position: int, length: int) -> None:
+        text = self.text
         taken = self.tokens.append
-        position = 0
         while position < length:
-            match = self.match(text, position)
+            match = self.match(text, position, length)
             if match is None:
-                position = length - len(text[position:].lstrip(" \t\n"))
+                position = length - len(text[position:length].lstrip(" \t\n"))
                 if position < length:
                     position = self.mend(position)
                 if len(self.reporter.diagnostics) >= MOST_ERRORS:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -22,11 +22,49 @@ LIBRARY = "mech"
 
 SUFFIX = ".mech"
 
-_parsed: dict[Path, tuple[tuple[int, int], ast.File]] = {}
+Definition = ast.Model | ast.Function | ast.Type
+
+SHAPE = "shape "
+"""Before the names of shape models: only statements ``shape`` use them, so that a body may have the name of a shape."""
+
+_DEFINED = re.compile(r"^((?:partial |shape )*)(?:model|function|type) (\w+)", re.MULTILINE)
+
+_parsed: dict[Path, tuple[tuple[int, int], ast.File | Pieces]] = {}
 """Files with what tells whether they have changed."""
 
 
-def load(path: Path | str, reporter: Reporter) -> ast.File:
+class Pieces(Mapping[str, Definition]):
+    """The definitions of a file of the standard library, each parsed when it is first looked up."""
+
+    def __init__(self, source: SourceFile) -> None:
+        found = [*_DEFINED.finditer(source.text)]
+        ends = [*(match.start() for match in found[1:]), len(source.text)]
+        self._source = source
+        self._places = {
+            f"{SHAPE if SHAPE in match[1] else ''}{match[2]}": (match.start(), end)
+            for match, end in zip(found, ends, strict=True)
+        }
+        self._read: dict[str, Definition] = {}
+        self.imports = parse(source, Reporter(), (0, found[0].start())).items
+
+    def __getitem__(self, name: str) -> Definition:
+        if name not in self._read:
+            (definition,) = parse(self._source, Reporter(), self._places[name]).items
+            assert isinstance(definition, Definition)
+            self._read[name] = definition
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+
+def load(path: Path | str, reporter: Reporter) -> ast.File | Pieces:
     """Read and parse one file; a file that has not changed since is not parsed again.
 
     Raises CompileError where it cannot be read or is not of the language.
@@ -41,19 +79,15 @@ def load(path: Path | str, reporter: Reporter) -> ast.File:
     if known is not None and known[0] == state:
         return known[1]
     before = len(reporter.diagnostics)
-    file = parse(_read(path, reporter), reporter)
+    file: ast.File | Pieces
+    if path.is_relative_to(library_folder()):
+        name = Path(LIBRARY, path.relative_to(library_folder())).as_posix()  # wherever it is installed
+        file = Pieces(SourceFile(name, read_source(path, reporter).text))
+    else:
+        file = parse(read_source(path, reporter), reporter)
     if len(reporter.diagnostics) == before:
         _parsed[path] = (state, file)
     return file
-
-
-def _read(path: Path, reporter: Reporter) -> SourceFile:
-    """Read a file; one of the standard library is called ``mech/planar.mech`` wherever it is installed."""
-    source = read_source(path, reporter)
-    if path.is_relative_to(library_folder()):
-        name = Path(LIBRARY, path.relative_to(library_folder())).as_posix()
-        return SourceFile(name, source.text)
-    return source
 
 
 @cache

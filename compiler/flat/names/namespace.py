@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from msgspec import Struct, field
@@ -14,18 +14,13 @@ from mechc.lang.source import Span
 from mechc.lang.units import NAMED_TYPES, parse_unit
 from mechc.suggest import closest
 
-from .files import find, importable, load
-
-Definition = ast.Model | ast.Function | ast.Type
-
-_SHAPE = "shape "
-"""Before the names of shape models: only statements ``shape`` use them, so that a body may have the name of a shape."""
+from .files import SHAPE, Definition, Pieces, find, importable, load
 
 
 def key_of(definition: Definition) -> str:
     """Return under which word a namespace knows a definition."""
     shape = isinstance(definition, ast.Model) and definition.shape
-    return f"{_SHAPE}{definition.name}" if shape else definition.name
+    return f"{SHAPE}{definition.name}" if shape else definition.name
 
 
 class FoundDefinition(Struct, frozen=True):
@@ -47,8 +42,12 @@ class SourceLibrary(Struct):
         found = self._namespaces.get(key)
         if found is None:
             file = load(path, self.reporter)
-            _check_loose(file.items, self.reporter)
-            found = self._namespaces[key] = Namespace(file.items, self)
+            if isinstance(file, Pieces):
+                found = Namespace(file.imports, self, own=file)
+            else:
+                _check_loose(file.items, self.reporter)
+                found = Namespace(file.items, self)
+            self._namespaces[key] = found
         return found
 
     def register(self, file: ast.File) -> Namespace:
@@ -63,12 +62,17 @@ class Namespace:
     """What the names of models, functions and types mean in one file, or in one model inside it."""
 
     def __init__(
-        self, items: tuple[ast.Statement, ...], library: SourceLibrary, parent: Namespace | None = None
+        self,
+        items: tuple[ast.Statement, ...],
+        library: SourceLibrary,
+        parent: Namespace | None = None,
+        own: Mapping[str, Definition] | None = None,
     ):
         self._library = library
         self._parent = parent
         self._imports = tuple(item for item in items if isinstance(item, ast.Import))
-        self._own: dict[str, Definition] = {}
+        defined: dict[str, Definition] = {}
+        self._own = defined if own is None else own
         self._explicit: dict[str, FoundDefinition | Namespace] | None = None
         self._paths: dict[str, Namespace] = {}
         self._open: list[tuple[Namespace, ast.Import]] = []
@@ -76,11 +80,11 @@ class Namespace:
         self._ambiguous: set[str] = set()
         for item in items:
             if isinstance(item, ast.Model | ast.Function | ast.Type):
-                self._define(item)
+                self._define(item, defined)
 
-    def _define(self, item: Definition) -> None:
+    def _define(self, item: Definition, defined: dict[str, Definition]) -> None:
         reporter = self._library.reporter
-        first = self._own.get(item.name) or self._own.get(f"{_SHAPE}{item.name}")
+        first = defined.get(item.name) or defined.get(f"{SHAPE}{item.name}")
         if first is not None:
             reporter.error(
                 "E0204",
@@ -98,7 +102,7 @@ class Namespace:
                 item.name_span,
                 help="choose another name",
             )
-        self._own[key_of(item)] = item
+        defined[key_of(item)] = item
 
     def inside(self, items: tuple[ast.Statement, ...]) -> Namespace:
         """Return the namespace of a model's body, which may import and define too."""
@@ -162,11 +166,11 @@ class Namespace:
     def look_up_shape(self, name: str, span: Span) -> FoundDefinition | None:
         """Return the shape model that a dotted name means; None if none."""
         path, dot, last = name.rpartition(".")
-        return self.look_up(f"{path}{dot}{_SHAPE}{last}", span)
+        return self.look_up(f"{path}{dot}{SHAPE}{last}", span)
 
     def shapes(self) -> Iterator[str]:
         """Yield the names of the shape models in reach."""
-        yield from (name.removeprefix(_SHAPE) for name in self._all_names() if name.startswith(_SHAPE))
+        yield from (name.removeprefix(SHAPE) for name in self._all_names() if name.startswith(SHAPE))
 
     def exported(self, name: str) -> FoundDefinition | None:
         """Return what a name of this file's own definitions means."""
@@ -191,7 +195,7 @@ class Namespace:
                 if name in self._ambiguous:
                     return None
                 self._ambiguous.add(name)
-                plain = name.removeprefix(_SHAPE)
+                plain = name.removeprefix(SHAPE)
                 self._library.reporter.error(
                     "E0208",
                     f"'{plain}' comes from two imports",
@@ -207,7 +211,7 @@ class Namespace:
 
     def names(self) -> Iterator[str]:
         """Yield every name that means something here, for "did you mean"."""
-        yield from (name for name in self._all_names() if not name.startswith(_SHAPE))
+        yield from (name for name in self._all_names() if not name.startswith(SHAPE))
 
     def _all_names(self) -> Iterator[str]:
         yield from self._own
@@ -262,11 +266,11 @@ class Namespace:
             return
         for name in names:
             found = {
-                kind: one for kind in ("", _SHAPE) if (one := namespace.exported(f"{kind}{name}")) is not None
+                kind: one for kind in ("", SHAPE) if (one := namespace.exported(f"{kind}{name}")) is not None
             }
             if not found:
                 self._broken = True
-                near = closest(name, (own.removeprefix(_SHAPE) for own in namespace._own))
+                near = closest(name, (own.removeprefix(SHAPE) for own in namespace._own))
                 library.reporter.error(
                     "E0206",
                     f"'{path.name}' defines no '{name}'",

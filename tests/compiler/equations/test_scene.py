@@ -269,8 +269,8 @@ def compare_without(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "draw" in source.text or drawn.flat.draws, "nothing is compared"
     whole = texts(drawn, path)
 
-    def stripped(source: SourceFile, reporter: Reporter) -> ast.File:
-        found = without_draws(parse(source, reporter))
+    def stripped(source: SourceFile, reporter: Reporter, piece: tuple[int, int] | None = None) -> ast.File:
+        found = without_draws(parse(source, reporter, piece))
         assert isinstance(found, ast.File)
         return found
 

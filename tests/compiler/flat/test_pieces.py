@@ -1,0 +1,55 @@
+"""The library is parsed piece by piece: only what a model names, and as a whole it is the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import mechc
+from mechc.compiler.flat.names import files
+from mechc.lang.diagnostics import CompileError, Reporter
+from mechc.lang.parser import parse
+from mechc.lang.read import read_source
+
+LIBRARY = sorted(files.library_folder().glob("*.mech"))
+
+
+@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+def test_the_pieces_are_the_file(path: Path) -> None:
+    """In order, and each with its place in the text: messages show it."""
+    whole = parse(read_source(path), Reporter()).items
+    pieces = files.Pieces(read_source(path))
+    items = (*pieces.imports, *pieces.values())
+    assert items == whole
+    assert [(i.span.start, i.span.end) for i in items] == [(i.span.start, i.span.end) for i in whole]
+
+
+def test_only_what_a_model_names_is_parsed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "_parsed", {})
+    mechc.loads("""
+import mech.planar.*;
+model Pendulum
+  Bar rod;
+  Revolute hinge(world -> rod.a);
+  gravity {0, -9.81} m/s^2;
+end Pendulum;
+""")
+    (pieces,) = (file for _, file in files._parsed.values() if isinstance(file, files.Pieces))
+    assert {*pieces._read} == {"Bar", "Revolute", "TurningSettings"}
+
+
+def test_a_wrong_piece_is_told_where_it_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And where it is not used, by ``mechc check`` of the file."""
+    text = 'model Good\n  coordinate Length x;\nend Good;\n\nmodel Bad "wrong"\n  coordinate Length x = ;\nend Bad;\n'
+    (tmp_path / "own.mech").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(files, "library_folder", lambda: tmp_path)
+    use = "import mech.own.*;\nmodel M\n  {} part;\n  kinetic 1/2*1 kg*der(part.x)^2;\nend M;\n"
+    mechc.loads(use.format("Good"))
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(use.format("Bad"))
+    (found,) = caught.value.diagnostics
+    assert found.span is not None
+    assert (found.span.file.name, found.span.file.position(found.span.start)[0]) == ("mech/own.mech", 6)
+    with pytest.raises(CompileError):
+        mechc.load(tmp_path / "own.mech", model="Good")
