@@ -28,7 +28,8 @@ _CONDITIONS = ("IF", "ELSEIF", "WHEN", "ELSEWHEN", "ASSERT", "AND", "OR", "NOT",
 
 # Words that Modelica has and this language has not, with what to write.
 _MODELICA: Mapping[str, str] = {
-    "connect": "bodies are joined by a joint: 'Revolute pin(world -> bar.a);'",
+    "connect": "a part is connected where it stands: a joint to frames, 'Revolute pin(world -> bar.a);', a part of one dimension to angles "
+    "or lengths, 'Gear g(motor.angle -> load.angle);'",
     "algorithm": "a model has no steps: write 'let', 'equation der(x) = ..;' or 'when', steps in a 'function'",
     "annotation": "write 'experiment(stop = 10 s);' for the run; there are no other annotations",
     "constant": "write 'parameter g = 9.81 m/s^2;'",

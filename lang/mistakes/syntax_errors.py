@@ -206,6 +206,17 @@ def _no_else(s: Situation) -> Finding | None:
     return problem, Panic()
 
 
+def _third_end(s: Situation) -> Finding | None:
+    """An arrow behind ``A -> B`` of a component."""
+    if s.token.kind != "ARROW" or s.bracket is None:
+        return None
+    before = s.source.text[s.bracket.end : s.token.start]
+    if "->" not in before.rpartition(",")[2]:
+        return None
+    help = "an arrow binds two ends; a third one is given by its name, as in 'Pulley p(from = a, over = b, to = c)'"
+    return error("E0110", "a second arrow", s.span(s.token), help=help), Panic()
+
+
 _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     function_step,
     function_not_closed,
@@ -226,6 +237,7 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     _no_else,
     braces_around_block,
     foreign_brackets,
+    _third_end,
     several_at_once,
     _open_bracket,
     choice_behind_value,

@@ -332,7 +332,7 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
                 f"the equations need the rate of the input '{scalar.name}', which is unknown",
                 scalar.variable.origin.shown,
                 caption="declared here",
-                help=f"give it in the part: '{scalar.name.rpartition('.')[2]} = ...', 0 where it is held"
+                help=f"give it in the part: '{scalar.name.rpartition('.')[2]} = ...', 0 where it is held, a coordinate of its own where it is free"
                 if "." in scalar.name
                 else "let a 'state' follow the input and use the state instead",
             )

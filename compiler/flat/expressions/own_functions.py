@@ -17,6 +17,7 @@ from .. import types
 from ..instances.declared_types import declared_type, fit
 from ..instances.instantiate import extents
 from ..model import Expression, Kind, Literal
+from ..names.files import packages_with
 from ..names.namespace import FoundDefinition
 from ..names.scope import Poisoned, Scope
 from ..operands import written_size
@@ -286,9 +287,11 @@ def _no_function(scope: Scope, node: ast.Call, name: str, found: FoundDefinition
             node.function.span,
             help=f"write '{name}*(...)' for a product" + _of_the_past(node, name) if declared else "",
         )
-    return scope.fail(
-        "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, _functions(scope, node))
-    )
+    meant = _meant(name, _functions(scope, node))
+    packages = " or ".join(f"'import {package}.*;'" for package in packages_with(name, "function"))
+    if packages:
+        meant = f"{meant}{'' if meant[-1:] in ('', '?') else ';'} {packages} brings {name}".strip()
+    return scope.fail("E0209", f"unknown function '{name}'", node.function.span, help=meant)
 
 
 def _of_the_past(node: ast.Call, name: str) -> str:

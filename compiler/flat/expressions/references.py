@@ -38,6 +38,9 @@ _QUANTITY_AND_SIGN = re.compile(
     r"(?<![\w.])([0-9][0-9.]*(?:[eE][+-]?[0-9]+)?[ \t]+[A-Za-z][\w.^/]*"
     r"(?:[ \t]*[/*][ \t]*[A-Za-z]\w*(?:\^[0-9]+)?)*)[ \t]*([/*])[ \t]*\Z"
 )
+_UNIT_BELOW = re.compile(
+    r"(?<![\w.])([0-9][0-9.]*(?:[eE][+-]?[0-9]+)?)[ \t]+([A-Za-z][\w.^/]*)/\(([A-Za-z][\w.^/*]*)\)"
+)
 _POWER = re.compile(r"\^[0-9]+")
 
 _ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}
@@ -202,7 +205,19 @@ def no_such_member(scope: Scope, instance: Instance, part: ast.Part) -> Poisoned
 
 
 def _inside_help(instance: Instance) -> str:
-    return f"it has {', '.join(list(instance.members)[:MOST_NAMES])}" if instance.members else ""
+    """Name what is asked for most first: outputs, frames, what moves."""
+    names = [
+        name
+        for kinds in (
+            ast.Output,
+            ast.Frame | ast.Point,
+            ast.Coordinate | ast.State | ast.Discrete,
+            ast.Statement,
+        )
+        for name, member in instance.members.items()
+        if isinstance(member.declaration, kinds)
+    ]
+    return f"it has {', '.join([*dict.fromkeys(names)][:MOST_NAMES])}" if names else ""
 
 
 def existing(scope: Scope, member: ComponentMember, span: Span) -> dict[Index, Instance]:
@@ -300,7 +315,7 @@ def unknown(scope: Scope, name: str, span: Span) -> Poisoned:
     if found is not None:
         noun = type(found.definition).__name__.lower()
         return scope.fail("E0213", f"'{name}' is {types.with_article(noun)} and has no value", span)
-    help = _rest_of_unit(name, span) or _suggestion(scope, name)
+    help = _rest_of_unit(name, span) or _unit_in_parentheses(span) or _suggestion(scope, name)
     return scope.fail("E0201", f"unknown name '{name}'", span, help=help)
 
 
@@ -324,6 +339,24 @@ def _rest_of_unit(name: str, span: Span) -> str:
         else "is written in one piece, with '.' for products"
     )
     return f"a unit {rule}: '{number} {unit}'"
+
+
+def _unit_in_parentheses(span: Span) -> str:
+    """Return how to write a unit below a line that stands in parentheses, as in ``5 V/(rad/s)``; empty for others."""
+    text = span.file.text
+    begin = text.rfind("\n", 0, span.start) + 1
+    for match in _UNIT_BELOW.finditer(text, begin):
+        if match.start() <= span.start < match.end():
+            number, above, below = match.groups()
+            first, *others = re.split(r"/", below)
+            over, line, under = above.partition("/")
+            unit = f"{'.'.join((over, *others))}{line}{under}/{first.replace('.', '/').replace('*', '/')}"
+            try:
+                parse_unit(unit)
+            except UnitError:
+                return ""
+            return f"a unit has no parentheses: '{number} {unit}'"
+    return ""
 
 
 def _suggestion(scope: Scope, name: str) -> str:

@@ -10,6 +10,7 @@ from mechc.lang.diagnostics import Label
 from mechc.lang.units import Dimension
 
 from .. import types
+from ..instances.declared_types import unit_help
 from ..model import Apply, Expression, Kind, Type
 from ..names.scope import Poisoned, Scope
 
@@ -110,6 +111,8 @@ class ElaboratedCall(Struct):
             self.nodes[second].span,
             caption=f"this is {given}",
             labels=(Label(self.nodes[first].span, f"this is {wanted}"),),
+            help=unit_help(b, a.type, self.nodes[second].span)
+            or unit_help(a, b.type, self.nodes[first].span),
         )
 
     def dimension(self, dimension: Dimension) -> Dimension:

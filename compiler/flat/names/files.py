@@ -119,13 +119,13 @@ def _candidates(name: str, folders: tuple[Path, ...]) -> Iterator[Path]:
         yield folder.joinpath(*name.split(".")).with_suffix(SUFFIX)
 
 
-def packages_with(model: str) -> list[str]:
-    """Return the packages of the standard library that define a model of this name."""
-    defined = re.compile(rf"^(?:partial |shape )*model {re.escape(model)}\b", re.MULTILINE)
+def packages_with(name: str, kind: str = "model") -> list[str]:
+    """Return the packages of the standard library that define a model, or what else ``kind`` says, of this name."""
+    defined = re.compile(rf"^(?:partial |shape )*{kind} {re.escape(name)}\b", re.MULTILINE)
     texts = (
         (path.stem, path.read_text(encoding="utf-8")) for path in sorted(library_folder().glob("*" + SUFFIX))
     )
-    return [f"{LIBRARY}.{name}" for name, text in texts if defined.search(text)]
+    return [f"{LIBRARY}.{package}" for package, text in texts if defined.search(text)]
 
 
 def importable(folders: tuple[Path, ...]) -> list[str]:
