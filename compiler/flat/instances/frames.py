@@ -140,12 +140,22 @@ def _bound_frame(member: PlaceMember, index: Index) -> Expression | None:
             caption=f"this is {given}",
             help="name a frame of the component, for example 'bar.a'"
             if value.type.kind is not Kind.POINT
-            else "write the frame that carries the point, times 'trans(...)'",
+            else _frame_at(source.node),
         )
     if winner.link or name in FRAME_NAMES:
         return value
     member.welds[index] = (value, source.scope.origin(source.node.span))
     return None
+
+
+def _frame_at(node: ast.Expression) -> str:
+    """Say how a frame at a point is written."""
+    match node:
+        case ast.Binary(operator="*", left=left, right=ast.Parenthesis() | ast.Vector() as right):
+            inner = right.inner if isinstance(right, ast.Parenthesis) and not right.unit else right
+            return f"write '{left.span.text} * trans({inner.span.text})'"
+        case _:
+            return "write the frame that carries the point, times 'trans(...)'"
 
 
 def place_reference(member: PlaceMember, index: Index, span: Span) -> Expression:

@@ -32,6 +32,9 @@ model M
         ),
         ("Revolute j(world -> bar.frame_b);", "it has a, b, c, shape,"),
         ("SpringDamper s(shaft.angle -> load.angle); output x = s.tau;", "it has torque, from, to, k, c,"),
+        ("Revolute j(world*({1, 0, 0} m) -> bar.b);", "write 'world * trans({1, 0, 0} m)'"),
+        ("Revolute j(world*{1 m, 0 m, 0 m} -> bar.b);", "write 'world * trans({1 m, 0 m, 0 m})'"),
+        ("point P = world*{1 m, 0 m, 0 m}; Revolute j(P -> bar.b);", "times 'trans(...)'"),
         ("Pulley p(world -> bar.a -> bar.b);", "'Pulley p(from = a, over = b, to = c)'"),
         (
             "DCMotor d(from = shaft.angle, voltage = 1 V, K = 0.05 V/(rad/s));",
