@@ -29,11 +29,11 @@ SHAPE = "shape "
 
 _DEFINED = re.compile(r"^((?:partial |shape )*)(?:model|function|type) (\w+)", re.MULTILINE)
 
-_parsed: dict[Path, tuple[tuple[int, int], ast.File | Pieces]] = {}
+_parsed: dict[Path, tuple[tuple[int, int], ast.File | LibraryFile]] = {}
 """Files with what tells whether they have changed."""
 
 
-class Pieces(Mapping[str, Definition]):
+class LibraryFile(Mapping[str, Definition]):
     """The definitions of a file of the standard library, each parsed when it is first looked up."""
 
     def __init__(self, source: SourceFile) -> None:
@@ -64,7 +64,7 @@ class Pieces(Mapping[str, Definition]):
         return len(self._places)
 
 
-def load(path: Path | str, reporter: Reporter) -> ast.File | Pieces:
+def load(path: Path | str, reporter: Reporter) -> ast.File | LibraryFile:
     """Read and parse one file; a file that has not changed since is not parsed again.
 
     Raises CompileError where it cannot be read or is not of the language.
@@ -79,10 +79,10 @@ def load(path: Path | str, reporter: Reporter) -> ast.File | Pieces:
     if known is not None and known[0] == state:
         return known[1]
     before = len(reporter.diagnostics)
-    file: ast.File | Pieces
+    file: ast.File | LibraryFile
     if path.is_relative_to(library_folder()):
         name = Path(LIBRARY, path.relative_to(library_folder())).as_posix()  # wherever it is installed
-        file = Pieces(SourceFile(name, read_source(path, reporter).text))
+        file = LibraryFile(SourceFile(name, read_source(path, reporter).text))
     else:
         file = parse(read_source(path, reporter), reporter)
     if len(reporter.diagnostics) == before:

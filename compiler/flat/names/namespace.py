@@ -14,7 +14,7 @@ from mechc.lang.source import Span
 from mechc.lang.units import NAMED_TYPES, parse_unit
 from mechc.suggest import closest
 
-from .files import SHAPE, Definition, Pieces, find, importable, load
+from .files import SHAPE, Definition, LibraryFile, find, importable, load
 
 
 def key_of(definition: Definition) -> str:
@@ -42,7 +42,7 @@ class SourceLibrary(Struct):
         found = self._namespaces.get(key)
         if found is None:
             file = load(path, self.reporter)
-            if isinstance(file, Pieces):
+            if isinstance(file, LibraryFile):
                 found = Namespace(file.imports, self, own=file)
             else:
                 _check_loose(file.items, self.reporter)

@@ -19,7 +19,7 @@ LIBRARY = sorted(files.library_folder().glob("*.mech"))
 def test_the_pieces_are_the_file(path: Path) -> None:
     """In order, and each with its place in the text: messages show it."""
     whole = parse(read_source(path), Reporter()).items
-    pieces = files.Pieces(read_source(path))
+    pieces = files.LibraryFile(read_source(path))
     items = (*pieces.imports, *pieces.values())
     assert items == whole
     assert [(i.span.start, i.span.end) for i in items] == [(i.span.start, i.span.end) for i in whole]
@@ -35,7 +35,7 @@ model Pendulum
   gravity {0, -9.81} m/s^2;
 end Pendulum;
 """)
-    (pieces,) = (file for _, file in files._parsed.values() if isinstance(file, files.Pieces))
+    (pieces,) = (file for _, file in files._parsed.values() if isinstance(file, files.LibraryFile))
     assert {*pieces._read} == {"Bar", "Revolute", "TurningSettings"}
 
 
