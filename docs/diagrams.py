@@ -218,7 +218,7 @@ def painted(model: mechc.Model, frames: Sequence[str]) -> str:
         places.setdefault(tuple(np.round(v[:6], 6)), []).append(name)
     room = [np.array([v[:3] + 1.8 * arm * v[3:6]]) for v in frames_at]
     figure = Figure(figsize=(3.2, 2.4))
-    axes = figure.add_axes((0.02, 0.02, 0.96, 0.96), projection=None if found.flat else "3d")
+    axes: Any = figure.add_axes((0.02, 0.02, 0.96, 0.96), projection=None if found.flat else "3d")
     painter = Painter(solution, now, axes, room, small=BALL)
     painter.paint(0, opacity=PALE)
     axes.set_axis_off()
