@@ -135,6 +135,20 @@ def test_long_smooth_tables_are_those_of_short_ones() -> None:
     np.testing.assert_allclose(found["d"][within], curve(found["s"][within], 1), rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.parametrize("count", [40, 80])
+@pytest.mark.parametrize("kind", ["smooth", "spline"])
+def test_slopes_at_points_are_those_between_them(kind: str, count: int) -> None:
+    """Short tables and long ones, of time, which passes whole numbers exactly, and beyond both ends."""
+    rng = np.random.default_rng(4)
+    points, values = np.arange(1.0, count + 1), rng.normal(size=count)
+    call = f'table(time, {listed(points)}, {listed(values)}, "{kind}")'
+    stop = count + 3
+    text = f"dimensionless; state x = 0; equation der(x) = 1; output d = der({call}); experiment(stop = {stop}, every = 0.5);"
+    found = mechc.loads(text).simulate()
+    curve = smooth_curve(kind, "extend", points, values)
+    np.testing.assert_allclose(found["d"], curve(np.clip(found.time, 1, count), 1), rtol=0, atol=1e-12)
+
+
 def test_very_uneven_points_are_found() -> None:
     """Where evenly spaced points would have the cell there is none near: the search goes on from there, to either side."""
     steps = np.geomspace(1e-9, 1.0, 80)

@@ -267,10 +267,11 @@ class _Cell(Struct, frozen=True):
     def between(self, graph: Graph, low: Node, high: Node, slope: Node, end_slope: Node) -> Node:
         """Return the cubic through two values with two slopes."""
         one, s, before, behind = graph.one, self.share, graph.zero, graph.zero
-        if self.beyond:
-            s = graph.minimum(graph.maximum(self.share, graph.zero), one)
+        if self.beyond:  # where two of these meet, derivatives are those on the right
             before = graph.minimum(self.share, graph.zero)
-            behind = graph.maximum(graph.sub(self.share, one), graph.zero)
+            along = graph.sub(self.share, before)
+            s = graph.minimum(along, one)
+            behind = graph.sub(along, s)
         square, rest = graph.mul(s, s), graph.sub(one, s)
         rise = graph.mul(square, graph.sub(graph.constant(3), graph.mul(graph.two, s)))
         first = graph.add(graph.mul(s, graph.mul(rest, rest)), before)
