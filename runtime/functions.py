@@ -37,6 +37,7 @@ class Functions(Struct, frozen=True):
     parameters: Callable[[Array, NDArray[np.uint8]], None]
     initial_of_others: ModelFunction | None = None
     found: ModelFunction | None = None
+    timed_arguments: ModelFunction | None = None
     assembly: ModelFunction | None = None
     assembly_jacobian: ModelFunction | None = None
     project_position: ModelFunction | None = None
@@ -121,6 +122,7 @@ def load_functions(problem: Problem) -> Functions:
         parameters=parameters,
         initial_of_others=exported("initial_of_others", len(problem.dependent)),
         found=exported("found", len(problem.found)),
+        timed_arguments=exported("timed_arguments", 2 * len(problem.timed_points)),
         assembly=exported("assembly", len(problem.assembly)),
         assembly_jacobian=exported("assembly_jacobian", len(problem.assembly) * problem.nv),
         project_position=projection("project_position", problem.nv + model.n_position),

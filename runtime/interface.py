@@ -154,6 +154,15 @@ class AssemblyRow(Struct, frozen=True):
     origin: Origin | None = None
 
 
+class TimedPoints(Struct, frozen=True):
+    """Points of a table whose argument is ``a + b*time``; the function ``timed_arguments`` gives a and b. ``bends``: how far the table
+    leaves at each the parabola before it, over the shorter cell, as a share of its values. ``periodic``: it repeats."""
+
+    points: tuple[float, ...]
+    bends: tuple[float, ...]
+    periodic: bool = False
+
+
 class OfferedFunction(Struct, frozen=True):
     """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
     rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
@@ -296,6 +305,8 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     """States (indices in y) that the start finds, by conditions on rates and accelerations."""
     found: tuple[int, ...] = ()
     """Parameters that the start finds, and what follows from them: the function ``found`` gives them for a state on the constraints."""
+    timed_points: tuple[TimedPoints, ...] = ()
+    """Of tables of time at whose points second derivatives jump: steps end there."""
     dependent: tuple[int, ...] = ()
     """Indices of initial values that are stated with those of other states: the function ``initial_of_others`` gives
     them from y, so that they follow settings."""

@@ -37,6 +37,7 @@ from .rows.crowd import CrowdMember, check_askers
 from .sensitivities import passing_on
 from .solve.shares import check_derivatives
 from .solve.solved import Solved
+from .timed_tables import timed_tables
 
 
 class Draft(Struct, eq=False):
@@ -110,6 +111,14 @@ def _events(draft: Draft) -> None:
     draft.described["hybrid"] = names_of(found.plan)
     if found.jumps:
         draft.described["conserved"] = ()
+
+
+def _timed_tables(draft: Draft) -> None:
+    points, arguments = timed_tables(draft.system, draft.solved, draft.function("rhs").outputs)
+    if points:
+        doc = "arguments of tables of time, at time 0, and their rates"
+        draft.behind.append(Function("timed_arguments", doc, arguments))
+        draft.described["timed_points"] = points
 
 
 def _experiments(draft: Draft) -> None:
@@ -213,6 +222,7 @@ FEATURES = (
     Feature("balance", _balance, always=True),
     Feature("momenta", _momenta),
     Feature("events", _events, always=True),
+    Feature("timed_tables", _timed_tables, always=True),
     Feature("experiments", _experiments, always=True),
     Feature("jacobian", _jacobian),
     Feature("scene", _scene),

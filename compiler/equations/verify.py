@@ -133,6 +133,7 @@ class _Check:
             "initial": ny,
             "initial_of_others": len(e.dependent),
             "found": len(e.found),
+            "timed_arguments": 2 * len(e.timed_points),
             "outputs": n_out,
             "inputs": nu,
             "discretes": sum(x.kind != "seed" or bool(e.offers) for x in e.discretes),

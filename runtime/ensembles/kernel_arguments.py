@@ -25,7 +25,7 @@ from ..case import (
 from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.kernel_sizes import kernel_sizes
-from ..integrate.solver import table_structs
+from ..integrate.solver import kink_times, table_structs
 from ..interface import GROWTH, Quantity
 from ..native import contract
 from ..native import kernel as native
@@ -295,9 +295,8 @@ class Posed:
 
     def _stops(self) -> Array:
         """Give the times that steps end at: where tables have kinks, and where what is kept begins."""
-        stops = {t for table in self.case.tables.values() for t in table.kinks().tolist()}
-        stops.add(float(self.case.grid[0]))
-        return np.array(sorted(t for t in stops if t > self.case.begin), dtype=float)
+        begin, kept = self.case.begin, float(self.case.grid[0])
+        return np.array(sorted({*kink_times(self.case), *([kept] if kept > begin else ())}), dtype=float)
 
     def _companion(self) -> CompanionStruct:
         case = self.case

@@ -25,6 +25,9 @@ STATUSES = {int(status): status for status in Status}
 """By their numbers, sooner than ``Status`` finds them."""
 LONGEST_CALL = 0.1
 """Seconds after which the kernel returns between two steps, so that Ctrl-C is heard and bounds of time are kept."""
+SEEN = 0.44
+"""Ten times the share of the bend of a table at a point that is left beside the best polynomial of degree 7 over eight cells (0.044, by
+linear programming). Where that is less than the tolerance, steps that are longer than the cells pass over the point."""
 NO_TABLES = (native.TableStruct * 0)()
 
 
@@ -58,7 +61,7 @@ class Solver:
         ny, nz = self.ny, self.nz = y0.size, z.size
         self.n_dense = n_dense
         self._tables, self._table_data = table_structs(tables)
-        stops = kink_times(case) if tables else []
+        stops = kink_times(case)
         given = [atol, y0, z, case.p]
         self._numbers = numbers = np.concatenate([*given, np.array(stops, dtype=float)] if stops else given)
         at = numbers.ctypes.data
@@ -313,10 +316,34 @@ def method_name(kernel: ctypes.CDLL, index: int) -> str:
     return name
 
 
-def kink_times(case: Case) -> list[float]:
-    """List the times at which tables have kinks. (np.unique imports numpy.ma, which takes longer than a short run.)"""
-    kinks = (table.kinks().tolist() for table in case.tables.values())
+def kink_times(case: Case, tolerance: float | None = None) -> list[float]:
+    """List the times of a run at which tables have kinks that count at a tolerance, those of inputs and those of the model. (np.unique
+    imports numpy.ma, which takes longer than a short run.)"""
+    kinks = [table.kinks().tolist() for table in case.tables.values()]
+    if case.problem.timed_points:
+        kinks += _points_in_time(case, case.tolerance if tolerance is None else tolerance)
     return sorted({t for times in kinks for t in times if t > case.begin})
+
+
+def _points_in_time(case: Case, tolerance: float) -> list[list[float]]:
+    """List the times of a run at which the arguments of tables of time pass the points of these."""
+    evaluate = case.functions.timed_arguments
+    assert evaluate is not None
+    lines = evaluate(case.begin, case.y0, np.zeros(len(case.problem.inputs)), case.z, case.p).reshape(-1, 2)
+    found = []
+    for timed, (begin, rate) in zip(case.problem.timed_points, lines, strict=True):
+        if not rate or not np.isfinite(begin) or not np.isfinite(rate):
+            continue
+        points = np.array(timed.points)
+        period = points[-1] - points[0]
+        points = points[np.array(timed.bends) * SEEN > tolerance]
+        if timed.periodic:
+            ends = (begin + rate * np.array([case.begin, case.stop]) - timed.points[0]) / period
+            turns = np.arange(np.floor(ends.min()), np.ceil(ends.max()))
+            points = (points[:-1] + period * turns[:, None]).ravel()
+        times = (points - begin) / rate
+        found.append(times[(times > case.begin) & (times < case.stop)].tolist())
+    return found
 
 
 def _events_of(instants: int, nz: int) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 
 from ..case import Case
-from ..integrate.solver import table_structs
+from ..integrate.solver import kink_times, table_structs
 from ..native import kernel as native
 from ..native.build import BuildError, build_shared
 from ..native.status import Status
@@ -272,13 +272,12 @@ def _begin(task: _Task, tolerance: float, longest: float) -> int:
     tables, _alive = table_structs(case.tables)
     same = [_Table(t.input, t.interpolation, t.n, t.t, t.value, t.slope) for t in tables]
     own = (_Table * len(same))(*same)
-    kinks = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
     arrays = {
         "y0": np.ascontiguousarray(case.y0),
         "nominal": np.ascontiguousarray(task.nominal),
         "z": np.ascontiguousarray(case.z),
         "p": np.ascontiguousarray(case.p),
-        "stops": kinks[kinks > case.begin],
+        "stops": np.array(kink_times(case, 0.0), dtype=float),
     }
     c = _Case(
         n_tables=len(case.tables),

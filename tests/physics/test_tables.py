@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import product
+from collections.abc import Callable
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -355,6 +356,84 @@ def test_modules_without_events_have_linear_tables(tmp_path: Path) -> None:
     exec((tmp_path / "switching.py").read_text(encoding="utf-8"), namespace)
     with pytest.raises(RuntimeError, match="the model switches"):
         namespace["simulate"]()
+
+
+def road_of(count: int) -> tuple[Floats, Floats]:
+    """Return points of 6 s and heights: waves with random phases, up to 2 Hz."""
+    rng = np.random.default_rng(5)
+    at, k = np.linspace(0, 6, count), np.arange(1, 41)
+    return at, np.sum(0.02 / k * np.sin(0.1 * np.pi * k * at[:, None] + rng.uniform(0, 6, k.size)), axis=1)
+
+
+def wheel(kind: str, points: Floats, values: Floats, argument: str = "time") -> mechc.Model:
+    """A mass on a road, by a spring and a damper."""
+    return mechc.loads(f"""
+        dimensionless;
+        parameter v = 2;
+        coordinate x = 0;
+        initial der(x) = 0;
+        kinetic 1/2*der(x)^2;
+        let road = table({argument}, {listed(points)}, {listed(values)}, "{kind}");
+        potential 1/2*2500*(x - road)^2;
+        force -3*(der(x) - der(road)) on x;
+        experiment(stop = 5.9, every = 0.1);
+    """)
+
+
+def restarted(curve: Callable[..., Any], knots: Floats, times: Floats, stop: float) -> Floats:
+    """By SciPy, begun anew at every point of the road: places of the wheel at the times."""
+    y, found = np.zeros(2), np.full(times.size, np.nan)
+    for a, b in pairwise([0.0, *knots[(knots > 0) & (knots < stop)], stop]):
+        inside = np.flatnonzero((times >= a) & (times <= b))
+        run = solve_ivp(
+            lambda t, y: [y[1], 2500 * (curve(t) - y[0]) + 3 * (curve(t, 1) - y[1])],
+            (a, b), y, method="DOP853", rtol=1e-11, atol=1e-14, t_eval=np.union1d(times[inside], b),
+        )  # fmt: skip
+        found[inside] = run.y[0, : inside.size]
+        y = run.y[:, -1]
+    return found
+
+
+@pytest.mark.parametrize(("count", "tolerance"), [(80, 1e-6), (80, 1e-9), (40, 1e-9)])
+def test_steps_end_at_the_points_of_a_smooth_table_of_time(count: int, tolerance: float) -> None:
+    """So it takes about as many as over a spline, with an error of some tolerances. Both a long table and a short one."""
+    points, values = road_of(count)
+    over, beside = (
+        wheel(kind, points, values).simulate(tolerance=tolerance) for kind in ("smooth", "spline")
+    )
+    assert over.statistics.steps < 1.2 * beside.statistics.steps + count
+    assert over.statistics.rejected < 0.2 * over.statistics.steps
+    curve = PchipInterpolator(points, values)
+    expected = restarted(curve, points, over.time, 5.9)
+    assert np.max(np.abs(over["x"] - expected)) < 60 * tolerance * np.ptp(expected)
+
+
+def test_points_of_a_table_of_a_distance_follow_the_speed() -> None:
+    """The argument is a speed times the time, by a parameter that is set, and less a distance; the table repeats."""
+    points, values = road_of(24)
+    values[-1] = values[0]
+    argument = "v*time - 1"
+    model = wheel('smooth", "periodic', points, values, argument)
+    found = model.simulate(set={"v": 1.5}, tolerance=1e-9)
+    line = smooth_curve("smooth", "periodic", points, values)
+    period = points[-1]
+
+    def road(t: float, order: int = 0) -> float:
+        return float(line((1.5 * t - 1) % period, order)) * 1.5**order
+
+    knots = (np.concatenate([points[:-1] + period * k for k in (-1, 0, 1)]) + 1) / 1.5
+    expected = restarted(road, knots, found.time, 5.9)
+    assert np.max(np.abs(found["x"] - expected)) < 30e-9 * np.ptp(expected)
+    assert found.statistics.rejected < 0.2 * found.statistics.steps
+
+
+def test_a_dense_table_is_passed_over_where_the_error_allows() -> None:
+    """Its points are closer than the steps that its bends allow at a loose tolerance."""
+    points, values = road_of(3000)
+    model = wheel("smooth", points, values)
+    loose, tight = (model.simulate(tolerance=t) for t in (1e-6, 1e-9))
+    assert loose.statistics.steps < 1000 and tight.statistics.steps > 2000
+    assert np.max(np.abs(loose["x"] - tight["x"])) < 30 * 1e-6 * np.ptp(tight["x"])
 
 
 def test_a_sawtooth_goes_on_and_its_jumps_are_located() -> None:

@@ -6,9 +6,9 @@ reads the numbers at its corners. Where a table bends or jumps the index is a wh
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import chain, pairwise
-from math import prod
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
@@ -34,6 +34,17 @@ SMOOTH = ("smooth", "spline")
 Numbers = tuple[float, ...]
 
 
+class TurningTable(Struct, frozen=True):
+    """A table of the graph that is searched for the argument ``x``, with its ``points``. ``bends``: how much it bends at each, by
+    ``_bends``."""
+
+    table: int
+    x: Node
+    points: Numbers
+    bends: Numbers
+    periodic: bool
+
+
 class Tables:
     """Tables of one model. ``numbers`` gives the entries of an expression in row-major order; ``data`` what files hold;
     ``located`` takes comparisons and whole parts at which a run stops."""
@@ -55,6 +66,8 @@ class Tables:
         """Whole parts that tell between which points of a table an argument lies."""
         self.bends: dict[Node, None] = {}
         """Those of the located ones across which tables are continuous."""
+        self.turning: list[TurningTable] = []
+        """Smooth tables, whose second derivative jumps at the points."""
         self.conditions: dict[Node, tuple[Node, str, Origin]] = {}
         """What must hold where tables do not go on beyond their ends, with what to say where it does not."""
 
@@ -88,8 +101,10 @@ class Tables:
             slopes = _slopes(points, values, kind, outside)
             if len(points) <= SHORT:
                 at = self._wrapped(x, points) if outside == "periodic" else x
-                return graph.lookup(graph.add_table(Table(points, values, slopes)), at)
-            cell = self._cell(x, points, outside)
+                table = graph.add_table(Table(points, values, slopes))
+                self._note(table, x, points, _bends(points, values, slopes), kind, outside)
+                return graph.lookup(table, at)
+            cell = self._cell(x, points, _bends(points, values, slopes), kind, outside)
             ends = (cell.index, graph.add(cell.index, graph.one))
             f, d = self._samples(values), self._samples(slopes)
             return cell.between(graph, *map(f, ends), *map(d, ends))
@@ -123,12 +138,17 @@ class Tables:
         period = graph.constant(points[-1] - points[0])
         return graph.add(first, graph.modulo(graph.sub(x, first), period))
 
-    def _cell(self, x: Node, points: Numbers, outside: str) -> _Cell:
+    def _note(self, table: int, x: Node, points: Numbers, bends: Numbers, kind: str, outside: str) -> None:
+        if kind == "smooth":
+            self.turning.append(TurningTable(table, x, points, bends, outside == "periodic"))
+
+    def _cell(self, x: Node, points: Numbers, bends: Numbers, kind: str, outside: str) -> _Cell:
         """Return the cell around a place of what is smooth across cells."""
         graph = self._graph
+        table = graph.add_table(Samples(points))
+        self._note(table, x, points, bends, kind, outside)
         if outside == "periodic":
             x = self._wrapped(x, points)
-        table = graph.add_table(Samples(points))
         index = graph.cell(table, x)
         low, high = graph.element(table, index), graph.element(table, graph.add(index, graph.one))
         width = graph.sub(high, low)
@@ -207,7 +227,10 @@ class Tables:
                 for at in (corner, graph.add(corner, rows))
             ]
             return _line(graph, row.share, *sides)
-        first, second = (self._cell(x, points, outside) for x, points in zip(places, axes, strict=True))
+        first, second = (
+            self._cell(x, points, (math.inf,) * len(points), kind, outside)
+            for x, points in zip(places, axes, strict=True)
+        )
         corner = graph.add(graph.mul(rows, first.index), second.index)
         f, by_x, by_y, by_both = map(self._samples, _grid_slopes(axes, values, kind, outside))
         ends = [
@@ -239,7 +262,7 @@ class Tables:
         )
 
     def _constants(self, expression: Expression) -> Numbers:
-        if prod(expression.type.shape) > SHORT and (known := _leaves(constant(expression))) is not None:
+        if math.prod(expression.type.shape) > SHORT and (known := _leaves(constant(expression))) is not None:
             return known  # without a node for each
         result = []
         for item in self._numbers(expression):
@@ -322,6 +345,22 @@ def _slopes(points: Numbers, values: Numbers, kind: str, outside: str) -> Number
         tuple(points[i] + period * turn for turn, i in around), tuple(values[i] for _, i in around)
     )
     return wider[2:-2]
+
+
+def _bends(points: Numbers, values: Numbers, slopes: Numbers) -> Numbers:
+    """Return how far each cell of a table of cubics leaves the parabola that goes on there, as a share of the range of the values: the
+    jump of the second derivative over a cell. At the ends, where something else goes on, it is infinite."""
+    curvatures = []
+    for k in range(len(points) - 1):
+        width, rise = points[k + 1] - points[k], values[k + 1] - values[k]
+        c = 3 * rise / width - slopes[k] - slopes[k + 1]
+        curvatures.append((2 * (c - slopes[k]) / width, 2 * (slopes[k + 1] - c) / width))
+    reach = max(values) - min(values)
+    inner = (
+        abs(b[0] - a[1]) / 2 * min(points[k + 1] - points[k], points[k] - points[k - 1]) ** 2
+        for k, (a, b) in enumerate(pairwise(curvatures), 1)
+    )
+    return (math.inf, *(bend / reach if reach > 0 else 0.0 for bend in inner), math.inf)
 
 
 def _spline_slopes(points: Numbers, values: Numbers | Grid, outside: str, axis: int) -> Grid:

@@ -134,7 +134,7 @@ class Environments:
         kernel = native.kernel_for(struct, reproducible, method)
         self._lanes = self._lanes_of(method)
         self._given, self._table_data = table_structs(case.tables)
-        self._stops = np.array(kink_times(case) if case.tables else [], dtype=float)
+        self._stops = np.array(kink_times(case), dtype=float)
         self._atol = np.ascontiguousarray(case.tolerance * self._nominal)
         self._start = np.ascontiguousarray(case.y0)
         self._held_places = np.array(self._held, dtype=np.int32)
