@@ -150,11 +150,17 @@ def _total_inertia(
     graph = system.graph
     entries = jacobian(graph, [residual[i] for i in free], [system.a[i] for i in free])
     own = [row.get(k, graph.zero) for k, row in enumerate(entries)]
-    parameters = {s.node for s in system.symbols.parameters}
-    moving = [n for n in graph.support(*own) if n not in parameters]
-    there = {n: graph.constant(Fraction(f"{values.get(n, 0.0):.3g}")) for n in moving}
+    varying, still = {s.node for s in system.symbols.parameters}, list[Node]()
+    for n in graph.reach(own):
+        if not varying.isdisjoint(graph.args(n)):
+            varying.add(n)
+        elif n not in varying and not graph.is_constant(n):
+            still.append(n)
+    # all that depends on the state alone, not its symbols only: sin^2 + cos^2 of a number would be those of the symbol again
+    there = dict(zip(still, evaluate(graph, still, values), strict=True))
+    rounded = {n: graph.constant(Fraction(f"{x:.3g}")) for n, x in there.items() if math.isfinite(x)}
     total = graph.zero
-    for n in substitute(graph, own, there):
+    for n in substitute(graph, own, rounded):
         total = graph.add(total, n)
     (size,) = evaluate(graph, [total], values)
     if not size > 0:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 import mechc
 from mechc.compiler.equations.compliance import SINGULAR_MASS
 from mechc.compiler.equations.model import Equations
+from mechc.compiler.equations.rows import weights
+from mechc.compiler.equations.rows.constraints import Row
+from mechc.compiler.equations.rows.weights import give_weights
+from mechc.compiler.mechanics.system import MechanicalSystem
 
 
 def equations(text: str) -> Equations:
@@ -47,6 +53,23 @@ def test_the_cost_of_many_massless_links_is_linear() -> None:
     five, ten, fifteen = (operations(equations(four_bars(n, 0))) for n in (5, 10, 15))
     assert fifteen - ten == pytest.approx(ten - five, rel=0.1)
     assert ten < 2.2 * operations(equations(four_bars(10, 0.3)))
+
+
+def test_weights_are_formulas_of_the_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So they are computed once and not in each evaluation, though the inertia of a bar is a sum of sin^2 and cos^2."""
+    rows: list[Row] = []
+
+    def noted(system: MechanicalSystem, *rest: Any, **more: Any) -> tuple[Row, ...]:
+        found = give_weights(system, *rest, **more)
+        parameters = {s.node for s in system.symbols.parameters}
+        for row in found:
+            assert row.weight is not None and parameters.issuperset(system.graph.support(row.weight))
+            rows.append(row)
+        return found
+
+    monkeypatch.setattr(weights, "give_weights", noted)
+    mechc.loads(four_bars(1, 0) + "output Length here = 1 m;").compilation  # noqa: B018, no other test forms this text
+    assert len(rows) >= 2
 
 
 LINKS = """
