@@ -1,7 +1,7 @@
 """Values of tables of one and of two variables: their points and values are numbers that nothing can change.
 
 A short smooth table of one variable is one look-up. All others are formulas of *samples*: an argument lies in a cell, whose index
-reads the numbers at its corners. Where a table bends or jumps the index is a whole part, so that events locate the points.
+reads the coefficients of its polynomial or, of two variables, the numbers at its corners. Where a table bends or jumps the index is a whole part, so that events locate the points.
 """
 
 from __future__ import annotations
@@ -104,16 +104,27 @@ class Tables:
                 table = graph.add_table(Table(points, values, slopes))
                 self._note(table, x, points, _bends(points, values, slopes), kind, outside)
                 return graph.lookup(table, at)
-            cell = self._cell(x, points, _bends(points, values, slopes), kind, outside)
-            ends = (cell.index, graph.add(cell.index, graph.one))
-            f, d = self._samples(values), self._samples(slopes)
-            return cell.between(graph, *map(f, ends), *map(d, ends))
+            places, coefficients = _cubics(points, values, slopes, straight=outside == "extend")
+            table = graph.add_table(Samples(places))
+            self._note(table, x, points, _bends(points, values, slopes), kind, outside)
+            at = self._wrapped(x, points) if outside == "periodic" else x
+            return self._polynomial(graph.cell(table, at), at, places, coefficients)
         jumps = kind == "step" or (outside == "periodic" and values[0] != values[-1])
         place = self._place(x, points, outside, steps=kind == "step", jumps=jumps)
-        read = self._samples(values)
         if kind == "step":
-            return read(place.index)
-        return _line(graph, place.share, read(place.index), read(graph.add(place.index, graph.one)))
+            return self._samples(values)(place.index)
+        slopes = tuple(
+            (g - f) / (b - a) for (a, b), (f, g) in zip(pairwise(points), pairwise(values), strict=True)
+        )
+        return self._polynomial(place.index, place.x, points, (values, slopes))
+
+    def _polynomial(self, index: Node, x: Node, points: Numbers, coefficients: Sequence[Numbers]) -> Node:
+        """Return the polynomial of a cell in the distance from its point."""
+        graph, found = self._graph, self._graph.zero
+        s = graph.sub(x, self._samples(points)(index))
+        for c in reversed(coefficients):
+            found = graph.add(self._samples(c)(index), graph.mul(s, found))
+        return found
 
     def _inside(self, x: Node, points: Numbers, outside: str, x_of: Expression) -> Node:
         """Return an argument as it is held at the ends; where a table is to end there, state that it does not pass them."""
@@ -171,8 +182,8 @@ class Tables:
             turns = graph.floor(graph.div(graph.sub(x, graph.constant(points[0])), period))
         inner = graph.sub(x, graph.mul(period, turns))
         cell = graph.cell(table, inner)
-        low, high = graph.element(table, cell), graph.element(table, graph.add(cell, graph.one))
-        along = graph.add(cell, graph.div(graph.sub(inner, low), graph.sub(high, low)))
+        inverses = self._samples(tuple(1 / (b - a) for a, b in pairwise(points)))
+        along = graph.add(cell, graph.mul(graph.sub(inner, graph.element(table, cell)), inverses(cell)))
         if periodic:
             whole = graph.floor(graph.add(graph.mul(last, turns), along))
             turns = graph.floor(graph.div(whole, last))
@@ -188,10 +199,8 @@ class Tables:
             self.points[whole] = None
             if not jumps:
                 self.bends[whole] = None
-        if steps:
-            return _Place(index, graph.zero)
         low, high = graph.element(table, index), graph.element(table, graph.add(index, graph.one))
-        return _Place(index, graph.div(graph.sub(inner, low), graph.sub(high, low)))
+        return _Place(index, inner, graph.div(graph.sub(inner, low), graph.sub(high, low)))
 
     def _samples(self, values: Numbers) -> Callable[[Node], Node]:
         table = self._graph.add_table(Samples(values))
@@ -304,9 +313,11 @@ class _Cell(Struct, frozen=True):
 
 
 class _Place(Struct, frozen=True):
-    """A piece of what bends or jumps between pieces: its index, and the ``share`` of it below the place."""
+    """A piece of what bends or jumps between pieces: its index, the place ``x`` within one period, and the ``share`` of the piece below
+    it."""
 
     index: Node
+    x: Node
     share: Node
 
 
@@ -347,14 +358,29 @@ def _slopes(points: Numbers, values: Numbers, kind: str, outside: str) -> Number
     return wider[2:-2]
 
 
+def _cubics(
+    points: Numbers, values: Numbers, slopes: Numbers, *, straight: bool
+) -> tuple[Numbers, tuple[Numbers, ...]]:
+    """Return points and, of the cell behind each, the coefficients of its polynomial in the distance from it. ``straight``: with a cell
+    before the first point and one behind the last, in which the table goes on as a line."""
+    ends = zip(pairwise(points), pairwise(values), pairwise(slopes), strict=True)
+    found = []
+    for (a, b), (f, g), (d, e) in ends:
+        h, secant = b - a, (g - f) / (b - a)
+        found.append((a, f, d, (3 * secant - 2 * d - e) / h, (d + e - 2 * secant) / (h * h)))
+    if straight:
+        far = (points[-1] - points[0]) / (len(points) - 1)
+        before = (points[0] - far, values[0] - far * slopes[0], slopes[0], 0.0, 0.0)
+        found = [before, *found, (points[-1], values[-1], slopes[-1], 0.0, 0.0)]
+    places, *coefficients = zip(*found, strict=True)
+    return (*places, points[-1] + far if straight else points[-1]), tuple(coefficients)
+
+
 def _bends(points: Numbers, values: Numbers, slopes: Numbers) -> Numbers:
     """Return how far each cell of a table of cubics leaves the parabola that goes on there, as a share of the range of the values: the
     jump of the second derivative over a cell. At the ends, where something else goes on, it is infinite."""
-    curvatures = []
-    for k in range(len(points) - 1):
-        width, rise = points[k + 1] - points[k], values[k + 1] - values[k]
-        c = 3 * rise / width - slopes[k] - slopes[k + 1]
-        curvatures.append((2 * (c - slopes[k]) / width, 2 * (slopes[k + 1] - c) / width))
+    _, (*_, c, e) = _cubics(points, values, slopes, straight=False)
+    curvatures = [(2 * c[k], 2 * c[k] + 6 * e[k] * (points[k + 1] - points[k])) for k in range(len(c))]
     reach = max(values) - min(values)
     inner = (
         abs(b[0] - a[1]) / 2 * min(points[k + 1] - points[k], points[k] - points[k - 1]) ** 2
