@@ -22,7 +22,8 @@ from .kept_files import build_folder, find_entry, keep_entry
 from .libtcc import compile_in_process, find_libtcc
 
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
-_FAST = (NATIVE, "-ffp-contract=fast")
+_FAST = (NATIVE, "-ffp-contract=fast", "-fexpensive-optimizations")
+# without the last, gcc fuses no products with sums below -O2; clang does, and warns that it does not know it
 # without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
 _SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
 _UNORDERED = ("-DMECH_UNORDERED", "-fopenmp-simd")
