@@ -57,8 +57,8 @@ static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_rea
 /* The number with an index, a whole one; the first and last ones beyond the ends. */
 static inline mech_real element(const mech_real *values, int n, mech_real index)
 {
-    const int i = index > 0 ? (int)index : 0;
-    return values[i < n ? i : n - 1];
+    const mech_real above = index > 0 ? index : 0;
+    return values[(int)(above < n - 1 ? above : n - 1)];
 }
 """,
     "cell": """\

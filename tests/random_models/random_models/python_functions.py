@@ -9,14 +9,19 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from mechc.compiler.program import Program
 from mechc.compiler.program.names import identifiers
+from mechc.compiler.targets import python_forms
 from mechc.compiler.targets.c_tables import used_tables
-from mechc.compiler.targets.python_forms import DIALECT, FUNCTIONS, TABLES, table_text
+from mechc.compiler.targets.python_forms import FUNCTIONS, TABLES, table_text
 from mechc.compiler.targets.python_text import function_lines
 from mechc.runtime.problem import Array, ModelFunction
+
+DIALECT = replace(python_forms.DIALECT, number="", quiet="")
+"""That of modules, but with the floats of Python."""
 
 NAMED = {f.name: f for f in (*FUNCTIONS.values(), *TABLES.values())}
 PLAIN: dict[str, Any] = {name: f.own or getattr(math, name) for name, f in NAMED.items()}
