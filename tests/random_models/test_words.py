@@ -15,9 +15,9 @@ from random_models.lists import element_by_element
 from random_models.measures import SHOP, UNITS, put_together
 from random_models.mutants import texts
 from random_models.settings import settings
-from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, dim, statement
+from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, Seq, dim, statement
 from random_models.twins import Twin, other_units, plain_units
-from random_models.wording import other_words
+from random_models.wording import _with_other_imports, other_words
 
 from mechc.lang.units import UNIT_NAMES, parse_unit
 
@@ -105,6 +105,21 @@ def test_other_words_are_the_same_model() -> None:
     assert all(word in said for word in ("independent ", "//", "experiment other("))
     base = compiled(generate(SEED).text())
     assert all(compare_twin(base, twin, 1) == [] for twin in twins if twin is not None)
+
+
+def test_other_imports_reach_the_classes_of_a_file() -> None:
+    """A class that is one text holds parts of the library, too, and goes before a model of that name there."""
+    held = statement("class", "model Held Body body; frame root = body.a; end Held;", name="Held")
+    own = statement("class", "model Weld Weld2 inner; end Weld;", name="Weld")
+    imports = (statement("import", "import mech.planar.*;"), statement("import", "import mech.fields.*;"))
+    parts = [
+        statement("component", line, name=line.split()[1]) for line in ("Revolute j", "Held b", "Weld w")
+    ]
+    model = Model((*imports, held, own, statement("model", "model M", Seq(tuple(parts)), "end M;", name="M")))
+    said = {_with_other_imports(model, Random(k)).text() for k in range(9)}
+    braces, alias = sorted(said, key=lambda text: "Lib" in text)
+    assert "mech.planar.{Body, Revolute};" in braces
+    assert all(line in alias for line in ("Lib.Body body;", "Lib.Revolute j", " Held b", " Weld w"))
 
 
 @pytest.mark.slow

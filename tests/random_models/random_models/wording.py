@@ -10,6 +10,7 @@ from random_models.tree import E, Model, S, Seq, Slot, map_expression, statement
 from random_models.twins import Twin
 
 _CLASS = re.compile(r"^(cut )?([A-Z]\w*)(?= [A-Za-z_])")
+_INSIDE = re.compile(r"(?<=[ ;])[A-Z]\w*(?= [a-z]\w*[ (;\[])")
 _PLAIN = re.compile(r"(?<![\w.\"])time(?!\w)")
 
 
@@ -61,7 +62,10 @@ def _with_other_imports(model: Model, random: Random) -> Model:
     used = {
         m[2] for s in model.statements() if s.kind == "component" and (m := _CLASS.match(str(s.parts[0])))
     }
-    used -= {s.name for s in model.items if s.kind == "model"}
+    classes = [s for s in model.items if s.kind == "class"]
+    used |= {name for s in classes for name in _INSIDE.findall(s.text())}
+    defined = {s.name for s in model.items if s.kind in ("model", "class")}
+    used -= defined
     if len(found) != 2 or "couplings" in model.text():
         return model
     fields = {
@@ -71,7 +75,7 @@ def _with_other_imports(model: Model, random: Random) -> Model:
     }
     _, body = found[0]
     library = body.removeprefix("import ").removesuffix(".*;")
-    known = _names_of(library)
+    known = _names_of(library) - defined
     if not (used - fields) & known:
         return model
     own = sorted(used & known)
@@ -82,10 +86,15 @@ def _with_other_imports(model: Model, random: Random) -> Model:
     items[found[0][0]] = statement("import", f"import Lib = {library};")
 
     def called(s: S) -> S:
+        if s.kind == "class":
+            return replace(s, parts=tuple(within(p) if isinstance(p, str) else p for p in s.parts))
         m = _CLASS.match(str(s.parts[0])) if s.kind == "component" else None
         if m is None or m[2] not in known:
             return s
         return replace(s, parts=(f"{m[1] or ''}Lib.{str(s.parts[0])[m.start(2) :]}", *s.parts[1:]))
+
+    def within(text: str) -> str:
+        return _INSIDE.sub(lambda m: f"Lib.{m[0]}" if m[0] in known else m[0], text)
 
     return Model(tuple(called(s.rebuilt(lambda e, _: e, called)) for s in items))
 
