@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from random_models.carried import begins_alike, carried
+from random_models.carried import begins_alike, carried, hides_its_start
 from random_models.compiled import Compiled, compiled, differences
 from random_models.tree import Model
 from random_models.twins import Twin
@@ -43,6 +43,31 @@ def test_a_state_is_carried_to_where_another_joint_closes_the_loop() -> None:
     assert there["der(slot.angle)"] == pytest.approx(-0.5, abs=1e-12)
     assert not differences(base.outputs(base.start()), other.outputs(there))
     assert differences(base.outputs(base.start()), other.outputs(other.start()))
+
+
+def test_a_twin_with_other_names_gets_the_state_too() -> None:
+    base, other = _rod(FREE, SLOT), _rod(SLOT.replace("slot", "limb"), FREE)
+    there = carried(Twin("another", Model(()), names={"slot": "limb"}), base, other, base.start())
+    assert there is not None
+    assert there["der(limb.angle)"] == pytest.approx(-0.5, abs=1e-12)
+
+
+@pytest.mark.parametrize(("spin", "hidden"), [("", False), (", der(orientation) ~ {0.3, 0, 0} rad/s", True)])
+def test_what_turns_freely_between_two_joints_begins_by_the_guesses_of_one(spin: str, hidden: bool) -> None:
+    """The joint that closes the loop cannot tell how the rod turns about itself."""
+    held = f"Spherical near(world -> b.a{spin});"
+    far = "Spherical far(world * trans({0.8, 0, 0} m) -> far_end);"
+    base, other = (_spun(*joints) for joints in ((held, far), (far, held)))
+    assert carried(TWIN, base, other, base.start()) is None
+    assert hides_its_start(TWIN, base, other, other.start()) is hidden
+    assert bool(differences(base.outputs(base.start()), other.outputs(other.start()))) is hidden
+
+
+def _spun(*joints: str) -> Compiled:
+    body = "Body b(m = 1 kg, J = diag({0.1, 0.2, 0.2} kg.m^2), com = {0.4, 0, 0} m); frame far_end = b.a * trans({0.8, 0, 0} m);"
+    return compiled(
+        f"import mech.spatial.*; model M {body} {' '.join(joints)} output e = kinetic_energy(); experiment(stop = 1 s); end M;"
+    )
 
 
 def test_a_further_length_moves_what_is_assembled() -> None:

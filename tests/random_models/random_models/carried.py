@@ -59,10 +59,11 @@ def carried(twin: Twin, base: Compiled, other: Compiled, state: Values) -> Value
     there = {renamed_name(twin, n): v for n, v in state.items()}
     missing = [n for n in other.states if n not in there and not _account(n)]
     if missing:
-        told = _told(base, missing, state)
+        known = {renamed_name(twin, v.name): v.name for v in base.model.compilation.flat.variables}
+        told = _told(base, [_original(n, known) for n in missing], state)
         if told is None:
             return None
-        there |= told
+        there |= zip(missing, told, strict=True)
     there = {n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or _account(n)}
     return there | _integrals(base, other, state, there)
 
@@ -80,7 +81,26 @@ def _integrals(base: Compiled, other: Compiled, state: Values, there: Values) ->
     return {n: x for (_, x), (_, n) in zip(mine, theirs, strict=True)}
 
 
-def _told(base: Compiled, names: list[str], state: Values) -> Values | None:
+def hides_its_start(twin: Twin, base: Compiled, other: Compiled, there: Values) -> bool:
+    """Whether coordinates of the model that are none of the twin begin elsewhere there, as guesses of joints that close loops count for
+    nothing: what turns freely between two joints begins by those of one of them."""
+    mine = {renamed_name(twin, n): v for n, v in base.start().items() if not _account(n)}
+    mine = {n: v for n, v in mine.items() if n not in there}
+    told = _told(other, [*mine], there) if mine else []
+    if told is None:  # no guess of theirs may count then
+        return any(v != n.endswith(".orientation[1]") for n, v in mine.items())
+    return bool(differences(mine, dict(zip(mine, told, strict=True))))
+
+
+def _original(name: str, known: dict[str, str]) -> str:
+    """Return what the model calls a coordinate of its twin, an element or a rate of it."""
+    head = "der(" if name.startswith("der(") else ""
+    rest = name.removeprefix(head)
+    own = next((n for n in known if rest.startswith(n) and rest[len(n) :][:1] in ("", "[", ")")), rest)
+    return f"{head}{known.get(own, own)}{rest.removeprefix(own)}"
+
+
+def _told(base: Compiled, names: list[str], state: Values) -> list[float] | None:
     """Return coordinates and rates of joints that close loops in the model, which it computes for outputs."""
     lines = [f"  output carried{k} = {name};\n" for k, name in enumerate(names)]
     head, end, tail = base.text.rpartition("end M;")
@@ -90,7 +110,7 @@ def _told(base: Compiled, names: list[str], state: Values) -> Values | None:
         return None
     asked.z = base.z
     values = asked.outputs(state)
-    return {name: values[f"carried{k}"] for k, name in enumerate(names)}
+    return [values[f"carried{k}"] for k in range(len(names))]
 
 
 def _account(name: str) -> bool:

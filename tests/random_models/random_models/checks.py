@@ -20,6 +20,7 @@ from random_models.carried import (
     begins_alike,
     carried,
     closes_elsewhere,
+    hides_its_start,
     momenta_differ,
 )
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
@@ -255,6 +256,8 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             there = other.start()  # of a joint that turns freely: only the start can be the same
             both = {renamed_name(twin, n): v for n, v in state.items() if renamed_name(twin, n) in there}
             if base.constrained != other.constrained or differences(both, there):  # begins by other guesses
+                break
+            if hides_its_start(twin, base, other, there):
                 break
         try:
             state, there = base.settle(state), other.settle(there)
