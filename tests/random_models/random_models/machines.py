@@ -21,6 +21,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtri
 
 import mechc
+from random_models.networks import CLASSES, Network, network
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,8 @@ CLOSE = 1e-7
 """Difference of a place, relative to one and its size, that both integrators may leave."""
 BOUNDLESS = 1e8
 """What no machine comes to, if it does not go to infinity."""
+NETWORKS = 0.4
+"""Share of the machines that have a network of nodes, too."""
 MASK = 0xFFFFFFFF
 
 # ---------------------------------------------------------------- noise, from the page of the language and the paper on Philox
@@ -157,16 +160,19 @@ class Machine:
     late: list[tuple[int, float, str, float]] = field(default_factory=list)
     noises: list[tuple[int, float, int, float, float]] = field(default_factory=list)
     laws: list[tuple[int, list[float], int]] = field(default_factory=list)
+    net: Network | None = None
 
     # ------------------------------------------------------------ the text
 
     def text(self) -> str:
         lines = [_LAWS[form][0].replace("NAME", f"law{n}") for n, (_, _, form) in enumerate(self.laws)]
+        lines += [] if self.net is None else [CLASSES]
         lines += ["model Machine", "dimensionless;"]
         for i, (m, k, c, x, v) in enumerate(zip(self.m, self.k, self.c, self.x0, self.v0, strict=True)):
             lines.append(f"coordinate x{i} = {x}; initial der(x{i}) = {v}; kinetic 1/2*{m}*der(x{i})^2;")
             lines.append(f"potential 1/2*{k}*x{i}^2; damping {c} on x{i};")
         lines += [element.text() for element in self.elements]
+        lines += [] if self.net is None else self.net.lines()
         for n, (i, coefficients, form) in enumerate(self.laws):
             listed = "{" + ", ".join(map(str, coefficients)) + "}"
             lines.append(_LAWS[form][1].format(n=n, i=i, c=listed))
@@ -211,6 +217,8 @@ class Machine:
         pieces: list[tuple[float, float, Any]] = []
         known: dict[tuple[int, int], float] = {}
         y = np.array([*self.x0, *self.v0, *(e.z0 for e in kept)])
+        if self.net is not None:
+            y = np.append(y, self.net.first(y[:n]))
         first = y.copy()
         place = {e.name: 2 * n + j for j, e in enumerate(kept)}
 
@@ -246,6 +254,10 @@ class Machine:
                 if e.remembers:
                     vb = v[e.b] if e.b >= 0 else 0.0
                     found[place[e.name]] = e.rate(pull, v[e.a], vb, modes.get(e.name, 0))
+            if self.net is not None:
+                nodes = 2 * n + len(kept)
+                found[nodes:], pulled = self.net.motion(t, x, v, y[nodes:])
+                force += pulled
             for i, coefficients, form in self.laws:
                 force[i] += _LAWS[form][2](x[i], v[i], coefficients)
             for i, factor, what, delay in self.late:
@@ -396,6 +408,9 @@ def machine(seed: int) -> Machine:
 def examined(seed: int) -> list[str]:
     """Say what disagrees between a machine and its definition."""
     made = machine(seed)
+    r = Random(f"network of {seed}")
+    if r.random() < NETWORKS:
+        made.net = network(r, len(made.m))
     methods = ["dop853", "radau5"] if made.late else ["dop853", "radau5", "taylor"]
     method = methods[seed % len(methods)] if seed % 3 == 0 else "dop853"
     if made.noises and method == "taylor":
@@ -407,6 +422,15 @@ def examined(seed: int) -> list[str]:
     times = np.linspace(0, STOP, 13)
     exact = made.run(times)
     names = [*(f"x{i}" for i in range(len(made.m))), *(e.name for e in made.elements if e.remembers)]
+    if made.net is not None:
+        count = len(names)
+        exact = np.array(
+            [
+                [*y[:count], *made.net.places(t, y[: len(made.m)], y[count:])]
+                for t, y in zip(times, exact, strict=True)
+            ]
+        )
+        names += made.net.names
     told = solution(times)
     found = np.array([told[name] for name in names]).T
     off = np.abs(found - exact) / (1 + np.abs(exact))
