@@ -376,7 +376,19 @@ class _Arithmetic(Chain):
         self.same(f"output {s.fresh('o')} = {n} + 2*{k};", f"force 0.3 N*{k} on {x}[1];")
 
     def _end(self) -> None:
-        """A run that ends by itself."""
+        """A run that ends by itself, among other things that happen then. The random numbers of these are their own."""
         late = f"{float(self.s.number(0.2, 0.6)):g} s"
-        text = f'when time > {late} then terminate("enough"); end when;'
+        deeds = ['terminate("enough");']
+        with self.s.apart(f"what else ends {late} {self.x}"):
+            if self.s.chance(0.6):
+                n = self.s.fresh("n")
+                self.same(f"discrete Real {n} = 0.3;", f"output {self.s.fresh('o')} = {n};")
+                deeds += self.s.pick(
+                    (
+                        (f"{n} := 2;",),
+                        (f"{n} := {n} + 1;", f"reinit(der({self.x}[1]), 0.5*der({self.x}[1]));"),
+                    )
+                )
+                self.s.random.shuffle(deeds)
+        text = f"when time > {late} then {' '.join(deeds)} end when;"
         self.say(text, text, kind="when")

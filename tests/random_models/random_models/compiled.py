@@ -183,7 +183,7 @@ def prepared(
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            model = made()
+            model = made().for_experiment(None)
             problem = model.problem(quick=quick)
             functions = load_functions(problem)
             case = prepare(problem, functions, SimulationOptions(values=dict(values or {})))

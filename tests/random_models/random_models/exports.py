@@ -54,7 +54,7 @@ def exported(
 
     ``edges`` tells of a run where outputs may jump; ``sizes`` are states that are compared over their own size.
     """
-    model = mechc.loads(text)
+    model = mechc.loads(text).for_experiment(None)
     given = _given(model, text) if units else {}
     own = _told(model, text, units=True) if units and not sizes else {}  # another start is no size of theirs
     if own and len(text) % 2:
@@ -89,7 +89,7 @@ def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]
     given = _told(model, text)
     if len(text) % 2:
         text = _set_otherwise(model, text, given)
-        model = mechc.loads(text)
+        model = mechc.loads(text).for_experiment(None)
     try:
         native = run(text, values=given)
     except Refused:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from random import Random
 
@@ -24,7 +25,7 @@ from random_models.hanging import hanging
 from random_models.landing import landing
 from random_models.leaning import leaning
 from random_models.letting_go import letting_go
-from random_models.linkages import linkages, pins
+from random_models.linkages import followed, linkages, pins
 from random_models.lists import lists
 from random_models.measured import measured
 from random_models.narrow import narrow
@@ -46,7 +47,7 @@ from random_models.tree import TIME, Model, Seq, Slot, statement
 from random_models.turns import turns
 from random_models.unknown import unknowns
 from random_models.weights import weights
-from random_models.within import within
+from random_models.within import sized, within
 
 LATE = 0.05
 """Of the models say when their output begins."""
@@ -104,6 +105,8 @@ def skeleton(seed: int) -> Scope:
         followers,
         pins,
         within,
+        sized,
+        followed,
     ):
         further(s, seed)
     return s
@@ -131,6 +134,12 @@ def finished(s: Scope, seed: int) -> Model:
         ");",
         name="",
     )
+    sized = "".join(
+        st.data["in the experiment"] for st in s.statements if st.data and "in the experiment" in st.data
+    )
+    if sized:  # sizes of parts, which element by element are what their declarations say
+        plain = s.statements[-1]
+        s.statements[-1] = replace(plain, parts=(*plain.parts[:-1], sized, ");"), data={"plain": (plain,)})
     top = statement("model", "model M", Seq(tuple(s.statements)), "end M;", name="M")
     return Model((*imports, *s.file.items, top))
 

@@ -8,7 +8,7 @@ from fractions import Fraction
 from random_models.bodies import WORLD, mod
 from random_models.closing import direction, hung, placed, push
 from random_models.driven import ask
-from random_models.operators import call, vector
+from random_models.operators import call, multiply, vector
 from random_models.scope import Scope
 from random_models.structure import model_statement
 from random_models.tree import (
@@ -26,7 +26,7 @@ from random_models.tree import (
     statement,
 )
 
-SHARE, PINNED = 0.12, 0.05
+SHARE, PINNED, FOLLOWED = 0.12, 0.05, 0.02
 """Of the models with bodies."""
 F = Fraction
 _CARRIERS = {2: ("Revolute", "Prismatic", "PinSlot"), 3: ("Revolute", "Spherical", "Cylindrical")}
@@ -52,6 +52,32 @@ def pins(s: Scope, seed: int) -> None:
     with s.apart(f"pins 3087 of {seed}"):
         if s.chance(PINNED):
             _pinned(s)
+
+
+def followed(s: Scope, seed: int) -> None:
+    """Write a body that a frame holds by value whose turn follows a joint. Its random numbers are its own."""
+    if not s.space:
+        return
+    with s.apart(f"followed 12 of {seed}"):
+        if s.chance(FOLLOWED):
+            _followed(s)
+
+
+def _followed(s: Scope) -> None:
+    """Hold a body that moves freely, so that a connection closes the loop: its pose has no freedom, and is not rigid either."""
+    base = hung(s, s.pick(_CARRIERS[s.space]), WORLD)[0]
+    wheel, joint = hung(s, "Revolute", WORLD)
+    angle = reference(f"{joint}.angle", "coordinate", NUMBER, level="q")
+    frame = base
+    for about in ("rot",) if s.space == 2 else s.random.sample(("rotx", "roty", "rotz"), s.pick((1, 2, 3))):
+        turn = multiply(s.literal(NUMBER, s.number(0.3, 1)), angle)
+        frame = placed(s, frame, call(about, turn, type="pose"))
+    body, free = hung(s, "Planar" if s.space == 2 else "Free", WORLD)
+    _hold(s, body, named(s, frame))
+    push(s, body)
+    push(s, wheel)
+    _told(s, s.pick((free, joint)))
+    ask(s, call("pos", body, dim=LENGTH, shape=(s.space,), level="q"))
 
 
 def _pinned(s: Scope) -> None:
@@ -99,14 +125,19 @@ def _connected(s: Scope) -> None:
     between, slide = hung(s, "Translation", WORLD)
     turned = "Revolute" if s.space == 2 else "Spherical"
     body, joint = hung(s, turned, named(s, between), axis=False)
-    value = mod("a", "=", "modification.frame", named(s, placed(s, _carried(s, base))))
+    _hold(s, body, named(s, placed(s, _carried(s, base))))
+    push(s, body)
+    _told(s, s.pick((joint, slide)))
+    ask(s, call("pos", between, dim=LENGTH, shape=(s.space,), level="q"))
+
+
+def _hold(s: Scope, body: E, frame: E) -> None:
+    """Connect a body that joints place to a frame by value."""
+    value = mod("a", "=", "modification.frame", frame)
     for k, one in enumerate(s.statements):
         if one.kind == "component" and f"{one.name}.a" == body.ref:
             parts = tuple(Seq((*p.items, value), "list") if isinstance(p, Seq) else p for p in one.parts)
             s.statements[k] = replace(one, parts=parts)
-    push(s, body)
-    _told(s, s.pick((joint, slide)))
-    ask(s, call("pos", between, dim=LENGTH, shape=(s.space,), level="q"))
 
 
 def _tipped(s: Scope) -> None:

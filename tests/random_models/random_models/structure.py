@@ -145,6 +145,7 @@ def inherited(model: Model, random: Random) -> Twin | None:
                 else:
                     below.append(m)
             own.append(other)
+        own += _experiment_of_a_base(own)
         bases.append(model_statement(f"B{k}", own, partial=random.random() < 0.7))
         late, below = below, []
         for m in late:  # `initial` of the heir overrules the base
@@ -172,6 +173,20 @@ def inherited(model: Model, random: Random) -> Twin | None:
         ),
     )
     return Twin("inherited", Model(items))
+
+
+def _experiment_of_a_base(own: list[S]) -> list[S]:
+    """Let a base say how it is run, with other values; its heir says that anew. The random numbers are its own: twins keep all else."""
+    numbers = [
+        s for s in own if s.kind == "parameter" and len(s.slots) == 1 and not s.slots[0].expression.shape
+    ]
+    random = Random("".join(s.text() for s in numbers))
+    if not numbers or random.random() < 0.5:
+        return []
+    parts: list[str | Slot] = []
+    for s in random.sample(numbers, random.randint(1, len(numbers))):
+        parts += [f", {s.name} = ", Slot("experiment.value", decoy(s.slots[0].expression, random))]
+    return [statement("further", "experiment(stop = 0.7 s", *parts, ");")]
 
 
 def blocks(model: Model, random: Random) -> Twin | None:

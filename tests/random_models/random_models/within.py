@@ -6,12 +6,15 @@ Each statement holds what it means in plain words, which a twin says in its plac
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from random_models.lists import Chain
 from random_models.scope import Scope
 from random_models.tree import statement
 
 SHARE = 0.05
 """Of the models."""
+SIZED = 0.02
 LIBRARY = ("Motor", "TorsionDamper", "SpeedMotor", "TorsionSpring", "Weld", "Damper")
 """Parts in the plane and in space, after which a model of the file is called where nothing else uses them."""
 
@@ -21,6 +24,13 @@ def within(s: Scope, seed: int) -> None:
     with s.apart(f"within 1142 of {seed}"):
         if s.chance(SHARE):
             _Within(s).write()
+
+
+def sized(s: Scope, seed: int) -> None:
+    """Write parts whose sizes the experiment says. The random numbers are its own, as above."""
+    with s.apart(f"sized 5 of {seed}"):
+        if s.chance(SIZED):
+            _Within(s).size()
 
 
 def resting(s: Scope) -> None:
@@ -90,6 +100,33 @@ class _Within(Chain):
         start = self.numbers(1, -0.8, 0.8)[0]
         rate = s.pick(("", f", der(q) ~ {self.numbers(1, -0.8, 0.8)[0]:g} m/s"))
         self.same(f"{part}Plain {name}b(q ~ {start:g} m{rate});")
+
+    def size(self) -> None:
+        """A part, or a part of one, of which the model, what is around it and the experiment say how long it is: the experiment counts."""
+        s, part, name = self.s, self.s.fresh("Row"), self.s.fresh("a")
+        m, k, f = self.numbers(3)
+        n, said, own = s.random.sample((1, 2, 3, 4), 3)
+        self.define(
+            part,
+            f"structural parameter Integer n = {own}; coordinate Length q[n] ~ 0.1 m; kinetic 1/2*{m:g} kg*dot(der(q), der(q)); "
+            f"for i in 1:n loop potential 1/2*{k:g} N/m*i*(q[i] - 0.1 m*i)^2; end for; "
+            f"if n > 2 then force -{f:g} N on q[n]; end if; output total = sum(q);",
+        )
+        path = "n"
+        if s.chance(0.4):
+            whole, path = s.fresh("Whole"), "inside.n"
+            self.define(
+                whole,
+                f"{part} inside{s.pick(('', f'(n = {own})'))}; output total = inside.total;",
+            )
+            part = whole
+        mods = s.pick(("", f"({path} = {said})", f"({path} = {said})"))
+        self.say(f"{part} {name}{mods};", f"{part} {name}({path} = {n});", name=name)
+        s.statements[-1] = replace(
+            s.statements[-1],
+            data={**(s.statements[-1].data or {}), "in the experiment": f", {name}.{path} = {n}"},
+        )
+        self.same(f"output {s.fresh('o')} = {name}.total;")
 
     def _given(self) -> None:
         """A part that asks which of its values it is given."""
