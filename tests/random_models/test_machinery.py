@@ -26,6 +26,8 @@ from random_models.overruling import overruling
 from random_models.spelled_out import spelled_out
 from random_models.states import looks
 from random_models.structure import as_functions, inherited
+from random_models.tree import Model, statement
+from random_models.twins import Twin
 
 BOX = """coordinate Length y = 0.5 m;
 coordinate Length x = 0 m;
@@ -260,6 +262,25 @@ def test_an_edge_is_looked_for_with_the_values_of_discrete_variables() -> None:
     text = TIED.format("n*(1 m/s)").replace("experiment", "discrete Real n = 1;\nexperiment")
     base = compiled(text)
     assert "n" not in base.start() and edged(base, base.start())
+
+
+PULSED = """coordinate Length x = 0.06 m;
+kinetic 1/2*1 kg*der(x)^2;
+force (if {} then {} N else 2 N) on x;
+output y ~ 0.8;
+equation 1 J^-1*energy() = y + 0.2*atan(y);
+output o = der(y);
+experiment(stop = 1 s);
+"""
+
+
+def test_pulses_that_begin_at_an_instant_or_behind_it_are_alike_where_the_definition_cannot_tell() -> None:
+    base = compiled(PULSED.format("sin(2*pi*time/(0.14 s)) > 0", 1), quick=False)
+    assert edged(base, base.start()) is None
+    for force, alike in ((1, True), (3, False)):
+        text = PULSED.format("mod(time, 0.14 s) < 0.07 s", force)
+        twin = Twin("another", Model((statement("list", text),)))
+        assert (compare_twin(base, twin, 1) == []) is alike
 
 
 def _named(seed: int, k: int) -> str:

@@ -272,12 +272,13 @@ def _accelerations(meaning: Any, state: Values) -> Values:
     return {_derivative(n): float(x) for n, x in meaning.accelerations(state).items()}
 
 
-def edged(base: Compiled, state: Values) -> bool:
-    """Whether a law of a model changes exactly at a state, so that twins may go on by either of its sides."""
+def edged(base: Compiled, state: Values) -> bool | None:
+    """Whether a law of a model changes exactly at a state, so that twins may go on by either of its sides; None where the definition
+    cannot tell."""
     try:
         found = _edges(Meaning(base.model.compilation.flat, experiment=""), base.discretes() | state)
     except (NotCovered, Undetermined):
-        return False
+        return None
     SKIPPED["a twin on an edge"] += found
     return found
 

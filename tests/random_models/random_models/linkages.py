@@ -74,6 +74,8 @@ def _followed(s: Scope) -> None:
         frame = placed(s, frame, call(about, turn, type="pose"))
     body, free = hung(s, "Planar" if s.space == 2 else "Free", WORLD)
     _hold(s, body, named(s, frame))
+    k = next(k for k, one in enumerate(s.statements) if f"{one.name}.a" == body.ref)
+    s.statements.append(s.statements.pop(k))  # behind its joint, so that the connection closes the loop
     push(s, body)
     push(s, wheel)
     _told(s, s.pick((free, joint)))
