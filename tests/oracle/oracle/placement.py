@@ -36,10 +36,15 @@ def base(e: flat.Expression, definitions: Definitions) -> str:
 def span(joints: tuple[flat.Joint, ...], definitions: Definitions) -> Tree:
     """In the order of declaration, joints place what is not placed; the others, and those cut, close loops.
 
-    Rigid connections come before all others.
+    Rigid connections come before all others, but for those whose pose follows a joint.
     """
+    moving = frozenset(x for joint in joints for x in joint.coordinates)
+
+    def early(joint: flat.Joint) -> bool:
+        return connects(joint) and not mentions(joint.value, moving, definitions)
+
     placed, edges, backwards, loops = {"world"}, {}, set(), []
-    waiting = sorted(joints, key=lambda joint: bool(joint.cut or joint.coordinates or joint.closures))
+    waiting = sorted(joints, key=lambda joint: not early(joint))
     while waiting:
         for joint in waiting:
             source, target = (
@@ -47,7 +52,7 @@ def span(joints: tuple[flat.Joint, ...], definitions: Definitions) -> Tree:
                 base(definitions[joint.target].value or _name(joint), definitions),
             )
             if joint.cut or (source in placed and target in placed):
-                if not joint.coordinates and not joint.closures:
+                if early(joint):
                     raise NotCovered("connections that form a loop among themselves")
                 loops.append(joint)
             elif source in placed:
@@ -64,6 +69,23 @@ def span(joints: tuple[flat.Joint, ...], definitions: Definitions) -> Tree:
         else:
             raise NotCovered("joints that hang on nothing")
     return Tree(edges, frozenset(backwards), tuple(loops))
+
+
+def connects(joint: flat.Joint) -> bool:
+    """Whether a joint has neither freedoms nor equations of its own."""
+    return not (joint.cut or joint.coordinates or joint.closures)
+
+
+def mentions(e: object, names: frozenset[str], definitions: Definitions) -> bool:
+    """Whether an expression asks for one of some names, be it through others."""
+    if isinstance(e, flat.Name):
+        value = definitions[e.name].value if e.name in definitions else None
+        return e.name in names or (value is not None and mentions(value, names, definitions))
+    if isinstance(e, tuple):
+        return any(mentions(x, names, definitions) for x in e)
+    return isinstance(e, flat.Typed) and any(
+        mentions(getattr(e, field), names, definitions) for field in e.__struct_fields__
+    )
 
 
 def _name(joint: flat.Joint) -> flat.Name:

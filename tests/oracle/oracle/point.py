@@ -19,6 +19,7 @@ import numpy as np
 from mechc.compiler.flat import model as flat
 from oracle import poses, unknowns
 from oracle.expressions import Evaluator, Value, der, position
+from oracle.placement import connects
 from oracle.poses import Pose, vector
 from oracle.series import Series
 from oracle.values import NotCovered
@@ -436,11 +437,22 @@ class Point:
         for joint in m.tree.loops:
             if self.held(joint.name):
                 at, k = self.view(joint), 0
+                if connects(joint):
+                    out += [
+                        (f"loop {joint.name}[{k}]", "position", x)
+                        for k, x in enumerate(self._apart(at, joint), 1)
+                    ]
                 for e in m.closures[joint.name]:
                     for x in items_of(at(e.left) - at(e.right)):
                         k += 1
                         out.append((f"loop {joint.name}[{k}]", "position", x))
         return out
+
+    def _apart(self, at: Evaluator, joint: flat.Joint) -> list[Any]:
+        """How far the sides of a connection are apart: places, then turns."""
+        here, there = at(joint.value), at.name(joint.target)
+        turn = [(here.R.T @ there.R)[1, 0]] if here.angle is not None else items_of(here.way_to(there))
+        return [*items_of(there.p - here.p), *turn]
 
     # ------------------------------------------------------------ questions
 
