@@ -16,7 +16,7 @@ from random_models import exact
 from random_models.balance import unaccounted
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
-from random_models.definition import LOOKED, along, edged, undone
+from random_models.definition import LOOKED, UNTIL, along, edged, moved, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
 from random_models.motions import by_another_method, columns, difference, doubts, loose, run, slow
@@ -28,6 +28,8 @@ from random_models.states import looks
 from random_models.structure import as_functions, inherited
 from random_models.tree import Model, statement
 from random_models.twins import Twin
+
+import mechc
 
 BOX = """coordinate Length y = 0.5 m;
 coordinate Length x = 0 m;
@@ -281,6 +283,19 @@ def test_pulses_that_begin_at_an_instant_or_behind_it_are_alike_where_the_defini
         text = PULSED.format("mod(time, 0.14 s) < 0.07 s", force)
         twin = Twin("another", Model((statement("list", text),)))
         assert (compare_twin(base, twin, 1) == []) is alike
+
+
+def test_a_run_ends_where_an_event_ends_the_motion_by_definition() -> None:
+    ending = """coordinate Length x = 0.1 m;
+    discrete Real n = 0;
+    kinetic 1/2*1 kg*der(x)^2;
+    when time > {} s then n := 1; terminate("enough"); end when;
+    experiment(stop = 1 s);
+    """
+    base = compiled(ending.format(0.2), quick=False)
+    for late, said in ((0.2, []), (0.3, ["end"]), (0.9, ["end"])):
+        solution = mechc.loads(ending.format(late)).simulate(stop=UNTIL)
+        assert [what for what, _ in moved(base, solution)] == said
 
 
 def _named(seed: int, k: int) -> str:

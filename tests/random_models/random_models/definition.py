@@ -12,6 +12,7 @@ from oracle import Ambiguous, Meaning, NotCovered, Undetermined
 from oracle.expressions import BENDS, EDGES
 from oracle.impacts import mass_matrix
 
+from mechc.runtime.outcome import Outcome
 from random_models.accounts import misbooked
 from random_models.balance import unaccounted
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
@@ -335,6 +336,8 @@ def moved(base: Compiled, solution: Any, sizes: Collection[str] = ()) -> list[tu
                 scan=UNTIL / 20,
                 longest=UNTIL / 20 if SHARP.search(base.text) else None,
             )
+        if motion.outcome == "terminated":
+            return _ended(solution, float(motion.states[-1]["time"]))
         if motion.outcome != "completed":
             return []
         end = {n: float(v) for n, v in motion.states[-1].items() if n in solution and n != "time"}
@@ -355,6 +358,14 @@ def moved(base: Compiled, solution: Any, sizes: Collection[str] = ()) -> list[tu
             raise OracleFails(repr(error)[:200]) from error
         raise
     return []
+
+
+def _ended(solution: Any, end: float) -> list[tuple[str, str]]:
+    """Tell whether a run ends where an event ends the motion by definition."""
+    here = float(solution.time[-1])
+    if solution.outcome is Outcome.TERMINATED and abs(here - end) < 1e-6:
+        return []
+    return [("end", f"{solution.outcome.value} at {here:.9g}, terminated at {end:.9g} by definition")]
 
 
 def before_a_hit(base: Compiled, seed: int) -> Values:
