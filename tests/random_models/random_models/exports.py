@@ -74,11 +74,19 @@ def exported(
         here = Path(folder)
         if units:
             return _units(text, native, here, given, own, sizes)
+        if _drives_by_inputs(model):
+            return []
         if native.events == () or not native.events:
             found += _said("python", native, _python(model, here, {}, native), edges(native), sizes)
             found += [] if sizes else _with_parameters(model, text, here)
         found += _said("c", native, _program(model, here), edges(native), sizes)
     return found
+
+
+def _drives_by_inputs(model: Any) -> bool:
+    """Whether inputs drive, the rates of which no program is told, as it says."""
+    names = {q.name for q in model.problem(quick=True).inputs}
+    return any(f"der({name})" in names for name in names)
 
 
 def _with_parameters(model: Any, text: str, here: Path) -> list[tuple[str, str]]:
