@@ -38,7 +38,7 @@ _CHUNK = 10
 
 class Mutant(Struct, frozen=True):
     """One row of ``mutants.csv``. ``origin``: ``new``, or ``old`` for an error that mechc once had. ``mode`` and ``model``: what is
-    known to catch it, empty if nothing is."""
+    known to catch it, empty if nothing is; ``machines`` is a mode of its own."""
 
     mutant: str
     origin: str
@@ -124,7 +124,13 @@ def texts(seed: int) -> str:
 
 
 def examine(tree: Path, seeds: Sequence[int], mode: str) -> list[dict[str, Any]]:
-    """Return what some models show in a tree."""
+    """Return what some models show in a tree, or some machines."""
+    if mode == "machines":
+        said = _run(tree, "random_models.machines", str(seeds[0]), str(seeds[-1] + 1)).stdout
+        return [
+            {"seed": int(seed), "check": "machine", "key": "", "text": text}
+            for seed, text in re.findall(r"^(\d+): (.*)", said, re.M)
+        ]
     ran = _run(tree, "random_models.campaign", "seeds", *map(str, seeds), mode)
     if ran.returncode:
         begun = [int(word) for word in ran.stderr.split("\n") if word.isdigit()] or list(seeds)
