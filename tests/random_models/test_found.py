@@ -47,6 +47,17 @@ AGREE = {
         output J = inertia_tensor(disk.a);
         output held = reaction(weld);"""
     ),
+    "a connection whose pose follows a joint waits for its turn among the joints, and closes the loop": (
+        """import mech.spatial.*;
+        Body wheel(m = 1.2 kg, J = diag({0.2, 0.3, 0.25} kg.m^2), com = {0.1, 0.05, 0} m);
+        Revolute hinge(world -> wheel.a, angle ~ 0.3 rad, der(angle) ~ 0.5 rad/s);
+        frame moved = world * trans({0.2, 0, 0.1} m) * rotx(0.7*hinge.angle) * roty(0.4*hinge.angle);
+        Free free(world -> body.a, position ~ {0.1, 0.1, 0} m);
+        Body body(m = 0.8 kg, J = diag({0.1, 0.2, 0.15} kg.m^2), com = {0, 0.2, 0.1} m, a = moved);
+        force {0.4, -0.7, 1.1} N on body.a;
+        output held = reaction(hinge);
+        output carried = reaction(free);"""
+    ),
     "bodies that only slide against each other are two": (
         """import mech.spatial.*;
         Bar bar;
