@@ -378,7 +378,8 @@ class _Arithmetic(Chain):
     def _end(self) -> None:
         """A run that ends by itself, among other things that happen then. The random numbers of these are their own."""
         late = f"{float(self.s.number(0.2, 0.6)):g} s"
-        deeds = ['terminate("enough");']
+        last = 'terminate("enough");'
+        deeds = [last]
         with self.s.apart(f"what else ends {late} {self.x}"):
             if self.s.chance(0.6):
                 n = self.s.fresh("n")
@@ -390,5 +391,8 @@ class _Arithmetic(Chain):
                     )
                 )
                 self.s.random.shuffle(deeds)
-        text = f"when time > {late} then {' '.join(deeds)} end when;"
-        self.say(text, text, kind="when")
+        others = [d for d in deeds if d != last]
+        plain = [*others, last] if deeds[0] == last else [last, *others]  # it does not matter where it stands
+        self.say(
+            *(f"when time > {late} then {' '.join(said)} end when;" for said in (deeds, plain)), kind="when"
+        )
