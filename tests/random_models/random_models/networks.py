@@ -132,7 +132,8 @@ class Network:
         along, z = self.spaces()[1], self.places(t, x, b)
         f, g = self.pulls(t, x, v)
         rate = np.linalg.solve(along.T @ d @ along, along.T @ (f + g - k @ z))
-        moved, forces = along @ rate, np.zeros(len(x))
+        moved = along @ rate
+        forces: Array = np.zeros(len(x))
         for e in self.edges:
             if e.other < -1:
                 j = -2 - e.other
