@@ -131,7 +131,7 @@ class Network:
         k, d = self.matrices()
         along, z = self.spaces()[1], self.places(t, x, b)
         f, g = self.pulls(t, x, v)
-        rate = np.linalg.solve(along.T @ d @ along, along.T @ (f + g - k @ z))
+        rate: Array = np.asarray(np.linalg.solve(along.T @ d @ along, along.T @ (f + g - k @ z)), float)
         moved = along @ rate
         forces: Array = np.zeros(len(x))
         for e in self.edges:
