@@ -402,6 +402,7 @@ def test_steps_end_at_the_points_of_a_smooth_table_of_time(count: int, tolerance
         wheel(kind, points, values).simulate(tolerance=tolerance) for kind in ("smooth", "spline")
     )
     assert over.statistics.steps < 1.2 * beside.statistics.steps + count
+    assert over.statistics.rejected is not None
     assert over.statistics.rejected < 0.2 * over.statistics.steps
     curve = PchipInterpolator(points, values)
     expected = restarted(curve, points, over.time, 5.9)
@@ -424,6 +425,7 @@ def test_points_of_a_table_of_a_distance_follow_the_speed() -> None:
     knots = (np.concatenate([points[:-1] + period * k for k in (-1, 0, 1)]) + 1) / 1.5
     expected = restarted(road, knots, found.time, 5.9)
     assert np.max(np.abs(found["x"] - expected)) < 30e-9 * np.ptp(expected)
+    assert found.statistics.rejected is not None
     assert found.statistics.rejected < 0.2 * found.statistics.steps
 
 

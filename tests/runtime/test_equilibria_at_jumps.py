@@ -5,10 +5,13 @@ from __future__ import annotations
 import pytest
 
 import mechc
+from mechc.runtime.studies.kinds.equilibria import FoundEquilibria
 
 
 def values(text: str) -> list[dict[str, float]]:
-    return [one["values"] for one in mechc.loads(text).study("equilibria").equilibria]
+    found = mechc.loads(text).study("equilibria")
+    assert isinstance(found, FoundEquilibria)
+    return [one["values"] for one in found.equilibria]
 
 
 VALLEY = """

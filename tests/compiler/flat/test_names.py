@@ -8,8 +8,9 @@ import pytest
 from flat_models import codes, definition, flat, rate, said, start, value, variable
 
 from mechc.compiler.flat.flatten import flatten
-from mechc.compiler.flat.names.files import load
 from mechc.lang.diagnostics import CompileError, Reporter
+from mechc.lang.parser import parse
+from mechc.lang.read import read_source
 
 
 @pytest.fixture
@@ -149,7 +150,7 @@ def test_bare_statements_are_a_model_named_after_the_file(tmp_path: Path) -> Non
     path = tmp_path / "my-pendulum.mech"
     path.write_text("parameter m = 1 kg;\n")
     reporter = Reporter()
-    assert flatten(load(path, reporter), reporter).name == "my_pendulum"
+    assert flatten(parse(read_source(path, reporter), reporter), reporter).name == "my_pendulum"
 
 
 def test_a_missing_file_is_no_traceback(tmp_path: Path) -> None:

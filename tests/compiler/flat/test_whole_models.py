@@ -14,10 +14,10 @@ import pytest
 from flat_models import flat
 
 from mechc.compiler.flat.flatten import flatten
-from mechc.compiler.flat.names.files import load
 from mechc.compiler.flat.show import show
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.parser import parse
+from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -108,14 +108,14 @@ def test_golden_text_with_every_element(golden: Callable[[str, str], None]) -> N
 @pytest.mark.parametrize("name", ["07_bouncing_ball", "08_heavy_top"])
 def test_golden_texts(name: str, golden: Callable[[str, str], None]) -> None:
     reporter = Reporter()
-    model = flatten(load(LANGUAGE / f"{name}.mech", reporter), reporter)
+    model = flatten(parse(read_source(LANGUAGE / f"{name}.mech", reporter), reporter), reporter)
     golden(f"{name}.txt", show(model) + "\n")
 
 
 @pytest.mark.parametrize("path", [*NUMBERED, *EXAMPLES], ids=lambda p: p.stem)
 def test_samples_and_examples_are_right(path: Path) -> None:
     reporter = Reporter()
-    show(flatten(load(path, reporter), reporter))
+    show(flatten(parse(read_source(path, reporter), reporter), reporter))
     assert reporter.diagnostics == ()
 
 
@@ -123,7 +123,7 @@ def test_samples_and_examples_are_right(path: Path) -> None:
 def test_drafts(path: Path) -> None:
     reporter = Reporter()
     with contextlib.suppress(CompileError):
-        show(flatten(load(path, reporter), reporter))
+        show(flatten(parse(read_source(path, reporter), reporter), reporter))
     found = {d.code for d in reporter.diagnostics if d.code.startswith("E")}
     assert found == ({REFUSED_DRAFTS[path.stem]} if path.stem in REFUSED_DRAFTS else set())
 

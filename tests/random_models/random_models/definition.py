@@ -213,12 +213,12 @@ def _row(solution: Any, names: list[str], k: int) -> Values:
     return state | {f"held({e.name})": float(e.kind == "engage") for e in switched}
 
 
-def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool]:
+def edges_along(base: Compiled, solution: Any) -> Callable[[float], bool | None]:
     """Return whether a law or an output changes exactly at the row of a time, so that rounding decides for its side."""
     names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
     rng = np.random.default_rng(len(solution.time))
 
-    def at(time: float) -> bool:
+    def at(time: float) -> bool | None:
         k = int(np.argmin(np.abs(np.asarray(solution.time) - time)))
         state = _row(solution, names, k)
         moving = {n: state[n] for n in base.states if n in state}
