@@ -155,7 +155,7 @@ def test_bare_statements_are_a_model_named_after_the_file(tmp_path: Path) -> Non
 
 def test_a_missing_file_is_no_traceback(tmp_path: Path) -> None:
     with pytest.raises(CompileError):
-        load(tmp_path / "missing.mech", Reporter())
+        read_source(tmp_path / "missing.mech", Reporter())
 
 
 # ---------------------------------------------------------------- inheritance
