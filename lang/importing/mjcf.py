@@ -112,6 +112,10 @@ class _Robot:
         """By joint whose actuators have a largest force together: their forces."""
         self.sites = self._asked_sites()
         self.geom_lines = self._lines_of_geoms()
+        self.controls: dict[int, str] = {}
+        """By actuator: its input."""
+        self.activations: dict[int, str] = {}
+        """By place among the activations: the state."""
         self.sign = "~" if model.neq and model.eq_active0.any() else "="
         """Starts of joints that constraints bind are guesses."""
 
@@ -241,19 +245,28 @@ class _Robot:
                 q = m.key_qpos[key].tolist()
                 if kind in UNITS:
                     value = q[a] - float(m.qpos0[a])
-                    given += [f"{name} = {quantity(value, UNITS[kind][1])}"] if value else []
+                    given += [f"{name} {self.sign} {quantity(value, UNITS[kind][1])}"] if value else []
                     continue
                 turn = a + 3 if kind == FREE else a
-                given += [f"{name}.position = {vector(q[a : a + 3], 'm')}"] if kind == FREE else []
-                given.append(f"{name}.orientation = quat({', '.join(map(number, q[turn : turn + 4]))})")
+                given += [f"{name}.position {self.sign} {vector(q[a : a + 3], 'm')}"] if kind == FREE else []
+                orientation = ", ".join(map(number, q[turn : turn + 4]))
+                given.append(f"{name}.orientation {self.sign} quat({orientation})")
             for joint, name in self.moved.items():
-                d, kind = int(m.jnt_dofadr[joint]), int(m.jnt_type[joint])
-                v = float(m.key_qvel[key][d])
-                if kind in UNITS and v:
-                    given.append(f"der({name}) = {quantity(v, UNITS[kind][1] + '/s')}")
+                given += self._velocities(joint, name, m.key_qvel[key].tolist())
+            for controls, values in ((self.controls, m.key_ctrl[key]), (self.activations, m.key_act[key])):
+                given += [f"{name} = {number(float(values[k]))}" for k, name in controls.items() if values[k]]
             self.writer.say(f"experiment {self.named('key', key)}({', '.join([*given, 'stop = 1 s'])});")
-            if m.na and m.key_act[key].any():
-                self.leave_out("activations of keyframes", "key")
+
+    def _velocities(self, joint: int, name: str, v: list[float]) -> list[str]:
+        """Return the rates of a joint at a keyframe; what is zero is not there."""
+        d, kind = int(self.m.jnt_dofadr[joint]), int(self.m.jnt_type[joint])
+        if kind in UNITS:
+            return [f"der({name}) {self.sign} {quantity(v[d], UNITS[kind][1] + '/s')}"] if v[d] else []
+        turn = d + 3 if kind == FREE else d
+        rates = [("position", v[d:turn], "m/s"), ("orientation", v[turn : turn + 3], "rad/s")]
+        return [
+            f"der({name}.{what}) {self.sign} {vector(rate, unit)}" for what, rate, unit in rates if any(rate)
+        ]
 
     # ------------------------------------------------------------ bodies
 
@@ -366,9 +379,10 @@ class _Robot:
         at = m.jnt_pos[joint].tolist()
         if kind == FREE:
             self.moved[joint] = name
-            start = [f"position = {vector(m.body_pos[body].tolist(), 'm')}"] if any(m.body_pos[body]) else []
+            place = vector(m.body_pos[body].tolist(), "m")
+            start = [f"position {self.sign} {place}"] if any(m.body_pos[body]) else []
             turn = turned_by_quaternion("", m.body_quat[body].tolist()).removeprefix(" * ")
-            start += [f"orientation = {turn}"] if turn else []
+            start += [f"orientation {self.sign} {turn}"] if turn else []
             self._part("Free", f"Free {name}({', '.join([f'world -> {to}', *start])});")
         elif kind == BALL:
             self.moved[joint] = name
@@ -683,6 +697,7 @@ class _Robot:
         self.writer.gap()
         drive = self.writer.name("input", f"{name}_control")
         self.writer.say(f"input Real {drive} = 0;")
+        self.controls[k] = drive
         value = drive
         if m.actuator_ctrllimited[k]:
             value = f"clamp({drive}, {_bounds(m.actuator_ctrlrange[k])})"
@@ -785,6 +800,7 @@ class _Robot:
         m = self.m
         state = self.writer.name("state", f"{name}_activation")
         self.writer.say(f"state Real {state} = 0;")
+        self.activations[int(m.actuator_actadr[k])] = state
         tau = quantity(float(m.actuator_dynprm[k][0]), "s")
         self.writer.say(
             f"equation der({state}) = {f'{value}/(1 s)' if integrates else f'({value} - {state})/({tau})'};"

@@ -351,3 +351,44 @@ def test_what_is_left_out(tmp_path: Path) -> None:
         "forces of the fluid on ellipsoids: those on boxes of the same inertia stand for them (line 1)",
     ):
         assert any(words.split(" (")[0] in one for one in left), (words, left)
+
+
+def test_a_keyframe_sets_all_that_it_holds(tmp_path: Path) -> None:
+    """Velocities of balls and of what is free, controls and activations; where equalities bind, all are guesses."""
+    text = """
+    <mujoco>
+      <worldbody>
+        <body name="free" pos="1 0 1"><freejoint name="flight"/><geom size="0.1"/></body>
+        <body name="arm"><joint name="ball" type="ball"/><geom size="0.1" pos="0.2 0 0"/>
+          <body><joint name="one" axis="0 1 0"/><geom size="0.1"/></body>
+          <body><joint name="two" axis="0 1 0"/><geom size="0.1" pos="0 0 1"/></body>
+        </body>
+      </worldbody>
+      EQUALITY
+      <actuator>
+        <motor name="push" joint="one"/>
+        <general name="slow" joint="one" dyntype="filter" dynprm="0.3" gainprm="5"/>
+      </actuator>
+      <keyframe><key name="thrown" qpos="0 0 2 1 0 0 0 1 0 0 0 0.2 0.3" qvel="1 2 3 4 5 6 7 8 9 0.1 0.2" act="0.5"
+        ctrl="0.3 0.4"/></keyframe>
+    </mujoco>"""
+    loose = mechc.loads(made(tmp_path, text.replace("EQUALITY", "")).text)
+    start = loose.simulate(experiment="thrown", stop=0.0)
+    data = mujoco.MjData(model := mujoco.MjModel.from_xml_string(text.replace("EQUALITY", "")))
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    for name, expected in (
+        ("flight.position", data.qpos[:3]),
+        ("der(flight.position)", data.qvel[:3]),
+        ("der(flight.orientation)", data.qvel[3:6]),
+        ("der(ball.orientation)", data.qvel[6:9]),
+    ):
+        found = [start[column][0] for column in start if column.startswith((f"{name}[", f"{name[:-1]}["))]
+        assert found == list(expected), name
+    assert (start["slow_activation"][0], start["push_control"][0], start["slow_control"][0]) == (0.5, 0.3, 0.4)
+    bound = made(
+        tmp_path,
+        text.replace("EQUALITY", '<equality><joint joint1="one" joint2="two" polycoef="0 1 0 0 0"/></equality>'),
+    )
+    begun = mechc.loads(bound.text).simulate(experiment="thrown", stop=0.0)
+    assert begun["one.angle"][0] == pytest.approx(begun["two.angle"][0])
+    assert 0.2 < begun["one.angle"][0] < 0.3
