@@ -35,6 +35,9 @@ ROUNDED = 1e-13
 AGREE = 1e-12
 """Relative difference of rates by laws that agree."""
 
+QUIET = frozenset({"rest", "lift-off", "stick", "slip"})
+"""Kinds of events that may change nothing but what holds."""
+
 ONE_SIDED = 1e-9
 """Relative change of what is zero at the start from which on a direction leaves it."""
 
@@ -154,7 +157,7 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
     if not found:
         if here.t <= case.begin:
             return np.zeros(here.augmented.count)
-        if not notes and _goes_on(here, z_after):
+        if all(n.kind in QUIET for n in notes) and _goes_on(here, z_after):
             return np.zeros(here.augmented.count)
         at = f"at {time_text(case.problem, here.t)} ({what})"
         if grazes:
@@ -178,10 +181,9 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
 
 
 def _goes_on(here: Instant, z_after: Array) -> bool:
-    """Whether laws change where they agree, as where a force begins: when they do makes no difference."""
-    other = Instant(here.augmented, here.t, here.y, here.w, here.z, here.dz, here.dt)
-    switches = here.hybrid.switches[: here.hybrid.n_switches]
-    other.z[switches] = z_after[switches]
+    """Whether laws change where they agree, as where a force begins, or a stop takes over what friction alone held: when
+    they do makes no difference."""
+    other = Instant(here.augmented, here.t, here.y, here.w, z_after, here.dz, here.dt)
     before, after = here.rates(), other.rates()
     return bool((np.abs(after - before) <= AGREE * np.abs(before)).all())
 

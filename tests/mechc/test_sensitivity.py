@@ -205,3 +205,27 @@ def test_several_questions_at_once(asked: tuple[str, ...]) -> None:
         assert solution.condition is not None and 1 <= solution.condition.growth.max() < 2.01
     if "constants" in asked:
         assert [drift.name for drift in solution.accuracy.conserved] == ["der(x)^2 + 4*x^2"]
+
+
+def test_a_stop_takes_over_what_friction_alone_held() -> None:
+    """A block at a stop is pressed, then held by friction alone, pressed again, and drawn away where F p = -mu: after that
+    dx/dF = 1/m times the integral of (t - s) p(s)."""
+    found = mechc.loads("""
+    model Pressed
+      parameter F = 3 N;
+      let p = -(time/1 s - 1)*(time/1 s - 2)*(time/1 s - 4)/8;
+      coordinate Length x = 5 cm;
+      kinetic 1/2*2 kg*der(x)^2;
+      force F*p on x;
+      friction 0.5 N on x;
+      contact stop: 5 cm - x;
+      experiment(stop = 4.8 s, tolerance = 1e-11);
+    end Pressed;
+    """).simulate(sensitivity="F")
+    assert [event.kind for event in found.events if event.name == "stop"] == ["lift-off", "rest", "lift-off"]
+    p = np.polynomial.Polynomial.fromroots([1, 2, 4]) * (-1 / 8)
+    (leaves,) = (t.real for t in (3 * p + 0.5).roots() if abs(t.imag) < 1e-12 and t.real > 4)
+    rate = p.integ() - p.integ()(leaves)
+    place = rate.integ() - rate.integ()(leaves)
+    assert found.sensitivity("x", "F").values[-1] == pytest.approx(place(4.8) / 2, rel=1e-8)
+    assert found.sensitivity("der(x)", "F").values[-1] == pytest.approx(rate(4.8) / 2, rel=1e-8)

@@ -384,10 +384,16 @@ def test_a_keyframe_sets_all_that_it_holds(tmp_path: Path) -> None:
     ):
         found = [start[column][0] for column in start if column.startswith((f"{name}[", f"{name[:-1]}["))]
         assert found == list(expected), name
-    assert (start["slow_activation"][0], start["push_control"][0], start["slow_control"][0]) == (0.5, 0.3, 0.4)
+    assert (start["slow_activation"][0], start["push_control"][0], start["slow_control"][0]) == (
+        0.5,
+        0.3,
+        0.4,
+    )
     bound = made(
         tmp_path,
-        text.replace("EQUALITY", '<equality><joint joint1="one" joint2="two" polycoef="0 1 0 0 0"/></equality>'),
+        text.replace(
+            "EQUALITY", '<equality><joint joint1="one" joint2="two" polycoef="0 1 0 0 0"/></equality>'
+        ),
     )
     begun = mechc.loads(bound.text).simulate(experiment="thrown", stop=0.0)
     assert begun["one.angle"][0] == pytest.approx(begun["two.angle"][0])
