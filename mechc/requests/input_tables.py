@@ -9,10 +9,10 @@ from typing import Any
 from msgspec.structs import replace
 
 from ..lang.units import UnitError, parse_unit, parse_written_unit
-from ..runtime.inputs import Signal, Table, read_tables
+from ..runtime.inputs import Signal, Table, read_tables, time_column
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
-from ..runtime.sheets import units_apart
+from ..runtime.sheets import Sheet, units_apart
 from .parse_values import UsageMistake, elements_of, shown, tidy, unknown_name
 from .tables import sheet_of
 
@@ -44,6 +44,15 @@ def bare_angle(source: str, name: str, wanted: str, unit: str, values: Iterable[
         f"the column '{name}' of {source} has no unit, so it is read in rad, and it reaches {largest:g} rad; degrees are headed "
         f"'{name} [deg]'"
     ]
+
+
+def other_head(sheet: Sheet, wanted: str) -> list[str]:
+    """Say that the only column beside the time is taken for an input, where it is headed otherwise."""
+    names = [name for name, _ in sheet.heads]
+    if len(names) != 2 or wanted in names:
+        return []
+    (head,) = [name for k, name in enumerate(names) if k != time_column(sheet, names, [wanted])]
+    return [f"'{wanted}' is read from the column '{head}' of {sheet.path}, the only one beside the time"]
 
 
 def input_tables(
@@ -96,6 +105,8 @@ def input_tables(
             )
         source = str(sheet.path)
         remarks += sheet.remarks
+        if alone and sheet.from_file:
+            remarks += other_head(sheet, alone)
         for one, table in found.items():
             remarks += bare_angle(source, one, quantities[one].unit, written[one], table.values)
             if table.times.size == 1:

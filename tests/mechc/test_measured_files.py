@@ -52,7 +52,8 @@ def test_degrees_without_a_unit_are_told(model: mechc.Model, tmp_path: Path) -> 
     for head in ("time,measured", "time [s],measured", "time [s],knee"):
         run = model.simulate(inputs={"measured": table(tmp_path, head, RAMP)}, estimate_error=False)
         assert run["q"][-1] == pytest.approx(30.0, rel=1e-12)
-        (said,) = run.remarks
+        *renamed, said = run.remarks
+        assert len(renamed) == head.endswith("knee")
         assert "'measured'" in said and "no unit" in said and "reaches 30 rad" in said and "[deg]" in said
     run = model.simulate(
         inputs={"measured": table(tmp_path, "time [s],measured [deg]", RAMP)}, estimate_error=False
@@ -414,3 +415,19 @@ def test_a_table_of_one_row_is_told(rig: mechc.Model, tmp_path: Path) -> None:
     path = table(tmp_path, "time [s],push [N]", [(0.0, 3.0)])
     run = rig.simulate(inputs={"push": path}, stop=1, estimate_error=False)
     assert any("the table of 'push' has one row" in said for said in run.remarks)
+
+
+@pytest.mark.parametrize(("head", "said"), [("pull [N]", True), ("push [N]", False)])
+def test_the_only_column_is_taken_whatever_its_head_and_a_note_says_so(
+    tmp_path: Path, head: str, said: bool
+) -> None:
+    (tmp_path / "log.csv").write_text(f"time [s],{head}\n0,1\n1,2\n")
+    model = mechc.loads(
+        "input Force push = 0 N; coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; force push on x;"
+    )
+    found = model.simulate(stop=1, inputs={"push": tmp_path / "log.csv"})
+    assert found["x"][-1] == pytest.approx(1 / 2 + 1 / 6)
+    expected = (
+        f"'push' is read from the column 'pull' of {tmp_path / 'log.csv'}, the only one beside the time"
+    )
+    assert (expected in found.remarks) == said
