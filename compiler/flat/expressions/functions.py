@@ -14,6 +14,7 @@ from ..values import matrices
 from ..values.evaluate import (
     constant,
     elements,
+    flat,
     pick,
     rows_of,
     to_expression,
@@ -130,9 +131,7 @@ def entries(call: ElaboratedCall, index: int) -> list[Expression]:
     argument = call.arguments[index]
     if argument.type.kind not in types.NUMERIC or not argument.type.shape:
         raise call.wrong(index, "an array or several values", "E0305")
-    items = [argument]
-    while items and items[0].type.shape:
-        items = [e for item in items for e in elements(item)]
+    items = flat(argument)
     if not items:
         raise call.scope.fail("E0305", f"'{call.name}' of an array without elements", call.node.span)
     return items

@@ -28,7 +28,7 @@ from ..names.instance import (
 )
 from ..names.scope import Poisoned, Scope
 from ..subscripts import Index, subscript_text, subscripts
-from ..values.evaluate import whole_number
+from ..values.evaluate import flat, whole_number
 from ..values.indexing import dimension_words, indexed, positions, stack
 
 MOST_NAMES = 8
@@ -167,9 +167,39 @@ def _inside(
     instances = existing(scope, member, part.span)
     if not part.indices and member.extents:
         values = [_within(scope, instance, rest, span) for instance in instances.values()]
-        return stack(values, member.extents, span)
+        return _side_by_side(scope, member, values, tuple(instances), span)
     index = component_index(scope, member, part)
     return _within(scope, instances[index], rest, span)
+
+
+def _side_by_side(
+    scope: Scope, member: ComponentMember, values: list[Expression], indices: tuple[Index, ...], span: Span
+) -> Expression:
+    """Return what has one name in each component of an array: an array of it, or one list of all numbers where sizes differ."""
+    if len({value.type for value in values}) <= 1:
+        return stack(values, member.extents, span)
+    first = next((k for k, value in enumerate(values) if not types.is_zero(value)), 0)
+    type = values[first].type
+    sizes_differ = any(value.type.shape != type.shape for value in values)
+    for index, value in zip(indices, values, strict=True):
+        other = value.type
+        numbers = {other.kind, type.kind} <= set(types.NUMERIC)
+        if (other.dimension != type.dimension and not types.is_zero(value)) or (
+            not numbers and (sizes_differ or other.kind is not type.kind)
+        ):
+            name = member.declaration.name
+            one, another = (f"{name}{subscript_text(k)}" for k in (indices[first], index))
+            raise scope.fail(
+                "E0317",
+                f"'{span.text}' differs from element to element, and is no array",
+                span,
+                caption=f"{types.describe(type)} in '{one}', {types.describe(other)} in '{another}'",
+                help=f"name one of them, as in '{one}{span.text.removeprefix(name)}'",
+            )
+    if sizes_differ:
+        values = [number for value in values for number in flat(value)]
+        return stack(values, (len(values),), span)
+    return stack(values, member.extents, span)
 
 
 def _within(scope: Scope, instance: Instance, parts: tuple[ast.Part, ...], span: Span) -> Expression:

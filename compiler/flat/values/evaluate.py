@@ -358,6 +358,14 @@ def elements(expression: Expression) -> list[Expression]:
     return [pick(expression, (i,)) for i in range(expression.type.shape[0])]
 
 
+def flat(expression: Expression) -> list[Expression]:
+    """Return the single numbers of an array in row-major order; a number is its own."""
+    items = [expression]
+    while items and items[0].type.shape:
+        items = [e for item in items for e in elements(item)]
+    return items
+
+
 def pick(expression: Expression, indices: tuple[int, ...]) -> Expression:
     """Return ``expression[indices]``, without a node where the elements are written out."""
     while indices and isinstance(expression, Array):

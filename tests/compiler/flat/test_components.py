@@ -309,3 +309,40 @@ def test_structural_parameters_of_components() -> None:
     assert variable(model, "b.x").type.shape == (4,)
     assert value(definition(model, "last").value) == "b.x[4]"
     assert model.structural == {"a.n": 2, "b.n": 4}
+
+
+SIZED = """
+model Sized
+  structural parameter Integer n = 1;
+  parameter Length a[n] = {i*1 m for i in 1:n};
+end Sized;
+model Mixed
+  Sized p[i in 1:3](n = NUMBER);
+  Scalar q[i in 1:2](u = if i == 1 then 1 m else 2 s);
+  coordinate Length x = 0 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  output all = p.a;
+  output most = max(p.a);
+  output total = sum(2*p.a);
+  STATEMENT
+end Mixed;
+model Scalar
+  input u;
+end Scalar;
+"""
+
+
+@pytest.mark.parametrize("number", ["i", "4 - i"])
+def test_values_of_several_sizes_are_one_list(number: str) -> None:
+    model = flat(SIZED.replace("NUMBER", number).replace("STATEMENT", ""), model="Mixed")
+    sizes = [1, 2, 3] if number == "i" else [3, 2, 1]
+    each = [f"p[{k + 1}].a[{i + 1}]" for k, n in enumerate(sizes) for i in range(n)]
+    assert value(definition(model, "all").value) == "{" + ", ".join(each) + "}"
+    assert value(definition(model, "most").value) == "max(" + ", ".join(each) + ")"
+
+
+@pytest.mark.parametrize("statement", ["output u = q.u;", "output u = sum(q.u);", "let u = max(q.u);"])
+def test_values_of_several_units_are_no_array(statement: str) -> None:
+    text = SIZED.replace("NUMBER", "1").replace("STATEMENT", statement)
+    (wrong,) = said(text, model="Mixed")
+    assert (wrong.code, wrong.caption) == ("E0317", "a length (m) in 'q[1]', a time (s) in 'q[2]'")
