@@ -115,8 +115,12 @@ class Results(Mapping[str, Array]):
         return len(self._values)
 
     def unit(self, name: str) -> str:
-        """Give the SI unit of a quantity, "" for a pure number."""
-        return self._units[self.named([name])[0]]
+        """Give the SI unit of a quantity, "" for a pure number. Raises KeyError where elements have several."""
+        units = {part: self._units[part] for part in self.named([name])}
+        if len(set(units.values())) > 1:
+            each = ", ".join(f"{part} in {unit or '1'}" for part, unit in units.items())
+            raise KeyError(f"'{name}' has no single unit: {each}")
+        return next(iter(units.values()))
 
     def named(self, names: Iterable[str]) -> list[str]:
         """Put the elements instead of each vector. Raises KeyError for a name that there is not."""

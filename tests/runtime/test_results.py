@@ -304,3 +304,21 @@ def test_remarks_and_reports_follow_what_is_added() -> None:
     assert "seen" not in solution.report["remarks"]
     solution.add_remark("seen")
     assert solution.remarks[0] == "seen" and solution.report["remarks"][0] == "seen"
+
+
+def test_elements_of_several_units_have_none_together() -> None:
+    found = mechc.loads("""
+    model Kept
+      input u;
+      output y = u;
+    end Kept;
+    model M
+      coordinate Length x = 1 m;
+      kinetic 1/2*1 kg*der(x)^2;
+      Kept k[i in 1:2](u = if i == 1 then x else der(x));
+      experiment(stop = 1 s);
+    end M;
+    """).simulate()
+    assert found["k.y"].shape[1] == 2 and found.unit("k[2].y") == "m/s"
+    with pytest.raises(KeyError, match=r"'k.y' has no single unit: k\[1\].y in m, k\[2\].y in m/s"):
+        found.unit("k.y")

@@ -286,7 +286,15 @@ def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> In
     for node, size in zip(part.indices, sizes, strict=True):
         position = positions(scope, node, size, part.span)
         if not isinstance(position, int):
-            raise scope.fail("E0316", "a range of components has no value", node.span)
+            name = member.declaration.name
+            raise scope.fail(
+                "E0316",
+                "a range of components has no value",
+                node.span,
+                help=f"a name without an index stands for all of them, as in '{name}.{_inner(member)}'"
+                if node.span.text.strip() in (":", "*")
+                else f"list what is meant, as in '{{{name}[i].{_inner(member)} for i in {node.span.text}}}'",
+            )
         chosen.append(position)
     return tuple(chosen)
 
