@@ -359,6 +359,8 @@ class Contact(Struct, frozen=True):
     along: Expression | None
     options: Mapping[str, Expression]
     origin: Origin
+    pair: bool = False
+    """Whether it is in the contact of two shapes."""
 
 
 class ClosureEquation(Struct, frozen=True):

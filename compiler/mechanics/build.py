@@ -134,6 +134,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
                 *((c.holds, c.message, c.origin) for c in lowering.unknowns.conditions),
                 *lowering.tables.conditions.values(),
                 *lowering.periods.values(),
+                *lowering.apart.values(),
             )
         )
         + tuple(ranges(lowering, model, symbols)),

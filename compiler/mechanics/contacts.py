@@ -25,6 +25,9 @@ from .system import ConstraintRows
 
 REGULARIZED = "regularized"
 
+TOUCHING = 1e-9
+"""Overlap, in SI, that counts as rounding where no coordinate changes it."""
+
 
 def switched_names(model: FlatModel) -> frozenset[str]:
     """Return the names of all that events release or engage."""
@@ -107,6 +110,14 @@ def gap_parts(lowering: Lowering, contact: Contact, positions: AbstractSet[Node]
     return parts if len(normals) > 1 else (gap,)
 
 
+def keeps_distance(lowering: Lowering, contact: Contact, symbols: Symbols) -> bool:
+    """Tell whether no motion changes the distance of two shapes, as of what turns about a vertical axis above a floor."""
+    if not contact.pair:
+        return False
+    (gap,) = lowering.numbers(contact.gap)
+    return symbols.moving.isdisjoint(lowering.graph.support(undisplaced(lowering.graph, gap)))
+
+
 def part_names(name: str, count: int) -> tuple[str, ...]:
     """Return the names of the rows of a contact, one for each part of its gap."""
     return (name,) if count == 1 else tuple(f"{name}[{k + 1}]" for k in range(count))
@@ -125,6 +136,13 @@ def _contact(
     for own, part in zip(names, parts, strict=True):
         (gap,) = lowering.switching((part,))
         lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
+        if not switched and keeps_distance(lowering, contact, symbols):
+            limit = graph.constant(-TOUCHING)
+            what = (
+                f"the shapes of the contact '{name}' overlap, and no coordinate moves them apart"
+            )
+            lowering.apart[name] = (graph.less_equal(limit, gap), what, contact.origin)
+            return []
         support = set(graph.support(undisplaced(graph, gap)))
         if support & symbols.velocities or not support & symbols.positions:
             reporter.error(

@@ -11,7 +11,7 @@ from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query
 from ..graph import Graph, Node
 from ..graph.differentiate import vjp
 from .bodies import inertia_tensor, mass_centre
-from .contacts import gap_parts, part_names, switched_names
+from .contacts import gap_parts, keeps_distance, part_names, switched_names
 from .drives import drive_rows
 from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
 from .forces import damping_power, virtual_power
@@ -284,6 +284,12 @@ class Matter:
         if target not in switched:
             return [self.graph.one]
         contact = next((c for c in self._model.contacts if c.name == target), None)
+        if (
+            contact is not None
+            and target not in switched_names(self._model)
+            and keeps_distance(self._lowering, contact, self._symbols)
+        ):
+            return [self.graph.zero]
         count = 1 if contact is None else len(gap_parts(self._lowering, contact, self._symbols.positions))
         flags = [self.graph.symbol(f"closed({name})") for name in part_names(target, count)]
         self._lowering.questions.modes |= dict.fromkeys(flags)

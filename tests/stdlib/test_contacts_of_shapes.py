@@ -270,3 +270,40 @@ def test_a_shape_of_a_part_of_a_part_is_lifted_by_a_measured_input() -> None:
     assert [s.time[-1], s["free.y"][-1], s["der(free.y)"][-1]] == pytest.approx([end, y, v], abs=1e-8)
     change = (flight(0.6 + 1e-5, end)[1] - flight(0.6 - 1e-5, end)[1]) / 2e-5
     assert np.asarray(s.sensitivity("free.y", "e"))[-1] == pytest.approx(change, rel=1e-6)
+
+
+TURRET = """
+import mech.spatial.*;
+import mech.shapes.*;
+model Turret
+  parameter h = 30 cm;
+  gravity {0, 0, -9.81} m/s^2;
+  Body turret(m = 1 kg, J = diag({1, 1, 1} kg.m^2));
+  Body arm(m = 1 kg, J = diag({0.1, 0.1, 0.1} kg.m^2), com = {0.2, 0, 0} m);
+  Revolute yaw(world * trans({0 m, 0 m, h}) -> turret.a, axis = {0, 0, 1});
+  Revolute shoulder(turret.a -> arm.a, axis = {0, 1, 0});
+  shape Plane on world;
+  shape Sphere(r = 10 cm) on turret;
+  shape Sphere(r = 5 cm) on arm.a at {0.4, 0, 0} m;
+  contact c: world with turret, arm;
+  output load[3] = {multiplier(c), multiplier(c[1]), multiplier(c[2])};
+  output shut[3] = {if b then 1 else 0 for b in {closed(c), closed(c[1]), closed(c[2])}};
+  output gap = min(c.gap);
+  experiment(stop = 1 s);
+end Turret;
+"""
+
+
+def test_shapes_whose_distance_nothing_changes_press_nothing() -> None:
+    """The ball of a turret keeps its height above the floor; that of the arm falls to sin(angle) = (h - r)/l and carries half
+    of the weight of the arm, whose centre is in its middle."""
+    model = mechc.loads(TURRET)
+    run = model.simulate()
+    assert run["shoulder.angle"][-1] == pytest.approx(math.asin(0.25 / 0.4), abs=1e-12)
+    assert run["load"][-1] == pytest.approx([9.81 / 2, 0, 9.81 / 2], rel=1e-12)
+    assert list(run["shut"][-1]) == [1, 0, 1]
+    assert run["gap"][0] == pytest.approx(0.2) and abs(run["gap"][-1]) < 1e-15
+    assert model.simulate(set={"h": "10 cm"}).outcome.value == "completed"
+    sunk = model.simulate(set={"h": "9 cm"})
+    assert sunk.outcome.value == "failed"
+    assert "the shapes of the contact 'c[1].touch[1]' overlap, and no coordinate moves them apart" in sunk.message

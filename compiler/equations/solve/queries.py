@@ -111,7 +111,8 @@ def _force(system: MechanicalSystem, replies: Replies, query: Query) -> Sequence
     """Answer a question about a force; None for any other."""
     match query.function:
         case "multiplier":
-            return replies.multipliers.get(query.target)
+            still = [system.graph.zero] if query.target in system.lowering.apart else None
+            return replies.multipliers.get(query.target, still)
         case "moment" if query.target in replies.joint_reactions:
             return replies.joint_reactions[query.target][1]
         case "reaction" if query.target in replies.joint_reactions:

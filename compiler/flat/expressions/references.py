@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from msgspec.structs import replace
+
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
@@ -461,6 +463,14 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
         return None
     index = tuple(whole_number(scope, i, "an index") for i in part.indices)
     label = instance.labels.get((part.name, index))
+    whole = instance.labels.get((part.name, ()))
+    if (
+        label is None
+        and whole is not None
+        and whole.made is not None
+        and instances_of(whole.made).keys() != {()}
+    ):
+        return replace(whole, element=component_index(scope, whole.made, part))
     if label is None:
         raise scope.fail(
             "E0314",
@@ -472,10 +482,12 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
 
 
 def contacts_of(label: LabelMember) -> list[LabelMember]:
-    """Return the named contacts that a contact of shapes consists of: those of all points of all pairs."""
+    """Return the named contacts that a contact of shapes consists of: those of all points, of all pairs or of the one that is meant."""
     assert label.made is not None
     found: list[LabelMember] = []
-    pending = list(instances_of(label.made).values())
+    pending = [
+        instance for index, instance in instances_of(label.made).items() if label.element in (None, index)
+    ]
     while pending:
         at = pending.pop(0)
         for item in expand(at):

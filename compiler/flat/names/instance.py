@@ -171,7 +171,8 @@ Labelled = (
 
 
 class LabelMember(Struct, eq=False):
-    """A named statement: ``kind`` is force, torque, damping, friction, constraint, contact or shape. ``made``: what it makes."""
+    """A named statement: ``kind`` is force, torque, damping, friction, constraint, contact or shape. ``made``: what it makes;
+    ``element``: the one of it that is meant, counted from 0; all without it."""
 
     kind: str
     name: str
@@ -179,6 +180,7 @@ class LabelMember(Struct, eq=False):
     scope: Scope
     made: ComponentMember | None = None
     progress: ElaborationProgress = ElaborationProgress.NEW
+    element: Index | None = None
 
 
 class Expanded(Struct, eq=False):

@@ -13,6 +13,7 @@ from ..expressions.queries import is_infinite, is_turned
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
 from ..model import Expression, Kind, Type
+from ..names.instance import Instance
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import whole_number
 from .record import StatementRecord
@@ -353,20 +354,24 @@ def contact(scope: Scope, statement: ast.Contact, record: StatementRecord) -> No
     along = None if statement.along is None else _slip(scope, statement.along)
     speed = types.real(gap.type.dimension / scope.flattening.time_type.dimension)
     options = _options(scope, statement.options, CONTACT_OPTIONS, speed, "contact")
-    for option, outer in _options_of_pair(scope):
+    pair = _pair(scope)
+    for option, outer in () if pair is None else pair.options:
         if option.name not in options:
             options |= _options(outer, (option,), CONTACT_OPTIONS, speed, "contact")
     name = label_name(scope, statement.label, "contact", record)
     origin = scope.origin(statement.span)
-    record.contacts.append(model.Contact(name, gap, restitution, coefficient, static, along, options, origin))
+    found = model.Contact(
+        name, gap, restitution, coefficient, static, along, options, origin, pair is not None
+    )
+    record.contacts.append(found)
 
 
-def _options_of_pair(scope: Scope) -> tuple[tuple[ast.Option, Scope], ...]:
-    """Return the options that the contact of two shapes has, of which a contact is part."""
+def _pair(scope: Scope) -> Instance | None:
+    """Return the contact of two shapes of which a contact is part."""
     instance = scope.instance
     while instance is not None and not instance.pair:
         instance = instance.parent
-    return () if instance is None else instance.options
+    return instance
 
 
 def _number(scope: Scope, node: ast.Expression | None, what: str) -> Expression | None:

@@ -93,6 +93,8 @@ class Lowering:
         self.tables = Tables(graph, self.numbers, model.data, self._locate, reporter)
         self.periods: dict[Node, tuple[Node, str, Origin]] = {}
         """What must hold of periods of noise that parameters tell."""
+        self.apart: dict[str, tuple[Node, str, Origin]] = {}
+        """What must hold of shapes whose distance nothing changes, by the name of their contact."""
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}

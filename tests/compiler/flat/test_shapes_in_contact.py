@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from flat_models import codes, flat, said
+from flat_models import codes, definition, flat, said, value
 
 from mechc.presentation.render import render
 
@@ -296,3 +296,18 @@ def test_options_are_those_of_the_contacts() -> None:
     (touch,) = flat(HEAD + BALLS.replace("MORE", more)).contacts
     assert sorted(touch.options) == ["impacts", "rest"]
     assert wrong("contact ball with floor friction 0.3, rest = 1 m;") == ["E0333"]
+
+
+def test_one_pair_of_a_named_contact_is_asked_about_and_released() -> None:
+    more = """
+    contact c: ball with floor;
+    output load = multiplier(c[2]);
+    output shut = if closed(c[3]) then 1 else 0;
+    when time > 1 s then release c[1]; end when;
+    """
+    model = flat(HEAD + BALLS.replace("MORE", more))
+    assert value(definition(model, "load").value) == "multiplier(c[2].touch[1])"
+    assert "closed(c[3].touch[1])" in value(definition(model, "shut").value)
+    (event,) = model.events
+    assert event.switched == {"c[1].touch[1]"}
+    assert wrong("contact c: ball with floor; output load = multiplier(c[4]);") == ["E0314"]
