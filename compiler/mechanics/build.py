@@ -89,7 +89,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     stated = () if curve is not None else constraint_rows(lowering, model, symbols, reporter)
     constraints = (
         *switchable(lowering, model, (*closures, *stated)),
-        *contact_rows(lowering, model, symbols, reporter),
+        *contact_rows(lowering, model, symbols, matter.driven, reporter),
     )
     q = tuple(s for c in symbols.coordinates for s in c.q)
     v = tuple(s for c in symbols.coordinates for s in c.v)

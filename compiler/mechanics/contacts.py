@@ -86,13 +86,13 @@ def switchable(
 
 
 def contact_rows(
-    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+    lowering: Lowering, model: FlatModel, symbols: Symbols, driven: AbstractSet[Node], reporter: Reporter
 ) -> tuple[ConstraintRows, ...]:
-    """Return the rows of contacts, each followed by its friction, then those of other frictions."""
-    switched = switched_names(model)
+    """Return the rows of contacts, each followed by its friction, then those of other frictions. ``driven``: what drives prescribe."""
+    switched, moving = switched_names(model), symbols.moving - driven
     rows: list[ConstraintRows] = []
     for contact in model.contacts:
-        rows += _contact(lowering, contact, symbols, contact.name in switched, reporter)
+        rows += _contact(lowering, contact, symbols, moving, contact.name in switched, reporter)
     for friction in model.frictions:
         rows.append(_friction(lowering, friction, symbols, reporter))
     return tuple(rows)
@@ -110,12 +110,13 @@ def gap_parts(lowering: Lowering, contact: Contact, positions: AbstractSet[Node]
     return parts if len(normals) > 1 else (gap,)
 
 
-def keeps_distance(lowering: Lowering, contact: Contact, symbols: Symbols) -> bool:
-    """Tell whether no motion changes the distance of two shapes, as of what turns about a vertical axis above a floor."""
+def keeps_distance(lowering: Lowering, contact: Contact, moving: AbstractSet[Node]) -> bool:
+    """Tell whether nothing of what moves freely changes the distance of two shapes, as of what turns about a vertical axis
+    above a floor."""
     if not contact.pair:
         return False
     (gap,) = lowering.numbers(contact.gap)
-    return symbols.moving.isdisjoint(lowering.graph.support(undisplaced(lowering.graph, gap)))
+    return moving.isdisjoint(lowering.graph.support(undisplaced(lowering.graph, gap)))
 
 
 def part_names(name: str, count: int) -> tuple[str, ...]:
@@ -124,7 +125,12 @@ def part_names(name: str, count: int) -> tuple[str, ...]:
 
 
 def _contact(
-    lowering: Lowering, contact: Contact, symbols: Symbols, switched: bool, reporter: Reporter
+    lowering: Lowering,
+    contact: Contact,
+    symbols: Symbols,
+    moving: AbstractSet[Node],
+    switched: bool,
+    reporter: Reporter,
 ) -> list[ConstraintRows]:
     """Return the row of the gap, then those of the friction; so for each part of a gap that is the least of several."""
     graph, name = lowering.graph, contact.name
@@ -136,23 +142,26 @@ def _contact(
     for own, part in zip(names, parts, strict=True):
         (gap,) = lowering.switching((part,))
         lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
-        if not switched and keeps_distance(lowering, contact, symbols):
+        support = set(graph.support(undisplaced(graph, gap)))
+        if contact.pair and not switched and moving.isdisjoint(support):
             limit = graph.constant(-TOUCHING)
-            what = (
-                f"the shapes of the contact '{name}' overlap, and no coordinate moves them apart"
-            )
+            what = f"the shapes of the contact '{name}' overlap, and nothing that moves freely can part them"
             lowering.apart[name] = (graph.less_equal(limit, gap), what, contact.origin)
             return []
-        support = set(graph.support(undisplaced(graph, gap)))
-        if support & symbols.velocities or not support & symbols.positions:
+        if support & symbols.velocities or not support & symbols.positions & moving:
+            prescribed = not support & symbols.velocities and bool(support & symbols.positions)
             reporter.error(
                 "E0702",
-                f"the gap of contact '{name}' must depend on coordinates",
+                f"the gap of contact '{name}' must depend on coordinates" + " that move freely" * prescribed,
                 contact.gap.span,
-                caption="this contains velocities"
+                caption="only what is driven moves here, and no force of a contact holds that"
+                if prescribed
+                else "this contains velocities"
                 if support & symbols.velocities
                 else "nothing here can move",
-                help="write the distance that stays positive or zero",
+                help="to end the run there, write 'assert .. > 0 m, \"..\";'"
+                if prescribed
+                else "write the distance that stays positive or zero",
             )
             return []
         mode = Mode(

@@ -84,6 +84,24 @@ class Matter:
             self._drives = drive_rows(self._lowering, self._model, self._symbols, self._reporter)
         return self._drives
 
+    @property
+    def driven(self) -> frozenset[Node]:
+        """Positions, velocities and accelerations of the coordinates that drives prescribe."""
+        rates = {i for row in self.drives for i in row.v}
+        places = {k for row in self.drives for k in row.q}
+        found: set[Node] = set()
+        first = begin = 0
+        for c in self._symbols.coordinates:
+            own = range(first, first + len(c.v))
+            for n, i in enumerate(own):
+                if i in rates:
+                    found |= {c.v[n].node, c.a[n]}
+            if all(i in rates for i in own):
+                found |= {s.node for s in c.q}
+            found |= {s.node for k, s in enumerate(c.q, begin) if k in places}
+            first, begin = first + len(c.v), begin + len(c.q)
+        return frozenset(found)
+
     def energies(self) -> tuple[Node, Node, Node, Node]:
         """Return T, V, further terms of the Lagrangian, and R."""
         kinetic, potential, lagrangian, dissipation = self._sums(
@@ -287,7 +305,7 @@ class Matter:
         if (
             contact is not None
             and target not in switched_names(self._model)
-            and keeps_distance(self._lowering, contact, self._symbols)
+            and keeps_distance(self._lowering, contact, self._symbols.moving - self.driven)
         ):
             return [self.graph.zero]
         count = 1 if contact is None else len(gap_parts(self._lowering, contact, self._symbols.positions))

@@ -306,4 +306,24 @@ def test_shapes_whose_distance_nothing_changes_press_nothing() -> None:
     assert model.simulate(set={"h": "10 cm"}).outcome.value == "completed"
     sunk = model.simulate(set={"h": "9 cm"})
     assert sunk.outcome.value == "failed"
-    assert "the shapes of the contact 'c[1].touch[1]' overlap, and no coordinate moves them apart" in sunk.message
+    assert (
+        "the shapes of the contact 'c[1].touch[1]' overlap, and nothing that moves freely can part them"
+        in sunk.message
+    )
+
+
+def test_shapes_that_only_drives_move_press_nothing_and_must_not_overlap() -> None:
+    """A turret on a lift sinks towards the floor at 0.2 m/s: its ball touches it after 2 s."""
+    run = mechc.loads(
+        TURRET.replace(
+            "parameter h = 30 cm;", "coordinate Length h; drive h = 0.5 m - 0.2 m/s*time;"
+        ).replace("stop = 1 s", "stop = 3 s")
+    ).simulate(set={"shoulder.angle": -1.2})
+    assert run.outcome.value == "failed" and 2 < run.time[-1] < 2.5
+    assert "overlap, and nothing that moves freely can part them" in run.message
+    assert (run["load"][:, 1] == 0).all()
+    with pytest.raises(mechc.CompileError, match="must depend on coordinates that move freely"):
+        mechc.loads(
+            "coordinate Length h; drive h = 1 m - 0.2 m/s*time; coordinate Length x = 0 m;"
+            "kinetic 1/2*1 kg*der(x)^2; contact h;"
+        )
