@@ -211,7 +211,8 @@ class _Slow:
         y = np.asarray(y, dtype=np.float64, order="C")
         if y.ndim not in (1, 2) or y.shape[-1] != problem.ny:
             raise ValueError(
-                f"y has the shape {y.shape}, not ({problem.ny},) or (n, {problem.ny}): the states of '{problem.name}'"
+                f"y has the shape {y.shape}, not ({problem.ny},) or (n, {problem.ny}): the states of '{problem.name}', "
+                f"which begin with {', '.join(q.name for q in problem.states[:3])}; all stand in '.states'"
             )
         n = len(y) if y.ndim == 2 else 1
         names = ("a", "t", "u") if offer.given else ("t", "u")

@@ -313,3 +313,13 @@ end Moved;
 def test_memory_that_moves_a_constraint_is_refused() -> None:
     with pytest.raises(mechc.SimulationError, match="'place' moves a constraint"):
         mechc.loads(MOVED).floquet(period=1)
+
+
+def test_stability_is_not_told_of_a_motion_with_impacts_that_does_not_come_back() -> None:
+    model = mechc.loads(
+        "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*x^2; damping 0.1 N.s/m on x;"
+        "force 1 N*cos(2.8 rad/s*time) on x; contact wall: x restitution 0.8; experiment(stop = 5 s);"
+    )
+    found = model.floquet(period="2.2439947525641 s")
+    assert found.details["stable"] is None and not found.details["returns"]
+    assert "no period of the motion" in found.message

@@ -90,8 +90,13 @@ def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
     if found.memory:
         remarks.append(f"changes of {linear.named(found)} belong to the map: the motion keeps and reads them")
     largest, error = float(np.abs(values[0])), float(errors[0])
-    stable = None if abs(largest - 1) <= error else largest < 1
+    judged = (
+        missed <= BACK or problem.hybrid is None
+    )  # the map of a smooth linear model holds wherever it begins
+    stable = None if abs(largest - 1) <= error or not judged else largest < 1
     words = {None: "neutral: stability cannot be told", True: "stable", False: "unstable"}[stable]
+    if not judged:
+        words = "no period of the motion, so nothing is said of its stability"
     rows = tuple(
         (complex(value), float(abs(value)), float(off)) for value, off in zip(values, errors, strict=True)
     )
