@@ -54,9 +54,11 @@ def _whole(known: Mapping[str, Array], name: str) -> Array:
     """Put a vector or matrix together. Raises KeyError where a name is none of these."""
     names = elements(known, name)
     places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
-    shape = tuple(max(axis) for axis in zip(*places, strict=True)) if names else ()
-    if not names or places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
+    if not names:
         raise KeyError(f"there is no '{name}'{suggest(name, names_of(known))}")
+    shape = tuple(max(axis) for axis in zip(*places, strict=False))
+    if places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
+        raise KeyError(f"'{name}' is no whole array, its elements are {', '.join(names)}")
     first = np.asarray(known[names[0]])
     return np.stack([known[one] for one in names], axis=-1).reshape(*first.shape, *shape)
 

@@ -322,3 +322,24 @@ def test_elements_of_several_units_have_none_together() -> None:
     assert found["k.y"].shape[1] == 2 and found.unit("k[2].y") == "m/s"
     with pytest.raises(KeyError, match=r"'k.y' has no single unit: k\[1\].y in m, k\[2\].y in m/s"):
         found.unit("k.y")
+
+
+def test_parts_of_several_sizes_are_named_one_by_one() -> None:
+    found = mechc.loads("""
+    model Part
+      structural parameter Integer n = 1;
+      coordinate Length x[n] = 1 m;
+      kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:n);
+      output y = sum(x);
+      if n > 1 then output Length z[n] = x; else output Length z = x[1]; end if;
+    end Part;
+    model M
+      Part p[i in 1:2](n = i);
+      output all = p.x;
+      experiment(stop = 1 s);
+    end M;
+    """).simulate()
+    assert found["all"].shape[1] == 3 and found["p.y"].shape[1] == 2
+    for name, parts in (("p.x", r"p\[1\].x\[1\], p\[2\].x\[1\], p"), ("p.z", r"p\[1\].z, p\[2\].z\[1\], p")):
+        with pytest.raises(KeyError, match=f"'{name}' is no whole array, its elements are {parts}"):
+            found[name]
