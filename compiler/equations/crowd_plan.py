@@ -45,7 +45,7 @@ class CrowdRow(Struct, frozen=True):
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
     are closed, and behind these ``told`` forces of each, where steps find them. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
-    accelerations, as (contact, 0: its force, 2: whether it is closed). ``stepped``: whether only steps solve for them."""
+    accelerations, as (contact, 0: its force, 1 and 2: those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them."""
 
     kinds: tuple[CrowdKind, ...]
     rows: tuple[CrowdRow, ...]

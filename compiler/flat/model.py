@@ -363,6 +363,11 @@ class Contact(Struct, frozen=True):
     """Whether it is in the contact of two shapes."""
 
 
+def friction_name(contact: str) -> str:
+    """Return what questions call the friction of a contact."""
+    return f"{contact}.friction"
+
+
 class ClosureEquation(Struct, frozen=True):
     left: Expression
     right: Expression

@@ -45,6 +45,7 @@ from .model import (
     Unknown,
     Variable,
     Where,
+    friction_name,
 )
 from .operands import children
 from .show import text
@@ -192,6 +193,7 @@ class _Check:
             model.joints,
         )
         names = {e.name for many in labels for e in many} | self.types.keys()
+        names |= {friction_name(contact.name) for contact in model.contacts if contact.friction is not None}
         return target in names or target.partition("[")[0] in self.variables
 
     # ------------------------------------------------------------ what fits a statement

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.units import preferred_unit
 
-from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch
+from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch, friction_name
 from ..flat.types import POWER
 from ..graph import Node
 from ..graph.differentiate import is_affine, vjp
@@ -124,6 +124,11 @@ def part_names(name: str, count: int) -> tuple[str, ...]:
     return (name,) if count == 1 else tuple(f"{name}[{k + 1}]" for k in range(count))
 
 
+def directions(count: int) -> tuple[str, ...]:
+    """Return what tells the frictions of a contact apart, one for each direction of slip."""
+    return ("",) if count == 1 else tuple(f"[{k + 1}]" for k in range(count))
+
+
 def _contact(
     lowering: Lowering,
     contact: Contact,
@@ -211,9 +216,8 @@ def _contact_friction(
         )
     unit = base_unit(contact.along)
     rows = []
-    for k, slip in enumerate(slips):
-        component = "" if len(slips) == 1 else f"[{k + 1}]"
-        own = f"{name}.friction{component}"
+    for k, (slip, component) in enumerate(zip(slips, directions(len(slips)), strict=True)):
+        own = f"{friction_name(name)}{component}"
         friction = Mode(
             "friction",
             graph.symbol(f"sticks({name}){component}"),
@@ -223,6 +227,7 @@ def _contact_friction(
             kinetic=kinetic,
             static=static,
             smooth=smooth[k] if smooth else None,
+            whole=f"{friction_name(contact.name)}{component}",
         )
         rows.append(ConstraintRows(own, "velocity", (slip,), (unit,), "", "", contact.origin, friction))
     return rows

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query
+from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query, friction_name
 from ..graph import Graph, Node
 from ..graph.differentiate import vjp
 from .bodies import inertia_tensor, mass_centre
-from .contacts import gap_parts, keeps_distance, part_names, switched_names
+from .contacts import directions, gap_parts, keeps_distance, part_names, switched_names
 from .drives import drive_rows
 from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
 from .forces import damping_power, virtual_power
@@ -298,17 +299,21 @@ class Matter:
             sticks = self.graph.symbol(f"sticks({target})")
             self._lowering.questions.modes[sticks] = None
             return [sticks]
-        switched = switched_names(self._model) | {contact.name for contact in self._model.contacts}
-        if target not in switched:
+        of_contact = next(
+            (c for c in self._model.contacts if target in (c.name, friction_name(c.name))), None
+        )
+        if of_contact is None and target not in switched_names(self._model):
             return [self.graph.one]
-        contact = next((c for c in self._model.contacts if c.name == target), None)
-        if (
-            contact is not None
-            and target not in switched_names(self._model)
-            and keeps_distance(self._lowering, contact, self._symbols.moving - self.driven)
-        ):
-            return [self.graph.zero]
-        count = 1 if contact is None else len(gap_parts(self._lowering, contact, self._symbols.positions))
-        flags = [self.graph.symbol(f"closed({name})") for name in part_names(target, count)]
+        names, word, direction = (target,), "closed", ""
+        if of_contact is not None:
+            if of_contact.name not in switched_names(self._model) and keeps_distance(
+                self._lowering, of_contact, self._symbols.moving - self.driven
+            ):
+                return [self.graph.zero]
+            parts = gap_parts(self._lowering, of_contact, self._symbols.positions)
+            names = part_names(of_contact.name, len(parts))
+            if target != of_contact.name and of_contact.along is not None:  # in all directions at once
+                word, direction = "sticks", directions(math.prod(of_contact.along.type.shape))[0]
+        flags = [self.graph.symbol(f"{word}({name}){direction}") for name in names]
         self._lowering.questions.modes |= dict.fromkeys(flags)
         return [functools.reduce(self.graph.logical_or, flags)]

@@ -31,7 +31,7 @@ class Mode(Struct, frozen=True):
     ``sign`` is the direction of slip, -1, 0 or 1; ``enabled`` 0 for what was released. A friction has the limits
     ``kinetic`` and ``static`` of its force (``backward`` and ``static_backward`` against a motion backwards, if these are others), or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
-    negative for the default. ``whole``: the name of the contact, of whose gap this may be a part.
+    negative for the default. ``whole``: the name of the contact, of whose gap this may be a part, or of its friction.
     ``begins``: whether a constraint holds at the start; ``unless``: it does but where this is true, and is engaged then.
     """
 

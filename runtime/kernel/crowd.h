@@ -99,7 +99,7 @@ static inline int mech_crowd_balance(const mech_crowd *c, int nv, const mech_cro
     return done;
 }
 
-/* The forces of n contacts in their modes, [n][2] with those of friction, and the accelerations, of which `a` holds those
+/* The forces of n contacts in their modes, [n][3] with those of friction, and the accelerations, of which `a` holds those
  * without them; `values`: of each contact, `width` numbers. */
 static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *contacts, const int *modes,
                                     const mech_real *values, int width, mech_real *a, mech_real *force)
@@ -108,7 +108,7 @@ static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *c
     const mech_crowd *c = m->hybrid->crowd;
     mech_crowd_response response;
     int rows = 0, found = 0;
-    memset(force, 0, 2 * (size_t)n * sizeof(mech_real));
+    memset(force, 0, MECH_CROWD_FORCES * (size_t)n * sizeof(mech_real));
     for (int k = 0; k < n; k++) rows += modes[k] == MECH_CROWD_OPEN ? 0 : modes[k] == MECH_CROWD_STICKS ? 2 : 1;
     if (!rows) return;
     mech_crowd_force *own = (mech_crowd_force *)malloc((size_t)rows * (sizeof(*own) + sizeof(mech_real) + sizeof(int)));
@@ -121,7 +121,7 @@ static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *c
         const int slip = mech_crowd_slip(mech_crowd_kind_of(c, contacts[k]));
         for (int s = 0; s <= (modes[k] == MECH_CROWD_STICKS); s++) {
             const int sign = modes[k] == MECH_CROWD_FORWARD ? -1 : modes[k] == MECH_CROWD_BACKWARD ? 1 : 0;
-            of[rows] = 2 * k + s;
+            of[rows] = MECH_CROWD_FORCES * k + s;
             own[rows] = (mech_crowd_force){contacts[k], s, sign ? sign * value[slip + 3] : 0, value};
             x[rows++] = -(mech_crowd_along(c, contacts[k], s, value, a) + value[s ? slip + 1 : 2]);
         }
@@ -153,7 +153,7 @@ static inline int mech_crowd_listed(const mech_crowd *c, const mech_real *z)
 
 static inline int mech_crowd_told(const mech_crowd *c, const mech_real *z) { return c->n_told && (int)z[c->first] % 8 == MECH_CROWD_TOLD; }
 
-/* The forces of n contacts that z tells, as mech_crowd_solve writes them; of two directions of slip only `a` has the second. */
+/* The forces of n contacts that z tells, as mech_crowd_solve writes them. */
 static inline void mech_crowd_take(const mech_crowd_at *at, int n, const int *contacts, const mech_real *values, int width,
                                    mech_real *a, mech_real *force)
 {
@@ -165,7 +165,7 @@ static inline void mech_crowd_take(const mech_crowd_at *at, int n, const int *co
     for (int k = 0; k < n; k++, told += c->n_told)
         for (int i = 0; i <= mech_crowd_kind_of(c, contacts[k])->friction; i++) {
             mech_crowd_add(c, contacts[k], i, values + k * width, told[i], at->g + m->nu);
-            if (i < 2) force[2 * k + i] = told[i];
+            force[MECH_CROWD_FORCES * k + i] = told[i];
         }
     if (jump) c->push(at->t, at->y, at->g, at->z, at->p, jump);
     for (int i = 0; i < m->nv; i++) a[i] += jump ? jump[i] : (mech_real)NAN;
@@ -189,7 +189,7 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
     found->n = n;
     found->width = c->n_values;
     found->contacts = (int *)malloc(2 * (size_t)n * sizeof(int));
-    found->values = (mech_real *)malloc(((size_t)n * (size_t)(found->width + 2) + (size_t)(m->nu + c->n_given)) * sizeof(mech_real));
+    found->values = (mech_real *)malloc(((size_t)n * (size_t)(found->width + MECH_CROWD_FORCES) + (size_t)(m->nu + c->n_given)) * sizeof(mech_real));
     if (!found->contacts || !found->values) {
         free(found->contacts);
         free(found->values);
@@ -198,7 +198,7 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
     }
     found->modes = found->contacts + n;
     found->force = found->values + (size_t)n * (size_t)found->width;
-    found->g = found->force + 2 * n;
+    found->g = found->force + MECH_CROWD_FORCES * n;
     for (int i = 0; i < m->nu; i++) found->g[i] = u[i];
     const mech_crowd_at at = {m, t, y, u, z, p, found->g};
     for (int k = 0; k < n; k++) {
@@ -230,7 +230,7 @@ static inline void mech_crowd_rates(const mech_model *m, mech_real t, const mech
     if (mech_crowd_told(c, z) || !mech_crowd_find(m, t, y, u, z, p, out + m->nq, &found)) return;
     for (int k = 0; k < found.n; k++) {
         const mech_crowd_kind *kind = mech_crowd_kind_of(c, found.contacts[k]);
-        const mech_real *own = found.values + k * found.width, *force = found.force + 2 * k;
+        const mech_real *own = found.values + k * found.width, *force = found.force + MECH_CROWD_FORCES * k;
         mech_real supplied = -force[0] * own[1], lost = 0;
         if (kind->friction) {
             const mech_real drift = own[mech_crowd_slip(kind)];
@@ -264,7 +264,7 @@ static inline void mech_crowd_outputs(const mech_model *m, mech_real t, const me
     for (int k = 0; place && k < found.n; k++) place[found.contacts[k]] = k + 1;
     for (int i = 0; i < c->n_asked; i++) {
         const int k = place ? place[c->asked[2 * i]] - 1 : -1, what = c->asked[2 * i + 1];
-        g[m->nu + m->nv + i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 2 ? 1 : found.force[2 * k + what];
+        g[m->nu + m->nv + i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 3 ? 1 : found.force[MECH_CROWD_FORCES * k + what];
     }
     free(place);
     c->outputs(t, y, g, z, p, out);

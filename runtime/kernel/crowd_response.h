@@ -11,6 +11,8 @@
  * forces (model.h) in place of a mode. */
 enum { MECH_CROWD_OPEN, MECH_CROWD_CLOSED, MECH_CROWD_STICKS, MECH_CROWD_FORWARD, MECH_CROWD_BACKWARD, MECH_CROWD_TOLD };
 
+enum { MECH_CROWD_FORCES = 3 }; /* of a contact: along its gap and its slips */
+
 /* What functions of a model are called with. */
 typedef struct mech_crowd_at {
     const mech_model *m;

@@ -127,7 +127,7 @@ typedef struct mech_crowd {
     const int *at;             /* [n] where its leaves (indices over y, p, z), then its velocities stand in table */
     const int *table;
     const int *group;          /* [nv] velocities between which forces act have one group        */
-    const int *asked;          /* [n_asked][2] contact; 0: force, 1: that of friction, 2: closed; behind the accelerations */
+    const int *asked;          /* [n_asked][2] contact; 0: force, 1, 2: those of friction, 3: closed; behind the accelerations */
     mech_function *rhs;        /* without the crowd                                              */
     mech_function *outputs;    /* of what stands behind the inputs: accelerations, then what is asked */
     mech_function *push;       /* out[nv]: jumps of v by the impulses along v behind the inputs  */

@@ -27,6 +27,9 @@ from .reach import reach
 PUSH = "crowd_push"
 """The function of what generalised impulses do to the velocities."""
 
+CLOSED = 3
+"""What an output asks of a contact beside its forces, along its gap and its slips: whether it is closed."""
+
 SMOOTH = (ATAN2, POW, LOOKUP)
 """Operations after ``ABS`` in their table that have no pieces."""
 
@@ -291,7 +294,7 @@ class _Former:
         asked: list[tuple[int, int]] = []
         put: dict[Node, Node] = {}
         for number, member in enumerate(self.members):
-            for symbol, what in ((member.force, 0), (member.flag, 2)):
+            for what, symbol in (*enumerate(member.forces), (CLOSED, member.flag)):
                 if symbol in found:
                     put[symbol] = self.give(len(read) + len(asked) + 1)[-1]
                     asked.append((number, what))

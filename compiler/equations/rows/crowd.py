@@ -20,12 +20,12 @@ from .modes import MOST_ROWS
 
 
 class CrowdMember(Struct, frozen=True):
-    """One contact of a crowd: the row of its gap and those of its friction, one for each direction; ``force`` and ``flag`` are the
-    symbols of its force and of whether it is closed."""
+    """One contact of a crowd: the row of its gap and those of its friction, one for each direction; ``forces`` and ``flag`` are the
+    symbols of the forces of these rows and of whether it is closed."""
 
     gap: ConstraintRows
     friction: tuple[ConstraintRows, ...]
-    force: Node
+    forces: tuple[Node, ...]
     flag: Node
 
 
@@ -50,11 +50,12 @@ def set_apart(
     members: list[CrowdMember] = []
     for rows in switching:
         assert rows.mode is not None
+        force = graph.symbol(f"#crowd force {rows.name}")
         if rows.mode.kind == "contact":
-            force = graph.symbol(f"#crowd force {rows.name}")
-            members.append(CrowdMember(rows, (), force, rows.mode.flag))
+            members.append(CrowdMember(rows, (), (force,), rows.mode.flag))
         else:
-            members[-1] = replace(members[-1], friction=(*members[-1].friction, rows))
+            last = members[-1]
+            members[-1] = replace(last, friction=(*last.friction, rows), forces=(*last.forces, force))
     kept = tuple(rows for rows in system.constraints if rows.mode is None)
     return replace(system, constraints=kept), tuple(members)
 
@@ -71,11 +72,12 @@ def forces_by_name(members: Sequence[CrowdMember]) -> dict[str, tuple[Node, ...]
     """Return the symbols of the forces by the names that questions use: those of the parts of a gap together."""
     found: dict[str, tuple[Node, ...]] = {}
     for member in members:
-        assert member.gap.mode is not None
-        name = member.gap.mode.whole or member.gap.name
-        if name in found or name != member.gap.name:  # parts of one gap: nobody asked has all of them here
-            found.pop(name, None)
-        found[member.gap.name] = (member.force,)
+        for rows, force in zip((member.gap, *member.friction), member.forces, strict=True):
+            assert rows.mode is not None
+            name = rows.mode.whole or rows.name
+            if name in found or name != rows.name:  # parts of one gap: nobody asked has all of them here
+                found.pop(name, None)
+            found[rows.name] = (force,)
     return found
 
 
@@ -114,8 +116,11 @@ def check_askers(
     reporter: Reporter,
 ) -> None:
     """Report formulas other than outputs that read the forces of a crowd, or which of its contacts are closed."""
-    symbols = {n for m in members for n in (m.force, m.flag)}
+    symbols = {n for m in members for n in (*m.forces, m.flag)}
+    sticks = {rows.mode.flag for m in members for rows in m.friction if rows.mode is not None}
     for function in functions:
+        if sticks & set(system.graph.support(*function.outputs)):
+            raise _unformed(members, "whether the friction of a contact sticks", reporter)
         if function.name != "outputs" and symbols & set(system.graph.support(*function.outputs)):
             raise _unformed(
                 members, "a force, or whether a contact is closed, in something that is no output", reporter

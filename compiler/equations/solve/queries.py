@@ -8,7 +8,7 @@ from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
-from ...flat.model import Query
+from ...flat.model import Query, friction_name
 from ...flat.subscripts import element_name, subscripts
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
@@ -111,8 +111,15 @@ def _force(system: MechanicalSystem, replies: Replies, query: Query) -> Sequence
     """Answer a question about a force; None for any other."""
     match query.function:
         case "multiplier":
-            still = [system.graph.zero] if query.target in system.lowering.apart else None
-            return replies.multipliers.get(query.target, still)
+            names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
+            found = replies.multipliers.get(query.target)
+            if found is None and all(
+                n in replies.multipliers for n in names
+            ):  # a friction in several directions
+                found = tuple(replies.multipliers[n][0] for n in names)
+            if found is None and any(query.target in (c, friction_name(c)) for c in system.lowering.apart):
+                found = (system.graph.zero,) * len(names)
+            return found
         case "moment" if query.target in replies.joint_reactions:
             return replies.joint_reactions[query.target][1]
         case "reaction" if query.target in replies.joint_reactions:

@@ -140,7 +140,12 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
         raise Poisoned
     label.progress = ElaborationProgress.OPEN
     try:
-        if isinstance(statement, ast.Contact):
+        if isinstance(statement, ast.Contact) and label.kind == "friction":
+            if statement.along is None:  # which is reported with the contact
+                raise Poisoned
+            along = scope.elaborate(statement.along)
+            result = types.with_shape(types.numeric(along.type), along.type.shape), True
+        elif isinstance(statement, ast.Contact):
             gap = scope.elaborate(statement.gap)
             result = gap.type, False
         elif isinstance(statement, ast.Friction):

@@ -111,13 +111,14 @@ def _curve_multiplier(call: ElaboratedCall, interval: Interval, label: LabelMemb
 def _closed(call: ElaboratedCall) -> Expression:
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     statement = label.statement
-    if isinstance(statement, ast.Friction) and any(_is_regularized(option) for option in statement.options):
+    rubs = isinstance(statement, ast.Friction | ast.Contact) and label.kind == "friction"
+    if rubs and any(_is_regularized(option) for option in statement.options):
         raise call.scope.fail(
             "E0212",
             f"'closed' asks whether '{label.name}' sticks, and a regularized friction never does",
             call.nodes[0].span,
             labels=(Label(statement.span, "its law is smooth"),),
-            help=f"its output 'creep({label.name})' is the speed where it ought to stick",
+            help=f"its output 'creep({label.name.removesuffix('.friction')})' is the speed where it ought to stick",
         )
     if isinstance(statement, ast.ContactOfShapes):
         return _of_rows(call, label, "or", lambda row: _query(call, types.BOOLEAN, row.name))
@@ -198,6 +199,8 @@ def _power(call: ElaboratedCall) -> Expression:
     type = types.real(call.dimension(types.POWER))
     if len(call.nodes) == 1:
         label = _label(call, ("force", "torque", "damping", "friction"), "a named force or torque")
+        if isinstance(label.statement, ast.Contact):
+            return _power_of_contact(call, label, label.statement)
         return _query(call, type, label.name)
     target = _coordinate(call, 1)
     if target.type.shape or target.type.kind is Kind.ROTATION:
@@ -220,6 +223,21 @@ def _power(call: ElaboratedCall) -> Expression:
         )
     rate = call.scope.elaborate(ast.Derivative(operand=call.nodes[1], order=1, span=call.nodes[1].span))
     return Apply(type=type, span=call.node.span, function="multiply", arguments=(force, rate))
+
+
+def _power_of_contact(call: ElaboratedCall, label: LabelMember, contact: ast.Contact) -> Expression:
+    """Return the power of the friction of a contact: its force along the slip times that."""
+    slipping, _ = constraint_dimension(label)
+    type = types.real(_per(call, types.POWER, slipping.dimension), slipping.shape)
+    force = Query(type=type, span=call.node.span, function="multiplier", target=label.name)
+    assert contact.along is not None
+    slip = label.scope.elaborate(contact.along)
+    return Apply(
+        type=types.real(call.dimension(types.POWER)),
+        span=call.node.span,
+        function="dot" if slipping.shape else "multiply",
+        arguments=(force, slip),
+    )
 
 
 def _coordinate(call: ElaboratedCall, index: int = 0) -> Target:

@@ -18,7 +18,7 @@ from ..instances.components import instances_of
 from ..instances.frames import place_extents, place_reference
 from ..instances.instantiate import expand, member_of
 from ..instances.members import definition_reference, variable_reference
-from ..model import Expression, Literal, Name, Query, Role
+from ..model import Expression, Literal, Name, Query, Role, friction_name
 from ..names.instance import (
     AnyMember,
     ComponentMember,
@@ -448,11 +448,13 @@ def question_of(kind: str, name: str) -> str:
 
 
 def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
-    """Return the named statement that a reference means, if it means one."""
+    """Return the named statement that a reference means, if it means one; ``c.friction`` is the friction of a contact ``c``."""
     instance = scope.instance
-    for part in node.parts[:-1]:
+    for k, part in enumerate(node.parts[:-1]):
         member = None if instance is None else member_of(instance, part.name)
         if not isinstance(member, ComponentMember):
+            if k == len(node.parts) - 2 and node.parts[-1].name == "friction":
+                return _friction_of(scope, node)
             return None
         instance = existing(scope, member, part.span).get(component_index(scope, member, part))
     if instance is None:
@@ -479,6 +481,30 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
             help=f"'{part.name}' needs an index" if not index else "",
         )
     return label
+
+
+def _friction_of(scope: Scope, node: ast.Reference) -> LabelMember | None:
+    """Return the friction of the contact that all but the last part of a reference names."""
+    parts, last = node.parts[:-1], node.parts[-1]
+    contact = find_label(scope, ast.Reference(parts=parts, span=parts[0].span.to(parts[-1].span)))
+    if contact is None or not isinstance(contact.statement, ast.Contact):
+        return None
+    if contact.statement.friction is None or last.indices:
+        raise scope.fail(
+            "E0212",
+            f"the contact '{contact.name}' has no friction"
+            if contact.statement.friction is None
+            else f"the friction of '{contact.name}' is asked about as a whole",
+            node.span,
+            labels=(Label(contact.statement.span, "stated here"),),
+            help="write 'contact .. friction mu along s'"
+            if contact.statement.friction is None
+            else f"ask for 'multiplier({contact.name}.friction)', and take an element of that",
+        )
+    if contact.friction is None:
+        name, scope = friction_name(contact.name), contact.scope
+        contact.friction = LabelMember("friction", name, contact.statement, scope)
+    return contact.friction
 
 
 def contacts_of(label: LabelMember) -> list[LabelMember]:

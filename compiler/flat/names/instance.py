@@ -172,7 +172,7 @@ Labelled = (
 
 class LabelMember(Struct, eq=False):
     """A named statement: ``kind`` is force, torque, damping, friction, constraint, contact or shape. ``made``: what it makes;
-    ``element``: the one of it that is meant, counted from 0; all without it."""
+    ``element``: the one of it that is meant, counted from 0; all without it. ``friction``: that of a contact, once it is asked for."""
 
     kind: str
     name: str
@@ -181,6 +181,7 @@ class LabelMember(Struct, eq=False):
     made: ComponentMember | None = None
     progress: ElaborationProgress = ElaborationProgress.NEW
     element: Index | None = None
+    friction: LabelMember | None = None
 
 
 class Expanded(Struct, eq=False):

@@ -388,10 +388,10 @@ def _number(scope: Scope, node: ast.Expression | None, what: str) -> Expression 
 def _slip(scope: Scope, node: ast.Expression) -> Expression:
     value = scope.elaborate(node)
     type = types.numeric(value.type)
-    if type.kind is not Kind.REAL or type.shape not in ((), (2,)):
+    if type.kind is not Kind.REAL or type.shape not in ((), (1,), (2,)):
         raise scope.fail(
             "E0333",
-            "a slip velocity is one number, or a vector of 2",
+            "a slip velocity is one number, or a vector of 1 or 2",
             node.span,
             caption=f"this is {types.describe(value.type)}",
         )

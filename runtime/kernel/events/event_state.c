@@ -79,7 +79,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
         e->values = take(&memory, &total, r * c->n_values);
         e->given = take(&memory, &total, m->nu + c->n_given);
         e->rates = take(&memory, &total, ny);
-        e->forces = take(&memory, &total, 2 * r);
+        e->forces = take(&memory, &total, MECH_CROWD_FORCES * r);
         e->first = (int *)take(&memory, &total, r);
     }
     return total;

@@ -49,7 +49,7 @@ typedef struct mech_event_state {
     mech_real *kept;        /* [2 contacts][MECH_KEPT] what rows remember while they are not at hand */
     mech_real *wake;        /* [contacts] how far coordinates have to move before one may touch */
     mech_real *values;      /* [MECH_MOST_ROWS][crowd's widest] of rows at hand                    */
-    mech_real *given, *rates, *forces; /* behind inputs; [ny]; [MECH_MOST_ROWS][2]                 */
+    mech_real *given, *rates, *forces; /* behind inputs; [ny]; [MECH_MOST_ROWS][3]                 */
     int *first;             /* [MECH_MOST_ROWS] of a crowd: the first row at hand that moves this one */
 } mech_event_state;
 

@@ -286,7 +286,7 @@ void mech_window_read(mech_solver *s, mech_real t, const mech_real *y, int wholl
         mech_crowd_values(&at, contacts[n], e->values + n * width);
         n++;
     }
-    memset(e->forces, 0, 2 * (size_t)n * sizeof(mech_real));
+    memset(e->forces, 0, MECH_CROWD_FORCES * (size_t)n * sizeof(mech_real));
     if (closed || wholly) {
         c->rhs(t, y, s->u, e->z, s->o.p, e->rates);
         mech_crowd_solve(&at, n, contacts, modes, e->values, width, e->rates + m->nq, e->forces);
@@ -301,8 +301,8 @@ void mech_window_read(mech_solver *s, mech_real t, const mech_real *y, int wholl
             row[MECH_RATE] = mech_crowd_along(c, contacts[k], part, own, v) + row[MECH_DRIFT];
             row[MECH_SECOND] =
                 closed || wholly ? mech_crowd_along(c, contacts[k], part, own, a) + (part ? slip[1] : own[2]) : 0;
-            row[MECH_FORCE] = e->forces[2 * k + part];
-            row[MECH_LIMIT] = part ? slip[2] * e->forces[2 * k] : 0;
+            row[MECH_FORCE] = e->forces[MECH_CROWD_FORCES * k + part];
+            row[MECH_LIMIT] = part ? slip[2] * e->forces[MECH_CROWD_FORCES * k] : 0;
             row[MECH_COEFFICIENT] = part ? slip[2] : own[3];
             row[MECH_EXTRA] = part ? slip[3] : own[4];
         }
