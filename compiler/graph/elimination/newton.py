@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from functools import cached_property, reduce
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from .. import operations as ops
 from ..differentiate import jacobian
@@ -93,13 +94,14 @@ def newton(
 
 
 def linear_solution(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> Nodes:
-    """Return what makes rows vanish that are affine in the unknowns."""
+    """Return what makes rows vanish that are affine in the unknowns; it is affine in what the rows are affine in."""
     zeros = (graph.zero,) * len(unknowns)
     system = _System(graph, rows, unknowns)
     point = system.at(zeros, zeros)
     if len(rows) == len(unknowns) == 1:
         return (graph.neg(graph.div(point.residual[0], point.matrix[0][0])),)
-    return system.step(point)
+    sizes = tuple(graph.sum(map(graph.abs, line)) for line in point.matrix)
+    return system.step(replace(point, sizes=sizes))
 
 
 def linearised(

@@ -386,3 +386,36 @@ def test_a_contact_may_have_an_unknown_in_its_gap() -> None:
     at = np.sqrt(2 * 2 / 9.81)
     rest = 0.7 - at
     assert solution["x"][-1] == pytest.approx(-2 + 0.5 * 9.81 * at * rest - 9.81 / 2 * rest**2, abs=1e-10)
+
+
+PAIR = """
+coordinate Length x = 0.2 m; coordinate Length y = 0.5 m; initial der(x) = 0.3 m/s;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential 1 kg*9.81 m/s^2*y;
+output Length s[2] ~ {x, y}; equation s + s*s[1]/1 m = {x, y};
+let Length by_hand[2] = {sqrt(1/4 + x/1 m) - 1/2, y/1 m/(1/2 + sqrt(1/4 + x/1 m))}*1 m;
+STATEMENT
+output force = multiplier(c);
+experiment(stop = 0.6 s, tolerance = 1e-11);
+"""
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "contact c: WHAT[2] - 0.1 m friction 0.2 along der(x);",
+        "constraint c: WHAT[2] = 0.5 m/(1/2 + sqrt(0.45));",
+    ],
+)
+def test_what_two_equations_determine_may_be_held(statement: str) -> None:
+    """Its second derivative is in the constraint, and is affine in the accelerations: as with the solution written out."""
+    found = [final(PAIR.replace("STATEMENT", statement.replace("WHAT", word))) for word in ("s", "by_hand")]
+    for name in ("x", "y", "der(x)", "der(y)", "force"):
+        assert found[0][name] == pytest.approx(found[1][name], abs=1e-9)
+
+
+def test_an_unknown_beside_a_table_of_two_variables_is_compiled() -> None:
+    found = final(
+        'output a ~ 1; equation a^3 + a = 2 + table(time/1 s, a, {0, 1, 2}, {0, 1, 2}, {{0, 1, 2}, {1, 2, 3}, {2, 3, 4}}, "linear");'
+        " experiment(stop = 1 s);"
+    )
+    assert found["a"] == pytest.approx(brentq(lambda a: a**3 + a - 2 - 1 - a, 0, 2), abs=1e-12)
