@@ -63,7 +63,7 @@ static inline mech_real element(const mech_real *values, int n, mech_real index)
 """,
     "cell": """\
 /* The index of the last point but one that is not above x, sought from an interval on. */
-static NOINLINE int sought(const mech_real *points, int n, mech_real x, int low)
+static NOINLINE int last_not_above(const mech_real *points, int n, mech_real x, int low)
 {
     int high = low + 1;
     for (int step = 1; points[low] > x; step *= 2)
@@ -89,7 +89,7 @@ static inline mech_real cell(const mech_real *points, int n, mech_real x)
         return n - 2;
     const mech_real even = (x - points[0]) * ((n - 1) / (points[n - 1] - points[0]));
     const int low = (int)(even < n - 3 ? even : n - 3);
-    return points[low] <= x && x < points[low + 1] ? low : sought(points, n, x, low);
+    return points[low] <= x && x < points[low + 1] ? low : last_not_above(points, n, x, low);
 }
 """,
 }
