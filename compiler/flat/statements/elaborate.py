@@ -172,11 +172,11 @@ def _definition(member: DefinitionMember, record: StatementRecord) -> None:
     for modifier in member.modifiers:
         noun = "an abbreviation" if isinstance(member.declaration, ast.Let) else "an output"
         cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
-    within = member.scope.instance
+    within, value = member.scope.instance, definition_value(member)  # which tells the guess
     asked = member.guess is not None or within is None or not within.pair  # a heap has thousands of pairs
     output = isinstance(member.declaration, ast.Output) and asked
     role = DefinitionRole.OUTPUT if output else DefinitionRole.LET
-    _define(member, role, member.name, definition_value(member), record)
+    _define(member, role, member.name, value, record)
     if member.guess is not None:
         origin = member.scope.origin(member.declaration.span)
         record.unknowns.append(model.UnknownOutput(member.name, member.guess, origin))
