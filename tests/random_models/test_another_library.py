@@ -279,6 +279,8 @@ CONVENTIONS = ("1, 2, 3", "2, 3, 1", "3, 1, 2", "3, 2, 1", "3, 1, 3", "1, 3, 1",
 
 ASKED = {
     "tangents": "tangents({0.36, -0.8, 0.48})",
+    "over_box": "over_box({0.3, -0.8, 0.4} m, {0.5, 0.4, 0.7} m)",
+    "height": "height({0.3, 0.7} m, {0, 0.2, 1} m, {0, 0.5, 0.9, 2} m, {{1, 2, 4, 3}, {0, 1, 2, 2}, {5, 4, 2, 3}} m)",
     "unit_vector": "unit_vector({3, -1, 2})",
     "across": "across(unit_vector({3, -1, 2}), unit_vector({2, 1, 1}), unit_vector({1, -1, -1}))",
     "turned_by": "turned_by({0.36, 0.48, -0.8}, {-0.8, 0.6, 0}, {0.48, 0.64, 0.6})",
@@ -369,13 +371,9 @@ def functions(package: str) -> list[str]:
 ASSEMBLIES = {
     *(("machines", name) for name in ("Ram", "LumpedBeam", "HangingLoad")),
     *(("suspension", name) for name in ("Wishbone", "Suspension", "DoubleWishbone", "McPherson")),
-    *(("contact", name) for name in ("FeetOnPlane", "BallOnPlane", "CapsuleOnPlane", "BoxOnPlane")),
-    *(
-        ("contact", name)
-        for name in ("RoundContact", "BallOnBall", "BallOnCapsule", "BallOnBox", "CapsuleOnCapsule")
-    ),
+    *(("contact", name) for name in first("contact")),
 }
-"""They have answers of their own, in tests/stdlib: test_machines.py, test_suspensions.py, test_contact.py."""
+"""They have answers of their own, in tests/stdlib: test_machines.py, test_suspensions.py, test_contact.py, test_more_contacts.py."""
 HALVES = {("tyres", name) for name in ("TyreData", "RollingTyre")}
 """What parts share, and which is nothing alone: the parts are compared."""
 EVERY = [

@@ -327,3 +327,54 @@ def test_shapes_that_only_drives_move_press_nothing_and_must_not_overlap() -> No
             "coordinate Length h; drive h = 1 m - 0.2 m/s*time; coordinate Length x = 0 m;"
             "kinetic 1/2*1 kg*der(x)^2; contact h;"
         )
+
+
+PAIRS = {
+    "BoxOnBox": ("planar", "shape Box(size = {0.6, 0.2} m) on a; shape Box(size = {0.1, 0.4} m) on b.a;", "edges_from = {0.6, 0.2} m, edges_to = {0.1, 0.4} m"),
+    "PolyhedronOnPlane": ("planar", "shape Plane on a; shape Polyhedron(corners = {{-0.1, 0}, {0.2, 0}, {0, 0.3}} m) on b.a;", "corners = {{-0.1, 0}, {0.2, 0}, {0, 0.3}} m"),
+    "CylinderOnPlane": ("spatial", "shape Plane on a; shape Cylinder(r = 0.2 m, l = 0.3 m) on b.a;", "r = 0.2 m, l = 0.3 m"),
+    "ConeOnPlane": ("spatial", "shape Plane on a; shape Cone(r = 0.2 m, h = 0.3 m) on b.a;", "r = 0.2 m, h = 0.3 m"),
+    "BallOnCylinder": ("spatial", "shape Cylinder(r = 0.2 m, l = 0.5 m) on a; shape Sphere(r = 0.1 m) on b.a;", "r = 0.2 m, l = 0.5 m, r_to = 0.1 m"),
+    "BallOnTerrain": ("spatial", "shape Terrain(x = {-1, 0, 1} m, y = {-1, 1} m, z = {{0.4, 0.2}, {0, 0.1}, {0.2, 0.3}} m) on a; shape Sphere(r = 0.1 m) on b.a;",
+                      "x = {-1, 0, 1} m, y = {-1, 1} m, z = {{0.4, 0.2}, {0, 0.1}, {0.2, 0.3}} m, r_to = 0.1 m"),
+}  # fmt: skip
+THROWN_ON = """
+import mech.SPACE.*;
+import mech.shapes.*;
+import mech.contact.*;
+model M
+  gravity {DOWN} m/s^2;
+  frame a = world * TURN;
+  Body b(m = 1 kg, J = INERTIA kg.m^2);
+  Free free(world * TURN -> b.a, START);
+  CONTACT
+  experiment(stop = 0.4 s);
+end M;
+"""
+
+
+@pytest.mark.parametrize("part", [*list(PAIRS)[:5], pytest.param("BallOnTerrain", marks=pytest.mark.slow)])
+def test_shapes_touch_as_their_parts(part: str) -> None:
+    """Dropped from a height, with spin, on what is tilted: the motions are the same, and something is hit."""
+    space, shapes, given = PAIRS[part]
+    plane = space == "planar"
+    text = THROWN_ON
+    for word, value in (
+        ("SPACE", space),
+        ("DOWN", "0, -9.81" if plane else "0, 0, -9.81"),
+        ("TURN", "rot(10 deg)" if plane else "rotx(10 deg)"),
+        ("INERTIA", "0.02" if plane else "0.02*identity(3)"),
+        ("START", "x = 0.05 m, y = 0.5 m, der(angle) = 2 rad/s" if plane else "position = {0.05, 0.02, 0.5} m, der(orientation) = {1, 2, 0.5} rad/s"),
+    ):  # fmt: skip
+        text = text.replace(word, value)
+    by_shapes, by_part = (
+        mechc.loads(text.replace("CONTACT", statement)).simulate(estimate_error=False)
+        for statement in (
+            f"{shapes} contact a with b friction 0.4 restitution 0.2;",
+            f"{part} p(a -> b.a, {given}, friction = 0.4, restitution = 0.2);",
+        )
+    )
+    assert [e for e in by_part.events if e.kind == "impact"]
+    for name in by_part.columns():
+        if name.startswith(("free", "der(free")):
+            assert by_shapes[name][-1] == pytest.approx(by_part[name][-1], abs=1e-12)
