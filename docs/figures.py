@@ -304,6 +304,8 @@ ROWS = (
     row("textbook", "spinning_bounce", IMPACTS, "path[1]", "path[2]", "- slow"),
     row("engineering", "balls_on_a_box", IMPACTS, T, "flight[1].x flight[2].x load", "", 2),
     row("engineering", "balls_in_a_box", IMPACTS, T, "flight[1].x flight[2].x lying.x load", "", 2),
+    row("engineering", "crates", IMPACTS, T, "free[1].x free[2].x load", "", 2),
+    row("textbook", "spinning_coin", IMPACTS, T, "lean"),
     row("engineering", "falling_box", IMPACTS, T, "free.position[3] height", "", 2),
     row("textbook", "masse_shot", FRICTION, "x", "y"),
     row("U75, U76", "rotor", PERIODS, T, "der(theta)"),

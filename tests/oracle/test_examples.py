@@ -88,7 +88,8 @@ def smooth(name: str) -> bool:
 
 OTHERS = {  # modes of contact and friction that only a run chooses, motions too long for the oracle
     "bead_on_rough_hoop", "belt_with_rosin", "coulomb_block", "cylinder_on_cylinder", "masse_shot", "newtons_cradle",
-    "slider_crank_friction", "rod_in_circle", "beam", "dominoes", "falling_box", "balls_on_a_box", "balls_in_a_box", "n_four_bar",
+    "slider_crank_friction", "rod_in_circle", "beam", "dominoes", "falling_box", "balls_on_a_box", "balls_in_a_box", "crates",
+    "spinning_coin", "n_four_bar",
     "squeezing_mechanism", "elbow", "geared_servo", "quarter_car", "half_car", "rope_hoist", "wishbone_corner", "four_wheels",
     "wheelset_hunting", "hydraulic_axis", "gear_shift", "conveyor", "current_limit",  # a stationary start in a part; drives of inputs; long
     "lagrangian_with_acceleration", "vectors",  # derivatives of accelerations and of paths, which it does not form

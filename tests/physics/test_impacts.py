@@ -198,6 +198,41 @@ def test_balls_in_a_box() -> None:
     assert all(abs(end[name]) < 1e-9 for name in end if name.startswith("der("))
 
 
+def test_crates() -> None:
+    """In the end all rest; the floor carries the weights, and the rear upper corner of the flat crate stands at a face of the tall
+    one, within the ball of 0.1 mm that rounds it. What it pushes there, friction on the floor takes up."""
+    solution = run("crates")
+    end = {name: solution[name][-1] for name in solution.columns()}
+    assert end["load"] == pytest.approx(6 * g, abs=1e-9)
+    assert all(abs(end[name]) < 1e-9 for name in end if name.startswith("der("))
+    assert (end["free[1].y"], end["free[1].angle"]) == pytest.approx((0.1, 0), abs=1e-9)
+    a = end["free[2].angle"]
+    x, y = end["free[1].x"] - 0.3 - end["free[2].x"], 0.2 - end["free[2].y"]
+    along, across = -x * math.sin(a) + y * math.cos(a), x * math.cos(a) + y * math.sin(a)
+    assert abs(across) == pytest.approx(0.05, abs=1e-4)
+    assert abs(along) < 0.2
+    assert end["pulls"] < -1
+
+
+def test_spinning_coin() -> None:
+    """The push of the table and the weight change its momentum; after it has stopped slipping, energy stays."""
+    solution = run("spinning_coin", tolerance=1e-11)
+    (stick,) = solution.events
+    mass = 8000 * math.pi * 0.01**2 * 0.0015
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    for start in np.linspace(stick.time, 0.4, 9)[:-1]:
+        stop = start + (0.4 - stick.time) / 8
+        found = solution(start + (stop - start) * (1 + nodes) / 2)
+        first, last = solution(start), solution(stop - 1e-15)
+        for k, weight in ((1, 0), (2, 0), (3, mass * g)):
+            given = (stop - start) / 2 * weights @ (found[f"push[{k}]"] - weight)
+            name = f"der(free.position[{k}])"
+            assert mass * (last[name] - first[name]) == pytest.approx(given, abs=1e-9)
+    energy = solution["energy.total"][solution.time > stick.time]
+    assert np.ptp(energy) < 1e-10 * energy[0]
+    assert math.degrees(solution["lean"][-1]) == pytest.approx(26.2, abs=0.05)
+
+
 def test_falling_box() -> None:
     """First the lowest corner hits; in the end four corners hold the weight, which no longer falls."""
     turn = Rotation.from_euler("x", 0.4) * Rotation.from_euler("y", 0.3)
