@@ -454,5 +454,5 @@ def test_a_ball_rolls_on_terrain_as_on_a_curve() -> None:
         f"BallOnTerrain on(world -> ball.a, r_to = {r} m, {TERRAIN}, friction = 2);",
         0.4,
     )
-    assert s["on.foot[1]"][-1] == pytest.approx(found.y[0, -1], abs=1e-6)
+    assert s["on.foot_x"][-1] == pytest.approx(found.y[0, -1], abs=1e-6)
     assert abs(found.y[0, -1] - u0) > 0.02
