@@ -304,7 +304,8 @@ class Matter:
         )
         if of_contact is None and target not in switched_names(self._model):
             return [self.graph.one]
-        names, word, direction = (target,), "closed", ""
+        names: tuple[str, ...] = (target,)
+        word, direction = "closed", ""
         if of_contact is not None:
             if of_contact.name not in switched_names(self._model) and keeps_distance(
                 self._lowering, of_contact, self._symbols.moving - self.driven

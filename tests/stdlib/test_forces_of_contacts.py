@@ -25,7 +25,7 @@ def impulses(s: mechc.Solution, names: tuple[str, ...], gravity: Array) -> Array
         for part, width in zip(parts, np.diff(parts), strict=False):
             found = s(part + width * (1 + nodes) / 2)
             total = total + width / 2 * np.array([weights @ found[name] for name in names])
-    return total
+    return np.asarray(total)
 
 
 def change(s: mechc.Solution, names: tuple[str, ...]) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -208,10 +209,10 @@ def test_rays(count: int, tmp_path: Path) -> None:
     (p, S), (q, T) = matrices(3, values, "a"), matrices(3, values, "b")
     start = np.einsum("kij,ki->kj", T, p - q)
     along = np.einsum("kij,ki->kj", T, S[:, :, 0])
-    into = (
-        lambda at: at[..., 2],
-        lambda at: np.linalg.norm(at, axis=-1) - 0.3,
-        lambda at: np.max(np.abs(at) - A / 2, axis=-1),
+    into: tuple[Callable[[Array], Array], ...] = (
+        lambda at: np.asarray(at[..., 2]),
+        lambda at: np.asarray(np.linalg.norm(at, axis=-1) - 0.3),
+        lambda at: np.asarray(np.max(np.abs(at) - A / 2, axis=-1)),
     )
     ways = np.linspace(0, 6, 601)
     for k, depth in enumerate(into):

@@ -111,8 +111,10 @@ def _curve_multiplier(call: ElaboratedCall, interval: Interval, label: LabelMemb
 def _closed(call: ElaboratedCall) -> Expression:
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     statement = label.statement
-    rubs = isinstance(statement, ast.Friction | ast.Contact) and label.kind == "friction"
-    if rubs and any(_is_regularized(option) for option in statement.options):
+    options: tuple[ast.Option, ...] = ()
+    if label.kind == "friction" and isinstance(statement, ast.Friction | ast.Contact):
+        options = statement.options
+    if any(_is_regularized(option) for option in options):
         raise call.scope.fail(
             "E0212",
             f"'closed' asks whether '{label.name}' sticks, and a regularized friction never does",
