@@ -24,6 +24,7 @@ from .flat.from_text import flat_model_of
 from .flat.model import FlatModel
 from .gc_pause import uncollected
 from .mechanics.build import build
+from .mechanics.families import Unlike
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
@@ -56,25 +57,34 @@ def compile_source(
 def form(request: Request, *, by_value: bool = True) -> Compilation:
     """Form every stage of what is asked for; unless ``by_value``, equal expressions of a text are nodes of their own. Raises
     CompileError with every diagnostic found so far."""
-    reporter = Reporter()
     with uncollected(), deep_recursion():
         try:
-            tree, flat = flat_model_of(
-                request.source,
-                reporter,
-                model=request.model,
-                structural=request.structural,
-                search=request.search,
-                formulas=request.formulas,
-            )
-            return _formed(request, tree, flat, reporter, by_value=by_value)
-        except RecursionError:
-            raise reporter.fail(
-                "E0207",
-                f"definitions in '{request.source.name}' depend on each other in too long a chain",
-                None,
-                help="leave out steps between them",
-            ) from None
+            return _of_text(request, by_value)
+        except Unlike:
+            return _of_text(request, by_value, each_pair=True)
+
+
+def _of_text(request: Request, by_value: bool, each_pair: bool = False) -> Compilation:
+    """Form every stage; ``each_pair``: no contacts are families. Raises Unlike where some were, and are none."""
+    reporter = Reporter()
+    try:
+        tree, flat = flat_model_of(
+            request.source,
+            reporter,
+            model=request.model,
+            structural=request.structural,
+            search=request.search,
+            formulas=request.formulas,
+            each_pair=each_pair,
+        )
+        return _formed(request, tree, flat, reporter, by_value=by_value)
+    except RecursionError:
+        raise reporter.fail(
+            "E0207",
+            f"definitions in '{request.source.name}' depend on each other in too long a chain",
+            None,
+            help="leave out steps between them",
+        ) from None
 
 
 def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Compilation:

@@ -352,7 +352,7 @@ def _checked_span(
 
 def is_crowd(problem: Problem) -> bool:
     """Tell whether the contacts are too many for formulas of their forces."""
-    return problem.hybrid is not None and len(problem.hybrid.rows) > MOST_FORMULAS
+    return problem.hybrid is not None and problem.hybrid.n_rows > MOST_FORMULAS
 
 
 AGAIN = 20

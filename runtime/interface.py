@@ -7,6 +7,7 @@ places in the text are ``Origin``.
 from __future__ import annotations
 
 import re
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -124,13 +125,43 @@ class Delay(Struct, frozen=True):
     origin: Origin | None = None
 
 
+class ContactLine(Struct, frozen=True):
+    """Contacts of a crowd with numbers from ``first`` on, called by ``head``, a label and ``end``: those of ``labels`` from ``start``
+    to ``stop``."""
+
+    first: int
+    head: str
+    labels: int
+    start: int
+    stop: int
+    end: str
+    origin: Origin | None = None
+
+
 class Hybrid(Struct, frozen=True):
-    """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows, delays."""
+    """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows, delays. A contact of a crowd has
+    a row for its gap and one for its slip; these are told by ``lines`` and ``labels``."""
 
     switches: tuple[str, ...]
     branches: tuple[HybridBranch, ...]
     rows: tuple[SwitchedRow, ...]
     delays: tuple[Delay, ...] = ()
+    lines: tuple[ContactLine, ...] = ()
+    labels: tuple[tuple[str, ...], ...] = ()
+
+    @property
+    def n_rows(self) -> int:
+        last = self.lines[-1] if self.lines else None
+        return len(self.rows) if last is None else 2 * (last.first + last.stop - last.start)
+
+    def row(self, index: int) -> SwitchedRow:
+        """Return the row of a number."""
+        if not self.lines:
+            return self.rows[index]
+        line = self.lines[bisect_right(self.lines, index // 2, key=lambda one: one.first) - 1]
+        label = self.labels[line.labels][line.start + index // 2 - line.first]
+        kind = "friction" if index % 2 else "contact"
+        return SwitchedRow(f"{line.head}{label}{line.end}", kind, line.origin)
 
 
 class ConstraintEntry(Struct, frozen=True):

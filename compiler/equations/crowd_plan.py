@@ -14,31 +14,45 @@ class CrowdKind(Struct, frozen=True):
     restitution, approach below which it rests; K for each of ``normal`` velocities, bounds of |K| (negative: unknown);
     with friction the same two parts of the slip, the coefficients at rest and while sliding, and K for each of ``slip``
     velocities; with friction in two directions these two parts and K of the second. ``friction``: the directions, 0 to 2.
+    ``normal`` and ``slip``: which of what it is given these velocities are. The first ``one`` of that are common to the contacts
+    of a line.
     """
 
     function: str
     leaves: int
-    normal: int
-    slip: int
+    one: int
+    normal: tuple[int, ...]
+    slip: tuple[int, ...]
     friction: int
 
 
 def crowd_values(kind: CrowdKind) -> int:
     """Return how many values the function of a kind gives."""
-    return 5 + 2 * kind.normal + (0, 4 + kind.slip, 6 + 2 * kind.slip)[kind.friction]
+    return 5 + 2 * len(kind.normal) + (0, 4 + len(kind.slip), 6 + 2 * len(kind.slip))[kind.friction]
 
 
-class CrowdRow(Struct, frozen=True):
-    """One contact of a crowd: its kind; where the numbers that its kind is given lie; indices of its velocities in v.
+class CrowdColumns(Struct, frozen=True):
+    """What contacts of lines differ in: what each reads, and a part of its name.
 
-    ``leaves``: an index in y, or after these in p, or after these in z.
+    What is read is an index in y, or after these in p, or after these in z.
     """
 
-    name: str
+    labels: tuple[str, ...]
+    leaves: tuple[tuple[int, ...], ...]
+
+
+class CrowdLine(Struct, frozen=True):
+    """Contacts of one kind with numbers from ``first`` on: one thing, which is at ``one``, with each of ``columns`` from ``start``
+    to ``stop``. They are called by ``head``, the label of the column and ``end``."""
+
+    first: int
     kind: int
-    leaves: tuple[int, ...]
-    normal: tuple[int, ...]
-    slip: tuple[int, ...]
+    one: tuple[int, ...]
+    columns: int
+    start: int
+    stop: int
+    head: str
+    end: str
     span: Span | None = None
 
 
@@ -48,13 +62,20 @@ class CrowdPlan(Struct, frozen=True):
     accelerations, as (contact, 0: its force, 1 and 2: those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them."""
 
     kinds: tuple[CrowdKind, ...]
-    rows: tuple[CrowdRow, ...]
+    lines: tuple[CrowdLine, ...]
+    columns: tuple[CrowdColumns, ...]
     first: int
     capacity: int
     groups: tuple[int, ...]
     asked: tuple[tuple[int, int], ...]
     told: int = 0
     stepped: bool = False
+
+    @property
+    def count(self) -> int:
+        """How many contacts there are."""
+        last = self.lines[-1]
+        return last.first + last.stop - last.start
 
     @property
     def places(self) -> range:

@@ -57,12 +57,13 @@ def flatten(
     search: tuple[Path, ...] = (),
     further: tuple[ast.Statement, ...] = (),
     space: int = 0,
+    each_pair: bool = False,
 ) -> FlatModel:
     """Return one model of a file, flat and checked; without ``model`` the last one that is not partial.
 
     ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports;
     ``further`` statements follow those of the model. ``space``: 2 or 3 for a part that is planar or spatial by what
-    uses it.
+    uses it. ``each_pair``: no contacts are a family of one formula.
     Raises CompileError with everything found.
     """
     library = SourceLibrary(search_path(file, search), reporter)
@@ -73,6 +74,8 @@ def flatten(
         chosen = replace(chosen, body=(*chosen.body, *further))
     classes = Classes(reporter)
     flattening = Flattening(reporter, library, classes, elaborate, make, exact(structural or {}))
+    flattening.each_pair = each_pair
+    flattening.text = "\n".join([file.source.text, *(one.span.text for one in further)])
     flattening.space.size = space
     with deep_recursion():
         try:
@@ -197,6 +200,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         constraints=tuple(record.constraints),
         drives=tuple(record.drives),
         contacts=tuple(record.contacts),
+        families=tuple(record.families),
         joints=_joints(record),
         initials=tuple(record.initials),
         equations=tuple(record.equations),

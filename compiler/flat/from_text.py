@@ -26,8 +26,10 @@ def flat_model_of(
     structural: Collection[tuple[str, Fraction | bool | str]],
     search: tuple[Path, ...],
     formulas: Collection[tuple[str, str]],
+    each_pair: bool = False,
 ) -> tuple[ast.File, FlatModel]:
-    """Return the syntax tree and the flat model of one model of a text. Raises CompileError."""
+    """Return the syntax tree and the flat model of one model of a text, with ``each_pair`` no contacts as families. Raises
+    CompileError."""
     tree = parse(source, reporter)
     flat = flatten(
         tree,
@@ -36,6 +38,7 @@ def flat_model_of(
         structural=dict(structural),
         search=search,
         further=tuple(_output(name, text, reporter) for name, text in formulas),
+        each_pair=each_pair,
     )
     return tree, flat
 

@@ -368,6 +368,26 @@ def friction_name(contact: str) -> str:
     return f"{contact}.friction"
 
 
+class ContactFamily(Struct, frozen=True):
+    """Contacts that are one formula of two things: that of a row and that of a column.
+
+    ``contact``: the one that stands among the contacts of the model, of row ``row`` and the last column. Each row has a contact
+    with each column from ``starts`` on, which is called by ``heads`` of the row, ``labels`` of the column and ``end``. ``rows``
+    and ``columns``: all that the formula reads of each of them, in one order; of the others it has these in their places.
+    ``common``: what it reads beside them.
+    """
+
+    contact: str
+    row: int
+    heads: tuple[str, ...]
+    starts: tuple[int, ...]
+    labels: tuple[str, ...]
+    end: str
+    rows: tuple[tuple[Expression, ...], ...]
+    columns: tuple[tuple[Expression, ...], ...]
+    common: tuple[Expression, ...]
+
+
 class ClosureEquation(Struct, frozen=True):
     left: Expression
     right: Expression
@@ -648,3 +668,4 @@ class FlatModel(Struct, frozen=True):
     unknowns: tuple[UnknownOutput, ...] = ()
     implicit: tuple[ImplicitEquation, ...] = ()
     files: tuple[ReadFile, ...] = ()
+    families: tuple[ContactFamily, ...] = ()

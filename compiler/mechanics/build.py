@@ -37,6 +37,7 @@ from .kinematics.pose import Pose, inverse
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import VirtualDisplacement, displace, reactions_formed, whole_reaction
 from .kinematics.spatial import Spatial
+from .families import families
 from .kinematics.topology import Topology, TreeEdge, classify
 from .matter import Matter
 from .meaning.delays import Delayed
@@ -121,6 +122,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         dissipation=graph.add(dissipation, damping(lowering, model, symbols)),
         efforts=efforts(lowering, model, symbols, reporter),
         constraints=constraints,
+        families=families(lowering, model),
         drives=drives,
         xdot=xdot,
         unknown_rates=unknown_rates,

@@ -13,6 +13,7 @@ from msgspec import Struct
 from ..flat.model import Definition, FlatModel, Origin, Query, StartValue
 from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector
+from .families import FamilyRows
 from .kinematics.frames import Frame, FrameKinematics, Point
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import VirtualDisplacement
@@ -207,6 +208,7 @@ class MechanicalSystem(Struct, frozen=True):
     dissipation: Node
     efforts: tuple[EffortPairs, ...]
     constraints: tuple[ConstraintRows, ...]
+    families: tuple[FamilyRows, ...]
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
     unknown_rates: Mapping[Node, Scalar | Query | Delayed]

@@ -45,8 +45,8 @@ def check_stands_alone(hybrid: HybridPlan | None) -> None:
         return
     raise Reporter().fail(
         "E0722",
-        f"the forces of {len(crowd.rows)} contacts are found by numbers, which only code compiled here and now does",
-        crowd.rows[0].span,
+        f"the forces of {crowd.count} contacts are found by numbers, which only code compiled here and now does",
+        crowd.lines[0].span,
         caption="the first of these contacts",
         help="'mechc run' and 'model.simulate' do, with a C compiler; programs, modules and FMUs that stand alone, and the "
         "target 'python', take up to 64 rows of contacts and friction",

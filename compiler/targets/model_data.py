@@ -16,6 +16,7 @@ from mechc.runtime.native.contract import (
     BranchStruct,
     Contract,
     CrowdKindStruct,
+    CrowdLineStruct,
     CrowdStruct,
     DelaysStruct,
     HybridStruct,
@@ -260,7 +261,7 @@ def _hybrid(program: Program, plan: HybridPlan) -> StructPointer:
             **({"slides": _indices("slides", plan.slides)} if plan.slides else {}),
             **{name: FunctionPointer(name) if program.function(name) else None for name in HYBRID_FUNCTIONS},
             **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
-            **({"crowd": _crowd(plan.crowd)} if plan.crowd is not None else {}),
+            **({"crowd": _crowd(plan.crowd, program.nq)} if plan.crowd is not None else {}),
             **({"shares": _shares(plan)} if plan.shares else {}),
         },
     )
@@ -300,29 +301,39 @@ def readers(program: Program) -> dict[str, int]:
     }
 
 
-def _crowd(plan: CrowdPlan) -> StructPointer:
+def _crowd(plan: CrowdPlan, nq: int) -> StructPointer:
     """Return the tables of a crowd of contacts."""
-    kinds = [(k.leaves, k.normal, k.slip, k.friction, FunctionPointer(k.function)) for k in plan.kinds]
     table: list[int] = []
+    kinds = []
+    for k in plan.kinds:
+        sizes = (k.leaves, k.one, len(k.normal), len(k.slip), len(table), k.friction)
+        kinds.append((*sizes, FunctionPointer(k.function)))
+        table += (*k.normal, *k.slip)
     at: list[int] = []
-    for row in plan.rows:
+    for columns in plan.columns:
         at.append(len(table))
-        table += (*row.leaves, *row.normal, *row.slip)
+        table += [n for leaves in columns.leaves for n in leaves]
+    lines = []
+    for line in plan.lines:
+        others = at[line.columns] + line.start * len(plan.columns[line.columns].leaves[0])
+        lines.append((line.first, line.kind, len(table), others))
+        table += line.one
     return StructPointer(
         "crowd",
         CrowdStruct,
         {
-            "n": len(plan.rows),
+            "n": plan.count,
+            "n_lines": len(plan.lines),
             "first": plan.first,
             "capacity": plan.capacity,
             "n_asked": len(plan.asked),
             "n_told": plan.told,
+            "nq": nq,
             "stepped": int(plan.stepped),
             "n_values": max(crowd_values(kind) for kind in plan.kinds),
             "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
             "kinds": StructArray("crowd_kinds", CrowdKindStruct, kinds),
-            "kind": _indices("crowd_kind", [row.kind for row in plan.rows]),
-            "at": _indices("crowd_at", at),
+            "lines": StructArray("crowd_lines", CrowdLineStruct, lines),
             "table": _indices("crowd_table", table),
             "group": _indices("crowd_group", plan.groups),
             "asked": _indices("crowd_asked", [n for pair in plan.asked for n in pair]),

@@ -74,7 +74,7 @@ def check_kept(problem: Problem, kept: tuple[Kept, ...]) -> None:
             raise SimulationError(
                 f"there is no kind of event '{one.event}'", help=f"there are {', '.join(EVENT_KINDS)}"
             )
-        names = [row.name for row in problem.hybrid.rows]
+        names = [problem.hybrid.row(k).name for k in range(problem.hybrid.n_rows)] if one.row else []
         if one.row and one.row not in names:
             raise SimulationError(
                 f"'{problem.name}' has nothing called '{one.row}' that switches",

@@ -323,7 +323,8 @@ class Posed:
         kind = REDUCTIONS.index(one.kind)
         if one.kind != "events":
             return KeptStruct(kind, *self._of(one), -1, -1)
-        rows = [row.name for row in self.problem.hybrid.rows] if self.problem.hybrid else []
+        hybrid = self.problem.hybrid
+        rows = [hybrid.row(k).name for k in range(hybrid.n_rows)] if hybrid and one.row else []
         event = native.EVENT_KINDS.index(one.event) if one.event else -1
         return KeptStruct(kind, ARRAYS["y"], 0, event, rows.index(one.row) if one.row else -1)
 

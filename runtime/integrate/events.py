@@ -135,13 +135,13 @@ class Events(Sequence[Event]):
 
     def _kind(self, kind: str, index: int) -> str:
         """Give the word for what happened: a friction that is a contact to the kernel sticks and slips."""
-        if kind not in _OF_FREEWHEELS or self._hybrid is None or self._hybrid.rows[index].kind != "freewheel":
+        if kind not in _OF_FREEWHEELS or self._hybrid is None or self._hybrid.row(index).kind != "freewheel":
             return kind
         return _OF_FREEWHEELS[kind]
 
     def _name(self, kind: str, index: int) -> str:
         assert self._hybrid is not None
-        return self._hybrid.branches[index].text if kind == "when" else self._hybrid.rows[index].name
+        return self._hybrid.branches[index].text if kind == "when" else self._hybrid.row(index).name
 
 
 def _note(one: Any) -> Note:

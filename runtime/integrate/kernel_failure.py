@@ -216,7 +216,8 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
 
 def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> _Told:
     """Tell what is wrong with contacts, friction and constraints that switch."""
-    row, size = _entry(hybrid.rows, report.failed_index), report.failed_value
+    known = 0 <= report.failed_index < hybrid.n_rows
+    row, size = hybrid.row(report.failed_index) if known else None, report.failed_value
     name, origin = (row.name, row.origin) if row is not None else ("", None)
     match status:
         case Status.PENETRATION:
@@ -234,9 +235,9 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
             return _Told("engage", message, name, origin)
         case Status.OUT_OF_RANGE:
             return _Told("coefficient", _out_of_range(row, size, at), name, origin)
-        case Status.NO_MODE if len(hybrid.rows) > MOST_ROWS and report.failed_index < 0:
+        case Status.NO_MODE if hybrid.n_rows > MOST_ROWS and report.failed_index < 0:
             message = (
-                f"more than {MOST_ROWS} rows of contacts and friction, of {len(hybrid.rows)}, touch or may touch at once "
+                f"more than {MOST_ROWS} rows of contacts and friction, of {hybrid.n_rows}, touch or may touch at once "
                 f"at {at}, or more contacts press than two for each velocity: a run decides over no more; replace some by potentials"
             )
             return _Told("modes", message)
@@ -248,7 +249,7 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
             return _Told("not finite", message, name, origin)
         case Status.NO_MODE:
             which = f"'{name}'" if name else "the contacts"
-            if all(other.kind != "friction" for other in hybrid.rows):
+            if not hybrid.lines and all(other.kind != "friction" for other in hybrid.rows):
                 message = (
                     f"at {at} it is not found which contacts press and which open, {which} among them: they jam, so that no "
                     "acceleration keeps all gaps, or change their modes again and again without getting on; a 'rest' ends bounces"

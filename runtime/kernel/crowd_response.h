@@ -21,9 +21,46 @@ typedef struct mech_crowd_at {
     mech_real *g; /* [nu + nv + ...] inputs, then what is given */
 } mech_crowd_at;
 
+/* A contact: its kind, and where it stands what it reads. */
+typedef struct mech_crowd_who {
+    const mech_crowd_kind *kind;
+    const int *one, *other, *velocities;
+} mech_crowd_who;
+
+static inline const mech_crowd_line *mech_crowd_line_of(const mech_crowd *c, int contact)
+{
+    int low = 0, high = c->n_lines;
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (c->lines[middle].first <= contact)
+            low = middle;
+        else
+            high = middle;
+    }
+    return &c->lines[low];
+}
+
 static inline const mech_crowd_kind *mech_crowd_kind_of(const mech_crowd *c, int contact)
 {
-    return &c->kinds[c->kind[contact]];
+    return &c->kinds[mech_crowd_line_of(c, contact)->kind];
+}
+
+static inline mech_crowd_who mech_crowd_who_of(const mech_crowd *c, int contact)
+{
+    const mech_crowd_line *line = mech_crowd_line_of(c, contact);
+    const mech_crowd_kind *kind = &c->kinds[line->kind];
+    return (mech_crowd_who){kind, c->table + line->one, c->table + line->others + (contact - line->first) * (kind->n_leaves - kind->n_one),
+                            c->table + kind->velocities};
+}
+
+/* What it reads, as one index over y, p and z; its velocities, those of the gap before those of the slip, as indices of v. */
+static inline int mech_crowd_leaf(const mech_crowd_who *who, int i)
+{
+    return i < who->kind->n_one ? who->one[i] : who->other[i - who->kind->n_one];
+}
+static inline int mech_crowd_velocity(const mech_crowd *c, const mech_crowd_who *who, int i)
+{
+    return mech_crowd_leaf(who, who->velocities[i]) - c->nq;
 }
 
 /* Places of the values of a contact of kind k: of its slip; of K of its gap (slip 0), or of a direction of slip (1, 2). */
@@ -36,44 +73,40 @@ static inline int mech_crowd_drift(const mech_crowd_kind *k, int slip)
 {
     return slip == 0 ? 1 : mech_crowd_entries(k, slip) - (slip == 1 ? 4 : 2);
 }
-static inline const int *mech_crowd_velocities(const mech_crowd *c, int contact)
-{
-    return c->table + c->at[contact] + mech_crowd_kind_of(c, contact)->n_leaves;
-}
 
 /* The values of one contact. */
 static inline void mech_crowd_values(const mech_crowd_at *at, int contact, mech_real *out)
 {
     const mech_model *m = at->m;
     const mech_crowd *c = m->hybrid->crowd;
-    const mech_crowd_kind *k = mech_crowd_kind_of(c, contact);
-    const int *leaf = c->table + c->at[contact], ny = m->nq + m->nv + m->nx, behind = ny + m->np;
-    for (int i = 0; i < k->n_leaves; i++) {
-        const int place = leaf[i];
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
+    const int ny = m->nq + m->nv + m->nx, behind = ny + m->np;
+    for (int i = 0; i < who.kind->n_leaves; i++) {
+        const int place = mech_crowd_leaf(&who, i);
         at->g[m->nu + i] = place < ny ? at->y[place] : place < behind ? at->p[place - ny] : at->z[place - behind];
     }
-    k->values(at->t, at->y, at->g, at->z, at->p, out);
+    who.kind->values(at->t, at->y, at->g, at->z, at->p, out);
 }
 
 /* What an impulse of the given size along the gap, or the slip, adds to the impulses along v. */
 static inline void mech_crowd_add(const mech_crowd *c, int contact, int slip, const mech_real *values, mech_real size,
                                   mech_real *along)
 {
-    const mech_crowd_kind *k = mech_crowd_kind_of(c, contact);
-    const int *v = mech_crowd_velocities(c, contact) + (slip ? k->n_normal : 0);
-    const mech_real *entries = values + mech_crowd_entries(k, slip);
-    for (int i = 0; i < (slip ? k->n_slip : k->n_normal); i++) along[v[i]] += size * entries[i];
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
+    const int from = slip ? who.kind->n_normal : 0, count = slip ? who.kind->n_slip : who.kind->n_normal;
+    const mech_real *entries = values + mech_crowd_entries(who.kind, slip);
+    for (int i = 0; i < count; i++) along[mech_crowd_velocity(c, &who, from + i)] += size * entries[i];
 }
 
 /* K x of a gap, or a slip, for x[nv]. */
 static inline mech_real mech_crowd_along(const mech_crowd *c, int contact, int slip, const mech_real *values,
                                          const mech_real *x)
 {
-    const mech_crowd_kind *k = mech_crowd_kind_of(c, contact);
-    const int *v = mech_crowd_velocities(c, contact) + (slip ? k->n_normal : 0);
-    const mech_real *entries = values + mech_crowd_entries(k, slip);
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
+    const int from = slip ? who.kind->n_normal : 0, count = slip ? who.kind->n_slip : who.kind->n_normal;
+    const mech_real *entries = values + mech_crowd_entries(who.kind, slip);
     mech_real sum = 0;
-    for (int i = 0; i < (slip ? k->n_slip : k->n_normal); i++) sum += entries[i] * x[v[i]];
+    for (int i = 0; i < count; i++) sum += entries[i] * x[mech_crowd_velocity(c, &who, from + i)];
     return sum;
 }
 
@@ -91,12 +124,11 @@ typedef struct mech_crowd_response {
     int *owner;      /* [colours][nv] of each group the force that moves it, or -1 */
 } mech_crowd_response;
 
-/* The range in its list of velocities that a force acts along. */
-static inline const int *mech_crowd_along_which(const mech_crowd *c, const mech_crowd_force *f, int *count)
+/* The range among its velocities that a force acts along: gives its first, and how many. */
+static inline int mech_crowd_along_which(const mech_crowd_who *who, const mech_crowd_force *f, int *count)
 {
-    const mech_crowd_kind *k = mech_crowd_kind_of(c, f->contact);
-    *count = f->slip ? k->n_slip : k->n_normal + (f->slide != 0 ? k->n_slip : 0);
-    return mech_crowd_velocities(c, f->contact) + (f->slip ? k->n_normal : 0);
+    *count = f->slip ? who->kind->n_slip : who->kind->n_normal + (f->slide != 0 ? who->kind->n_slip : 0);
+    return f->slip ? who->kind->n_normal : 0;
 }
 
 /* Finds it, in memory that its owner frees at `push`; 0 where there is none. */
@@ -114,11 +146,12 @@ static inline int mech_crowd_respond(const mech_crowd_at *at, int n, const mech_
     for (int j = 0; j < n; j++) {
         unsigned long long taken = 0;
         int count, own = 0;
-        const int *v = mech_crowd_along_which(c, &forces[j], &count);
-        for (int i = 0; i < count; i++) taken |= used[c->group[v[i]]];
+        const mech_crowd_who who = mech_crowd_who_of(c, forces[j].contact);
+        const int from = mech_crowd_along_which(&who, &forces[j], &count);
+        for (int i = 0; i < count; i++) taken |= used[c->group[mech_crowd_velocity(c, &who, from + i)]];
         while (own < SHARED && taken >> own & 1) own++;
         colour[j] = own < SHARED ? own : alone++;
-        for (int i = 0; own < SHARED && i < count; i++) used[c->group[v[i]]] |= 1ull << own;
+        for (int i = 0; own < SHARED && i < count; i++) used[c->group[mech_crowd_velocity(c, &who, from + i)]] |= 1ull << own;
         if (own < SHARED && own >= most) most = own + 1;
     }
     for (int j = 0; j < n; j++)
@@ -138,8 +171,9 @@ static inline int mech_crowd_respond(const mech_crowd_at *at, int n, const mech_
         for (int j = 0; j < n; j++) {
             int count;
             if (colour[j] != k) continue;
-            const int *v = mech_crowd_along_which(c, &forces[j], &count);
-            for (int i = 0; i < count; i++) owner[c->group[v[i]]] = j;
+            const mech_crowd_who who = mech_crowd_who_of(c, forces[j].contact);
+            const int from = mech_crowd_along_which(&who, &forces[j], &count);
+            for (int i = 0; i < count; i++) owner[c->group[mech_crowd_velocity(c, &who, from + i)]] = j;
             mech_crowd_add(c, forces[j].contact, forces[j].slip, forces[j].values, 1, at->g + m->nu);
             if (forces[j].slide != 0)
                 mech_crowd_add(c, forces[j].contact, 1, forces[j].values, forces[j].slide, at->g + m->nu);
@@ -156,17 +190,17 @@ static inline int mech_crowd_next(const mech_crowd *c, int nv, const mech_crowd_
                                   int *place, int *j, mech_real *part)
 {
     enum { PLACE_BITS = 16 };
-    const mech_crowd_kind *k = mech_crowd_kind_of(c, row->contact);
-    const int *v = mech_crowd_velocities(c, row->contact) + (row->slip ? k->n_normal : 0);
-    const mech_real *entries = row->values + mech_crowd_entries(k, row->slip);
-    const int count = row->slip ? k->n_slip : k->n_normal, colours = r->colours;
+    const mech_crowd_who who = mech_crowd_who_of(c, row->contact);
+    const mech_real *entries = row->values + mech_crowd_entries(who.kind, row->slip);
+    const int from = row->slip ? who.kind->n_normal : 0, count = row->slip ? who.kind->n_slip : who.kind->n_normal;
+    const int colours = r->colours;
     int i = *place >> PLACE_BITS, colour = *place & ((1 << PLACE_BITS) - 1);
     for (; i < count; i++, colour = 0) {
-        const int *owner = r->owner + c->group[v[i]];
+        const int v = mech_crowd_velocity(c, &who, from + i), *owner = r->owner + c->group[v];
         for (; colour < colours; colour++) {
             *j = owner[(size_t)colour * (size_t)nv];
             if (*j < 0) continue;
-            *part = entries[i] * r->push[(size_t)colour * (size_t)nv + (size_t)v[i]];
+            *part = entries[i] * r->push[(size_t)colour * (size_t)nv + (size_t)v];
             *place = (i << PLACE_BITS) + colour + 1;
             return 1;
         }

@@ -109,22 +109,30 @@ typedef struct mech_branch {
  * is known); with friction the same two parts of the slip, the coefficients at rest and while sliding, K for each velocity
  * of the slip. Where that has two directions, these two parts and K of the second stand behind. */
 typedef struct mech_crowd_kind {
-    int n_leaves, n_normal, n_slip; /* what it reads; velocities of gap and slip                 */
+    int n_leaves, n_one;       /* what it reads; how much of it the contacts of a line have in common */
+    int n_normal, n_slip;      /* velocities of gap and slip                                     */
+    int velocities;            /* where in table it stands which of its leaves these are         */
     int friction;              /* directions of slip: 0, 1, 2                                    */
     mech_function *values;     /* what a contact reads stands behind the inputs                  */
 } mech_crowd_kind;
+
+/* Contacts of one kind with numbers from `first` to that of the next line: one thing with each of several others. What they read,
+ * indices over y, p and z, stands in table: what is common at `one`, the rest at `others`, of each after that of the one before. */
+typedef struct mech_crowd_line {
+    int first, kind, one, others;
+} mech_crowd_line;
 
 /* Contacts that are too many for formulas of their forces (crowd.h): z[first ...] lists those that are closed, each by
  * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. Where steps solve for
  * contacts, `n_told` numbers for each of the `capacity` places stand behind: the forces of its contact along gap and slip; outputs
  * take these, and rhs is that without the crowd. */
 typedef struct mech_crowd {
-    int n, first, capacity, n_asked, n_told;
+    int n, n_lines, first, capacity, n_asked, n_told;
+    int nq;                    /* of the velocities, the first in y                              */
     int stepped;               /* 1: friction in two directions: only steps solve for it */
     int n_values, n_given;     /* the most values of a contact; the most that stands behind the inputs */
     const mech_crowd_kind *kinds;
-    const int *kind;           /* [n]                                                            */
-    const int *at;             /* [n] where its leaves (indices over y, p, z), then its velocities stand in table */
+    const mech_crowd_line *lines;
     const int *table;
     const int *group;          /* [nv] velocities between which forces act have one group        */
     const int *asked;          /* [n_asked][2] contact; 0: force, 1, 2: those of friction, 3: closed; behind the accelerations */
@@ -221,6 +229,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 7
+#define MECH_MODEL_VERSION 8
 
 #endif

@@ -11,7 +11,7 @@ import ctypes
 from ctypes import POINTER, c_double, c_int, c_void_p
 from typing import ClassVar
 
-MODEL_VERSION = 7
+MODEL_VERSION = 8
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 """mech_function"""
@@ -51,9 +51,14 @@ class ShareRowStruct(Contract):
 class CrowdKindStruct(Contract):
     c_name = "mech_crowd_kind"
     _fields_ = (
-        *((name, c_int) for name in ("n_leaves", "n_normal", "n_slip", "friction")),
+        *((name, c_int) for name in ("n_leaves", "n_one", "n_normal", "n_slip", "velocities", "friction")),
         ("values", c_void_p),
     )
+
+
+class CrowdLineStruct(Contract):
+    c_name = "mech_crowd_line"
+    _fields_ = tuple((name, c_int) for name in ("first", "kind", "one", "others"))
 
 
 class CrowdStruct(Contract):
@@ -61,9 +66,10 @@ class CrowdStruct(Contract):
     _fields_ = (
         *(
             (name, c_int)
-            for name in ("n", "first", "capacity", "n_asked", "n_told", "stepped", "n_values", "n_given")
+            for name in ("n", "n_lines", "first", "capacity", "n_asked", "n_told", "nq")
         ),
-        *((name, c_void_p) for name in ("kinds", "kind", "at", "table", "group", "asked")),
+        *((name, c_int) for name in ("stepped", "n_values", "n_given")),
+        *((name, c_void_p) for name in ("kinds", "lines", "table", "group", "asked")),
         *((name, c_void_p) for name in ("rhs", "outputs", "push")),
     )
 

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from functools import partial
 
-from msgspec import Struct
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Quantity
 
+from ...flat.model import ContactFamily
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.operations import ABS, ATAN2, CONST, LOOKUP, POW, SYMBOL
 from ...graph.rewrite import substitute
+from ...mechanics.families import FamilyRows, Read, Unlike
 from ...mechanics.system import ConstraintRows, MechanicalSystem
-from ..crowd_plan import CrowdKind, CrowdPlan, CrowdRow
+from ..crowd_plan import CrowdColumns, CrowdKind, CrowdLine, CrowdPlan
 from ..model import Function, Slot
 from ..quantities import quantity
 from ..reported.entries import Layout
@@ -55,6 +60,67 @@ class _Terms(Struct, frozen=True):
     numbers: tuple[Node, ...]
     slips: tuple[Node, ...]
 
+    @property
+    def roots(self) -> list[Node]:
+        return [self.gap, *self.numbers, *self.slips]
+
+
+class _Sides(Struct, frozen=True):
+    """The leaves of a contact in the ``order`` in which the first ``one`` are those of its row; those of all rows and columns."""
+
+    order: tuple[int, ...]
+    one: int
+    rows: list[list[Node]]
+    columns: list[list[Node]]
+
+
+class _Labelled(Struct):
+    labels: list[str] = field(default_factory=list)
+    leaves: list[tuple[int, ...]] = field(default_factory=list)
+
+
+class _Lines(Struct):
+    """The lines of a crowd as they are found. ``numbers``: of each contact that was formed, in their order."""
+
+    lines: list[CrowdLine] = field(default_factory=list)
+    columns: list[_Labelled] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    count: int = 0
+
+    def add(self, kind: int, rows: ConstraintRows, leaves: tuple[int, ...]) -> None:
+        """Add a contact; with those before it that are of its kind it is a line."""
+        last = self.lines[-1] if self.lines else None
+        if last is None or last.one or last.head or (last.kind, last.span) != (kind, rows.origin.shown):
+            self.columns.append(_Labelled())
+            self.lines.append(
+                CrowdLine(self.count, kind, (), len(self.columns) - 1, 0, 0, "", "", rows.origin.shown)
+            )
+        at = self.columns[-1]
+        at.labels.append(rows.name)
+        at.leaves.append(leaves)
+        self.lines[-1] = replace(self.lines[-1], stop=len(at.labels))
+        self.numbers.append(self.count)
+        self.count += 1
+
+    def add_family(
+        self,
+        kind: int,
+        family: ContactFamily,
+        rows: ConstraintRows,
+        ones: Sequence[tuple[int, ...]],
+        columns: Sequence[tuple[int, ...]],
+    ) -> None:
+        """Add all contacts of a family."""
+        self.columns.append(_Labelled([*family.labels], [*columns]))
+        many, place = len(columns), len(self.columns) - 1
+        for k, (one, head, start) in enumerate(zip(ones, family.heads, family.starts, strict=True)):
+            if start < many:
+                line = CrowdLine(self.count, kind, one, place, start, many, head, family.end, rows.origin.shown)
+                self.lines.append(line)
+                self.count += many - start
+            if k == family.row:
+                self.numbers.append(self.count - 1)
+
 
 def crowd_of(
     system: MechanicalSystem,
@@ -90,48 +156,54 @@ class _Former:
         self.qdot = {
             s.node: d for s, d in zip(system.q, system.qdot, strict=True) if s.node not in solved.driven
         }
+        self.xdot = system.xdot
         self.coordinates = {q: self.place[v] for q, v in self.qdot.items() if v in self.place}
         self.constant = frozenset(s.node for s in system.symbols.parameters)
         self.given: list[Node] = []
 
     def crowd(self, outputs: Sequence[Node]) -> Crowd:
-        keys: dict[Key, int] = {}
-        firsts: list[tuple[CrowdMember, _Terms, list[Node]]] = []
-        rows: list[tuple[int, list[Node]]] = []
+        families = {one.family.contact: one for one in self.system.families}
+        kinds: dict[Key, tuple[CrowdKind, Function]] = {}
+        numbers: dict[Key, int] = {}
+        lines = _Lines()
         for member, terms in zip(self.members, self.terms(), strict=True):
-            key, leaves = self.signature(member, terms)
-            kind = keys.setdefault(key, len(keys))
-            if kind == len(firsts):
-                firsts.append((member, terms, leaves))
-            rows.append((kind, leaves))
-        kinds: list[CrowdKind] = []
-        functions: list[Function] = []
-        columns: list[tuple[list[int], list[int]]] = []
-        for number, (member, terms, leaves) in enumerate(firsts):
-            formed, function, used = self.kind(f"crowd_{number + 1}", member, terms, leaves)
-            kinds.append(formed)
-            functions.append(function)
-            columns.append(used)
-        plan_rows = tuple(
-            CrowdRow(
-                member.gap.name,
-                kind,
-                tuple(self.code(n, member.gap) for n in leaves),
-                tuple(self.place[leaves[k]] for k in columns[kind][0]),
-                tuple(self.place[leaves[k]] for k in columns[kind][1]),
-                member.gap.origin.shown,
-            )
-            for member, (kind, leaves) in zip(self.members, rows, strict=True)
-        )
+            key, leaves = self.signature(terms.roots)
+            family = families.get(member.gap.name)
+            sides = None if family is None else self.sides(family, leaves)
+            if sides is not None:
+                key, leaves = (key, sides.order), [leaves[k] for k in sides.order]
+            if key not in kinds:
+                one = 0 if sides is None else sides.one
+                kinds[key] = self.kind(f"crowd_{len(kinds) + 1}", member, terms, leaves, one)
+                numbers[key] = len(numbers)
+            code = partial(self.code, rows=member.gap)
+            if family is None or sides is None:
+                lines.add(numbers[key], member.gap, tuple(map(code, leaves)))
+                continue
+            rows = [tuple(map(code, leaves)) for leaves in sides.rows]
+            columns = tuple(tuple(map(code, leaves)) for leaves in sides.columns)
+            lines.add_family(numbers[key], family.family, member.gap, rows, columns)
+        formed = tuple(kind for kind, _ in kinds.values())
         push = self.push()
-        asked, read = self.read_by(outputs)
-        capacity = min(len(rows), 2 * len(self.velocities))
-        told = 1 + max(kind.friction for kind in kinds) if self.told else 0
+        asked, read = self.read_by(outputs, lines.numbers)
+        capacity = min(lines.count, 2 * len(self.velocities))
+        told = 1 + max(kind.friction for kind in formed) if self.told else 0
         places = [self.graph.symbol(f"#closed {k + 1}") for k in range(capacity)]
         places += [self.graph.symbol(f"#force {k + 1}") for k in range(told * capacity)]
         given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}
-        plan = CrowdPlan(tuple(kinds), plan_rows, 0, capacity, self.groups(push), asked, told, self.stepped)
+        plan = CrowdPlan(
+            formed,
+            tuple(lines.lines),
+            tuple(CrowdColumns(tuple(c.labels), tuple(c.leaves)) for c in lines.columns),
+            0,
+            capacity,
+            self.groups(push),
+            asked,
+            told,
+            self.stepped,
+        )
+        functions = tuple(function for _, function in kinds.values())
         return Crowd(plan, (*functions, push), given, slots, tuple(places), read)
 
     # ------------------------------------------------------------ what is formed of every contact
@@ -158,15 +230,16 @@ class _Former:
             result.append(_Terms(gap, tuple(numbers), slips))
         return result
 
-    def signature(self, member: CrowdMember, terms: _Terms) -> tuple[Key, list[Node]]:
-        """Return what two contacts of one kind have in common, and the symbols in which they differ, in one order."""
+    def signature(self, formulas: Sequence[Node]) -> tuple[Key, list[Node]]:
+        """Return what formulas have in common that differ in their symbols alone, and these, in one order. With a coordinate
+        or a state its rate is one of them."""
         graph = self.graph
         number: dict[Node, int] = {}
         key: list[object] = []
         leaves: list[Node] = []
-        roots = [terms.gap, *terms.numbers, *terms.slips]
+        roots = [*formulas]
         key.append(len(roots))
-        for root in roots:  # grows: with a coordinate its rate belongs to the roots
+        for root in roots:  # grows by rates
             stack = [root]
             while stack:
                 n = stack[-1]
@@ -175,10 +248,12 @@ class _Former:
                     continue
                 code = graph.op(n)
                 if code == SYMBOL and n != self.system.symbols.time:
-                    key.append((SYMBOL, n in self.qdot, n in self.place))
+                    key.append((SYMBOL, n in self.qdot, n in self.place, n in self.xdot))
                     leaves.append(n)
                     if n in self.qdot:
                         roots.append(self.qdot[n])
+                    if n in self.xdot:
+                        roots.append(self.xdot[n])
                 elif code in (CONST, SYMBOL):
                     key.append((code, graph.value(n) if code == CONST else 0))
                 else:
@@ -194,6 +269,41 @@ class _Former:
             key.append(number[root])
         return tuple(key), leaves
 
+    def sides(self, family: FamilyRows, leaves: Sequence[Node]) -> _Sides:
+        """Return how the symbols of the contact that stands for a family are those of its row and its last column, and what stands
+        in their places in the others. Raises Unlike where they differ in more than that."""
+        known: dict[int, tuple[Key, list[Node]]] = {}
+
+        def read(nodes: Read) -> tuple[Key, list[Node]]:
+            if id(nodes) not in known:
+                driven = self.solved.driven
+                known[id(nodes)] = self.signature(substitute(self.graph, nodes, driven) if driven else nodes)
+            return known[id(nodes)]
+
+        rows, columns = [read(nodes) for nodes in family.rows], [read(nodes) for nodes in family.columns]
+        own, other = rows[family.family.row], columns[-1]
+        if any(key != own[0] for key, _ in rows) or any(key != other[0] for key, _ in columns):
+            raise Unlike
+        varying = [_varying([found for _, found in side]) for side in (rows, columns)]
+        places = [{n: k for k, n in enumerate(found)} for _, found in (own, other)]
+        moved = [{n for n, k in place.items() if k in changes} for place, changes in zip(places, varying, strict=True)]
+        common = self.graph.support(*family.common)
+        if moved[0] & places[1].keys() or moved[1] & places[0].keys() or not (moved[0] | moved[1]).isdisjoint(common):
+            raise Unlike  # the formula may be another where what is one here is not
+        order = [k for k, n in enumerate(leaves) if n not in moved[1]]
+        one = len(order)
+        order += [k for k, n in enumerate(leaves) if n in moved[1]]
+
+        def put(found: list[Node], place: Mapping[Node, int], changes: AbstractSet[Node], part: list[int]) -> list[Node]:
+            return [found[place[n]] if n in changes else n for n in (leaves[k] for k in part)]
+
+        return _Sides(
+            tuple(order),
+            one,
+            [put(found, places[0], moved[0], order[:one]) for _, found in rows],
+            [put(found, places[1], moved[1], order[one:]) for _, found in columns],
+        )
+
     def code(self, n: Node, rows: ConstraintRows) -> int:
         """Return where a number lies, as one index over y, p and z."""
         slot = self.layout.slots.get(n)
@@ -206,9 +316,9 @@ class _Former:
     # ------------------------------------------------------------ the code of a kind
 
     def kind(
-        self, name: str, member: CrowdMember, terms: _Terms, leaves: Sequence[Node]
-    ) -> tuple[CrowdKind, Function, tuple[list[int], list[int]]]:
-        """Return a kind, its function, and which of what it is given are the velocities of gap and slip."""
+        self, name: str, member: CrowdMember, terms: _Terms, leaves: Sequence[Node], one: int
+    ) -> tuple[CrowdKind, Function]:
+        """Return a kind and its function. The contacts of a line have the first ``one`` leaves in common."""
         graph, system = self.graph, self.system
         accelerations = dict.fromkeys(system.a, graph.zero)
         still = dict.fromkeys(self.velocities, graph.zero)
@@ -240,8 +350,7 @@ class _Former:
             outputs += [drift, bias, *terms.numbers[2:], *entries]
         for further in directions[1:]:
             outputs += further
-        formed = [terms.gap, *terms.numbers, *terms.slips]
-        if any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(formed)):
+        if any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(terms.roots)):
             raise refused(self.reporter, member.gap, "is made of pieces")
         self.stepped |= len(member.friction) > 1
         given = dict(zip(leaves, self.give(len(leaves)), strict=True))
@@ -250,8 +359,7 @@ class _Former:
             f"gap, motion and friction of contacts like '{member.gap.name}'",
             tuple(substitute(graph, outputs, given)),
         )
-        kind = CrowdKind(name, len(leaves), len(normal), len(slip), len(member.friction))
-        return kind, function, (normal, slip)
+        return CrowdKind(name, len(leaves), one, tuple(normal), tuple(slip), len(member.friction)), function
 
     # ------------------------------------------------------------ what forces do
 
@@ -283,7 +391,9 @@ class _Former:
             self.given.append(self.graph.symbol(f"#given {len(self.given)}"))
         return self.given[:count]
 
-    def read_by(self, outputs: Sequence[Node]) -> tuple[tuple[tuple[int, int], ...], tuple[Node, ...]]:
+    def read_by(
+        self, outputs: Sequence[Node], numbers: Sequence[int]
+    ) -> tuple[tuple[tuple[int, int], ...], tuple[Node, ...]]:
         """Return what outputs read of contacts, and the outputs as formulas of what they are given: accelerations, then that.
 
         Formulas elsewhere know the accelerations without the crowd."""
@@ -293,12 +403,17 @@ class _Former:
         found = set(graph.support(*nodes))
         asked: list[tuple[int, int]] = []
         put: dict[Node, Node] = {}
-        for number, member in enumerate(self.members):
+        for number, member in zip(numbers, self.members, strict=True):
             for what, symbol in (*enumerate(member.forces), (CLOSED, member.flag)):
                 if symbol in found:
                     put[symbol] = self.give(len(read) + len(asked) + 1)[-1]
                     asked.append((number, what))
         return tuple(asked), tuple(substitute(graph, nodes, put))
+
+
+def _varying(side: Sequence[Sequence[Node]]) -> frozenset[int]:
+    """Return the places at which not all lists have the same."""
+    return frozenset(k for k, found in enumerate(zip(*side, strict=True)) if len({*found}) > 1)
 
 
 def refused(reporter: Reporter, rows: ConstraintRows, what: str) -> Exception:

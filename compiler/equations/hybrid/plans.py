@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.interface import AssertionEntry, Hybrid, HybridBranch, SwitchedRow
+from mechc.runtime.interface import AssertionEntry, ContactLine, Hybrid, HybridBranch, SwitchedRow
 
 from ...graph import Node
 from ...graph.rewrite import substitute
@@ -135,14 +135,20 @@ def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bo
 
 
 def names_of(plan: HybridPlan) -> Hybrid:
-    """Return what switches, branches and rows are called; a contact of a crowd has a row for its gap and one for its slip."""
+    """Return what switches, branches and rows are called; the contacts of a crowd by lines."""
     rows = [SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows]
-    for contact in plan.crowd.rows if plan.crowd else ():
-        place = origin(contact.span)
-        rows += [SwitchedRow(contact.name, kind, place) for kind in ("contact", "friction")]
+    lines: list[ContactLine] = []
+    labels: tuple[tuple[str, ...], ...] = ()
+    if plan.crowd is not None:
+        labels = tuple(columns.labels for columns in plan.crowd.columns)
+        for line in plan.crowd.lines:
+            names = (line.head, line.columns, line.start, line.stop, line.end)
+            lines.append(ContactLine(line.first, *names, origin(line.span)))
     return Hybrid(
         tuple(s.text for s in plan.switches),
         tuple(b.shown for b in plan.branches),
         tuple(rows),
         () if plan.delays is None else plan.delays.delays,
+        tuple(lines),
+        labels,
     )

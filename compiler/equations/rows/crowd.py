@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Reporter
 
 from ...graph import Node
+from ...mechanics.families import FamilyRows, Unlike
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..model import Equations, Function
 from .modes import MOST_ROWS
@@ -35,13 +36,17 @@ def set_apart(
     """Return the system without the contacts that are found by numbers, and these; none where they are few."""
     switching = [rows for rows in system.constraints if rows.mode is not None and rows.mode.smooth is None]
     count = sum(len(rows.residuals) for rows in switching)
-    if count <= MOST_ROWS:
+    if count <= MOST_ROWS and not system.families:
         return system, ()
+    named = {rows.name for rows in switching}
+    smooth = {rows.mode.contact for rows in system.constraints if rows.mode is not None and rows.mode.smooth}
+    if any(one.family.contact not in named or one.family.contact in smooth for one in system.families):
+        raise Unlike  # a contact of several parts, or of a smooth law
     others = [rows for rows in system.constraints if rows.mode is not None and not _belongs(rows)]
     if others:
         raise reporter.fail(
             "E0720",
-            f"the model has {count} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
+            f"the model has {count + sum(map(derived, system.families))} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
             others[0].origin.shown,
             caption="so many are found by numbers, and this one cannot be",
             help="among more than 64 rows there may be contacts and their friction: replace others by potentials, or say less of them",
@@ -58,6 +63,12 @@ def set_apart(
             members[-1] = replace(last, friction=(*last.friction, rows), forces=(*last.forces, force))
     kept = tuple(rows for rows in system.constraints if rows.mode is None)
     return replace(system, constraints=kept), tuple(members)
+
+
+def derived(rows: FamilyRows) -> int:
+    """Return how many contacts of a family are told by what they read."""
+    family = rows.family
+    return sum(len(family.labels) - start for start in family.starts) - 1
 
 
 def _belongs(rows: ConstraintRows) -> bool:
@@ -106,7 +117,7 @@ def check_crowd(
     if any(query.function in ("reaction", "moment") for query in system.queries.values()):
         asked.append("a reaction")
     if asked:
-        raise _unformed(members, asked[0], reporter)
+        raise _unformed(system, members, asked[0], reporter)
 
 
 def check_askers(
@@ -123,14 +134,19 @@ def check_askers(
             raise _unformed(members, "whether the friction of a contact sticks", reporter)
         if function.name != "outputs" and symbols & set(system.graph.support(*function.outputs)):
             raise _unformed(
-                members, "a force, or whether a contact is closed, in something that is no output", reporter
+                system,
+                members,
+                "a force, or whether a contact is closed, in something that is no output", reporter
             )
 
 
-def _unformed(members: Sequence[CrowdMember], asked: str, reporter: Reporter) -> Exception:
+def _unformed(
+    system: MechanicalSystem, members: Sequence[CrowdMember], asked: str, reporter: Reporter
+) -> Exception:
+    count = len(members) + sum(derived(one) for one in system.families)
     return reporter.fail(
         "E0722",
-        f"{asked} needs formulas, and the forces of {len(members)} contacts are found by numbers",
+        f"{asked} needs formulas, and the forces of {count} contacts are found by numbers",
         members[0].gap.origin.shown,
         caption="the first of these contacts",
         help="more than 64 rows of contacts and friction have no formula: outputs may ask for 'multiplier(c)' and 'closed(c)', "
@@ -144,8 +160,8 @@ def check_forces_have_formulas(equations: Equations) -> None:
     if crowd is not None:
         raise Reporter().fail(
             "E0722",
-            f"a derivative of the motion needs formulas, and the forces of {len(crowd.rows)} contacts are found by numbers",
-            crowd.rows[0].span,
+            f"a derivative of the motion needs formulas, and the forces of {crowd.count} contacts are found by numbers",
+            crowd.lines[0].span,
             caption="the first of these contacts",
             help="use up to 64 rows of contacts and friction, or compare runs",
         )

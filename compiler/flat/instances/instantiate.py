@@ -30,6 +30,7 @@ from ..names.instance import (
 from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index
 from ..values.evaluate import check_size, iterate, truth, whole_number
+from .pair_loops import pair_loop
 
 MOST = 30_000
 """Most components of a model."""
@@ -217,9 +218,19 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
             case ast.For(name=name, range=range, body=body):
                 declared = (ast.Declaration, ast.Unpacked)
                 statements = [item for item in body if not isinstance(item, declared)]
-                for inner in iterate(scope, name, range):
+                turns = iterate(scope, name, range)
+                loops = [item for item in statements if isinstance(item, ast.For)]
+                pairs = {id(item): pair_loop(instance, name, turns, item) for item in loops}
+                for k, inner in enumerate(turns):
                     for item in statements:
-                        _expand(instance, item, inner, result)
+                        found = pairs.get(id(item))
+                        if found is None:
+                            _expand(instance, item, inner, result)
+                        elif k == found.row and isinstance(item, ast.For):
+                            last = inner.with_local(found.columns[-1].local)
+                            for contact in item.body:
+                                _expand(instance, contact, last, result)
+                                result[-1].pairs = found
             case ast.If(branches=branches, otherwise=otherwise):
                 chosen = otherwise
                 for branch in branches:

@@ -185,11 +185,26 @@ class LabelMember(Struct, eq=False):
 
 
 class Expanded(Struct, eq=False):
-    """A statement of an instance after ``for`` and ``if``; ``made``: the component that a shape or a contact of shapes is."""
+    """A statement of an instance after ``for`` and ``if``; ``made``: the component that a shape or a contact of shapes is;
+    ``pairs``: of a contact that stands for those of two loops."""
 
     statement: ast.Statement
     scope: Scope
     made: ComponentMember | None = None
+    pairs: PairLoop | None = None
+
+
+class PairLoop(Struct, frozen=True, eq=False):
+    """Two loops around a contact: the scopes of the outer one, the first turn of the inner one in each of them, and those of the
+    longest one, in which nothing of the outer one is known. ``row``: that one's."""
+
+    row: int
+    rows: tuple[Scope, ...]
+    starts: tuple[int, ...]
+    columns: tuple[Scope, ...]
+    turns: tuple[tuple[int, ...], tuple[int, ...]]
+    """The values of both variables."""
+    names: tuple[str, str]
 
 
 class Instance(Struct, eq=False):

@@ -118,7 +118,11 @@ class Flattening(Struct):
     files: dict[str, ReadFile] = field(default_factory=dict)
     data: dict[str, TableData] = field(default_factory=dict)
     shapes: Shapes | None = None
-    touching: dict[frozenset[int], Span] = field(default_factory=dict)
+    touching: dict[int, Span] = field(default_factory=dict)
+    """Where pairs of shapes are said to touch, by both numbers in one."""
+    each_pair: bool = False
+    text: str = ""
+    """Of the file and of what is asked beside it: all that may ask about a contact by its name."""
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
@@ -162,6 +166,12 @@ class Scope(Struct):
             self.in_event,
             self.level,
         )
+
+    def without(self, name: str) -> Scope:
+        """Return the same scope where a local name is not known."""
+        scope = self.with_local({})
+        scope.local = {known: value for known, value in self.local.items() if known != name}
+        return scope
 
     def for_events(self) -> Scope:
         return Scope(self.flattening, self.instance, self.namespace, self.local, self.calls, True, self.level)

@@ -16,6 +16,7 @@ from mechc.lang.diagnostics import Label
 
 from .. import types
 from ..expressions.references import find_label
+from ..instances.pair_loops import FEW
 from ..instances.components import handed_on, instances_of
 from ..instances.instantiate import make_instance
 from ..model import Expression, Kind, Name
@@ -34,6 +35,7 @@ from ..names.instance import (
 from ..names.namespace import Namespace
 from ..names.scope import Poisoned, Scope
 from ..values.evaluate import elements
+from .contact_families import PairsOfShapes, kind_of_shape, numbers_in
 from .loads import CONTACT_OPTIONS
 from .set_shapes import canonical, components, defined, make_shapes, shapes_of
 
@@ -43,18 +45,19 @@ def make(member: ComponentMember) -> None:
     if isinstance(member.statement, ast.Shape):
         make_shapes(member)
         return
-    pairs = _pairs(member)
+    pairs = [pair for pair, _ in _pairs(member)]
     member.extents = (len(pairs),) if len(pairs) > 1 else ()
     for k, pair in enumerate(pairs):
         index = (k,) if member.extents else ()
         member.instances[index] = pair.connect(member, _path(member.name, index), handed_on(member, index))
 
 
-def made_by(member: ComponentMember) -> list[Instance]:
-    """Return what a statement makes; contacts without a name are called by their shapes, ``ball[2]-floor``."""
+def made_by(member: ComponentMember) -> list[tuple[Instance, PairsOfShapes | None]]:
+    """Return what a statement makes; contacts without a name are called by their shapes, ``ball[2]-floor``. Of more than a few
+    of one kind there is one, with the pairs that it stands for."""
     if isinstance(member.statement, ast.ContactOfShapes) and member.statement.label is None:
-        return [pair.connect(member, pair.name, []) for pair in _pairs(member)]
-    return list(instances_of(member).values())
+        return [(pair.connect(member, pair.name, []), family) for pair, family in _pairs(member)]
+    return [(instance, None) for instance in instances_of(member).values()]
 
 
 def _path(name: str, index: tuple[int, ...]) -> str:
@@ -119,26 +122,41 @@ class _Pair(Struct, frozen=True, eq=False):
         return instance
 
 
-def _pairs(member: ComponentMember) -> list[_Pair]:
-    """Return the pairs of a statement: of each shape of one side with each of the others, but for those of one rigid body."""
+def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
+    """Return the pairs of a statement: of each shape of one side with each of the others, but for those of one rigid body. Of a
+    family there is one."""
     statement, scope = member.statement, member.scope
     assert isinstance(statement, ast.ContactOfShapes) and scope.instance is not None
     shapes = shapes_of(scope.instance)
     first = _shapes_of(scope, shapes, statement.of)
     others = list(dict.fromkeys(s for node in statement.others for s in _shapes_of(scope, shapes, node)))
     known: dict[tuple[int, int], tuple[_Part, bool]] = {}
-    found: dict[frozenset[int], _Pair] = {}
+    number = {id(s): k for k, s in enumerate(shapes.all)}
+    found: set[int] = set()
+    rows: list[tuple[SetShape, list[SetShape]]] = []
     for a in first:
+        touched: list[SetShape] = []
         for b in others:
-            key = frozenset((id(a), id(b)))
+            one, other = sorted((number[id(a)], number[id(b)]))
+            key = one * len(number) + other
             if a.body == b.body or key in found:
                 continue
             classes = id(a.instance.cls), id(b.instance.cls)
             if classes not in known:
                 known[classes] = _part_for(scope, statement, a.instance.cls, b.instance.cls)
-            part, turned = known[classes]
-            found[key] = _Pair(part, (b, a) if turned else (a, b), f"{a.name}-{b.name}")
+            found.add(key)
+            touched.append(b)
             _note(scope, statement, key, a, b)
+        rows.append((a, touched))
+    families = _families(scope, statement, rows)
+    pairs: list[tuple[_Pair, PairsOfShapes | None]] = []
+    for a, touched in rows:
+        for b in touched:
+            family = families.get((_stated(a), _stated(b)))
+            if family is not None and family.pair != (a, b):
+                continue
+            part, turned = known[id(a.instance.cls), id(b.instance.cls)]
+            pairs.append((_Pair(part, (b, a) if turned else (a, b), f"{a.name}-{b.name}"), family))
     if not found:
         raise scope.fail(
             "E0733",
@@ -150,12 +168,56 @@ def _pairs(member: ComponentMember) -> list[_Pair]:
                 if s.instance.made_at is not None
             ),
         )
-    return list(found.values())
+    return pairs
 
 
-def _note(
-    scope: Scope, statement: ast.ContactOfShapes, key: frozenset[int], a: SetShape, b: SetShape
-) -> None:
+def _families(
+    scope: Scope, statement: ast.ContactOfShapes, rows: list[tuple[SetShape, list[SetShape]]]
+) -> dict[tuple[Span, Span], PairsOfShapes]:
+    """Return the pairs that one formula may tell, by where their shapes are stated: so many that it pays."""
+    found: dict[tuple[Span, Span], PairsOfShapes] = {}
+    if scope.flattening.each_pair or statement.label is not None:
+        return found
+    of: dict[tuple[Span, Span], list[tuple[SetShape, list[SetShape]]]] = {}
+    for a, touched in rows:
+        by_statement: dict[Span, list[SetShape]] = {}
+        for b in touched:
+            by_statement.setdefault(_stated(b), []).append(b)
+        for place, many in by_statement.items():
+            of.setdefault((_stated(a), place), []).append((a, many))
+    told = (statement.friction, statement.restitution, *(option.value for option in statement.options))
+    for places, own in of.items():
+        row = max(range(len(own)), key=lambda k: (len(own[k][1]), -k))
+        ones, columns = [a for a, _ in own], own[row][1]
+        starts = [len(columns) - len(many) for _, many in own]
+        if sum(len(many) for _, many in own) <= FEW:
+            continue
+        if any(columns[start:] != many for start, (_, many) in zip(starts, own, strict=True)):
+            continue
+        kinds = [{kind_of_shape(s.instance) for s in side} for side in (ones, columns)]
+        if any(len(kind) > 1 or None in kind for kind in kinds):
+            continue
+        common = numbers_in([scope.elaborate(node) for node in told if node is not None])
+        if len(columns) > 1:
+            heads, labels = [f"{a.name}-" for a in ones], [b.name for b in columns]
+            pair = ones[row], columns[-1]
+        else:  # one thing with each of many
+            heads, labels = [""], [f"{a.name}-{columns[0].name}" for a in ones]
+            pair = ones[-1], columns[0]
+            ones, columns, row, starts = columns, ones, 0, [0]
+        found[places] = PairsOfShapes(
+            *(pair, row, tuple(ones), tuple(heads), tuple(starts), tuple(columns), tuple(labels), common)
+        )
+    return found
+
+
+def _stated(shape: SetShape) -> Span:
+    """Return where a shape is stated, for all of an array at once."""
+    assert shape.instance.made_at is not None
+    return shape.instance.made_at
+
+
+def _note(scope: Scope, statement: ast.ContactOfShapes, key: int, a: SetShape, b: SetShape) -> None:
     """Report a pair that another statement has, too: one of them would count twice."""
     touching = scope.flattening.touching
     before = touching.setdefault(key, statement.span)

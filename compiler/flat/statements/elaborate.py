@@ -27,6 +27,7 @@ from ..names.instance import (
 from ..names.scope import Poisoned, Scope
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
+from .contact_families import families_of_shapes, family_of_loops
 from .contacts_of_shapes import made_by
 from .drawings import audible, is_quiet
 from .energies import energy, gravities, inertia, mass
@@ -78,10 +79,15 @@ def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: Joi
             friction(scope, statement, record)
         case ast.Contact():
             contact(scope, statement, record)
+            if item.pairs is not None:
+                record.families.append(family_of_loops(statement, item.pairs, record.contacts[-1].name))
         case ast.Shape() | ast.ContactOfShapes():
             if item.made is not None:
-                for instance in made_by(item.made):
+                for instance, pairs in made_by(item.made):
+                    known = len(record.contacts)
                     run(instance, record)
+                    if pairs is not None:
+                        record.families += families_of_shapes(pairs, instance, record.contacts[known:])
         case ast.Constraint():
             constraint(scope, statement, record)
         case ast.Drive():

@@ -41,6 +41,7 @@ class StatementRecord(Struct):
     constraints: list[model.Constraint] = field(default_factory=list)
     drives: list[model.Drive] = field(default_factory=list)
     contacts: list[model.Contact] = field(default_factory=list)
+    families: list[model.ContactFamily] = field(default_factory=list)
     joints: list[model.Joint] = field(default_factory=list)
     initials: list[model.InitialCondition] = field(default_factory=list)
     equations: list[model.StateEquation] = field(default_factory=list)

@@ -14,11 +14,11 @@ typedef struct net {
     int *queue, *seen;      /* [n] */
 } net;
 
-static const int *velocities(const net *g, int k, int *count)
+static mech_crowd_who velocities(const net *g, int k, int *count)
 {
-    const mech_crowd_kind *kind = mech_crowd_kind_of(g->c, g->contacts[k]);
-    *count = kind->n_normal + kind->n_slip;
-    return mech_crowd_velocities(g->c, g->contacts[k]);
+    const mech_crowd_who who = mech_crowd_who_of(g->c, g->contacts[k]);
+    *count = who.kind->n_normal + who.kind->n_slip;
+    return who;
 }
 
 /* Appends all that `start` reaches to the queue from `n` on, by distance; gives its new length. */
@@ -28,9 +28,9 @@ static int spread(net *g, int n, int start, int mark)
     g->seen[start] = mark;
     for (int read = n++; read < n; read++) {
         int count;
-        const int *v = velocities(g, g->queue[read], &count);
+        const mech_crowd_who who = velocities(g, g->queue[read], &count);
         for (int i = 0; i < count; i++)
-            for (int link = g->head[g->c->group[v[i]]]; link >= 0; link = g->next[link]) {
+            for (int link = g->head[g->c->group[mech_crowd_velocity(g->c, &who, i)]]; link >= 0; link = g->next[link]) {
                 const int k = g->who[link];
                 if (g->seen[k] == mark) continue;
                 g->seen[k] = mark;
@@ -59,10 +59,10 @@ static int form(const mech_solver *s, int n, const int *contacts, net *g)
     for (size_t i = 0; i < nv; i++) g->head[i] = -1;
     links = 0;
     for (int k = 0; k < n; k++) {
-        const int *v = velocities(g, k, &count);
+        const mech_crowd_who who = velocities(g, k, &count);
         g->seen[k] = 0;
         for (int i = 0; i < count; i++) {
-            const int group = g->c->group[v[i]];
+            const int group = g->c->group[mech_crowd_velocity(g->c, &who, i)];
             if (g->head[group] >= 0 && g->who[g->head[group]] == k) continue;
             g->who[links] = k;
             g->next[links] = g->head[group];

@@ -330,18 +330,19 @@ void mech_window_place(mech_solver *s, int i, mech_real part, mech_real *y)
     const mech_model *m = s->model;
     const mech_crowd *c = crowd(s);
     const int contact = contact_of(s, i), ny = s->ny;
-    const int *leaf = c->table + c->at[contact];
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
     if (m->n_rotations || is_slip(s, i) || s->events->z[s->events->rows[i].flag] > MECH_C(0.5)) {
         mech_dense_at(s->dense, s->n_dense, ny, part, y);
         mech_normalise(m, y);
         return;
     }
-    for (int k = 0; k < mech_crowd_kind_of(c, contact)->n_leaves; k++) {
-        if (leaf[k] >= ny) continue;
-        const mech_real *d = s->dense + leaf[k];
+    for (int k = 0; k < who.kind->n_leaves; k++) {
+        const int leaf = mech_crowd_leaf(&who, k);
+        if (leaf >= ny) continue;
+        const mech_real *d = s->dense + leaf;
         mech_real sum = d[(s->n_dense - 1) * ny];
         for (int j = s->n_dense - 2; j >= 0; j--) sum = d[j * ny] + (j % 2 ? 1 - part : part) * sum;
-        y[leaf[k]] = sum;
+        y[leaf] = sum;
     }
 }
 

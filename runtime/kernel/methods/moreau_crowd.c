@@ -26,8 +26,8 @@ void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model
     const mech_crowd *c = model->hybrid->crowd;
     memset(o->moves, 0, (size_t)model->nv * sizeof(mech_real));
     for (int i = 0; i < c->n; i++) {
-        const int *v = mech_crowd_velocities(c, i);
-        for (int k = 0; k < mech_crowd_kind_of(c, i)->n_normal; k++) o->moves[v[k]] = 1;
+        const mech_crowd_who who = mech_crowd_who_of(c, i);
+        for (int k = 0; k < who.kind->n_normal; k++) o->moves[mech_crowd_velocity(c, &who, k)] = 1;
         o->wake[i] = -1;
     }
     *o->moved = 0;
@@ -138,15 +138,15 @@ static void forget_groups(groups *g)
 /* The groups that a contact moves: how many, each once, and how many velocities they have. Of two bodies these are few. */
 static int groups_of(const mech_crowd *c, const groups *g, int contact, int *list, int *width)
 {
-    const mech_crowd_kind *kind = mech_crowd_kind_of(c, contact);
-    const int *v = mech_crowd_velocities(c, contact);
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
     int n = 0;
     *width = 0;
-    for (int i = 0; i < kind->n_normal + kind->n_slip; i++) {
+    for (int i = 0; i < who.kind->n_normal + who.kind->n_slip; i++) {
+        const int group = c->group[mech_crowd_velocity(c, &who, i)];
         int k = 0;
-        while (k < n && list[k] != c->group[v[i]]) k++;
+        while (k < n && list[k] != group) k++;
         if (k < n) continue;
-        list[n++] = c->group[v[i]];
+        list[n++] = group;
         *width += g->start[list[k] + 1] - g->start[list[k]];
     }
     return n;
@@ -156,19 +156,20 @@ static int groups_of(const mech_crowd *c, const groups *g, int contact, int *lis
 static void fill_block(const mech_crowd *c, const groups *g, int contact, const mech_real *values, const int *list, int n, mech_block *block,
                        int *v, mech_real *numbers)
 {
-    const mech_crowd_kind *kind = mech_crowd_kind_of(c, contact);
+    const mech_crowd_who who = mech_crowd_who_of(c, contact);
+    const mech_crowd_kind *kind = who.kind;
     const int rows = mech_cone_rows(&block->cone), width = block->width;
     mech_real *k = numbers, *response = numbers + rows * width;
     memset(numbers, 0, 2 * (size_t)(rows * width) * sizeof(mech_real));
     for (int i = 0, at = 0; i < n; at += g->start[list[i] + 1] - g->start[list[i]], i++)
         memcpy(v + at, g->member + g->start[list[i]], (size_t)(g->start[list[i] + 1] - g->start[list[i]]) * sizeof(int));
     for (int row = 0; row < rows; row++) {
-        const int *own = mech_crowd_velocities(c, contact) + (row ? kind->n_normal : 0);
         const mech_real *entries = values + mech_crowd_entries(kind, row);
         for (int l = 0; l < (row ? kind->n_slip : kind->n_normal); l++) {
+            const int own = mech_crowd_velocity(c, &who, (row ? kind->n_normal : 0) + l);
             int at = 0;
-            for (int i = 0; list[i] != c->group[own[l]]; i++) at += g->start[list[i] + 1] - g->start[list[i]];
-            k[row * width + at + g->place[own[l]]] += entries[l];
+            for (int i = 0; list[i] != c->group[own]; i++) at += g->start[list[i] + 1] - g->start[list[i]];
+            k[row * width + at + g->place[own]] += entries[l];
         }
         for (int i = 0, at = 0; i < n; i++) {
             const int size = g->start[list[i] + 1] - g->start[list[i]];
