@@ -75,9 +75,6 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
             refuse_driving_inputs(model, "a C program")
-            from .compiler.targets.alone import check_stands_alone
-
-            check_stands_alone(model.compilation.program.switching)
             defaults = defaults_of(ready_code(model), model.settings)
             model, run = default_run(model, **as_printed(defaults)) or (model, None)
             if run is not None:

@@ -39,15 +39,14 @@ def check_nothing_found(program: Program, library: str) -> None:
 
 
 def check_stands_alone(hybrid: HybridPlan | None) -> None:
-    """Report forces that are found by numbers: only code that is compiled here and now finds them. Raises CompileError."""
+    """Report forces that are found by numbers, which the kernel does: a module of functions has none. Raises CompileError."""
     crowd = hybrid.crowd if hybrid is not None else None
     if crowd is None:
         return
     raise Reporter().fail(
         "E0722",
-        f"the forces of {crowd.count} contacts are found by numbers, which only code compiled here and now does",
+        f"the forces of {crowd.count} contacts are found by numbers, which a module of functions does not",
         crowd.lines[0].span,
         caption="the first of these contacts",
-        help="'mechc run' and 'model.simulate' do, with a C compiler; programs, modules and FMUs that stand alone, and the "
-        "target 'python', take up to 64 rows of contacts and friction",
+        help="'mechc run', the target 'c' and FMUs for Co-Simulation do; modules take up to 64 rows of contacts and friction",
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -13,6 +14,7 @@ import numpy as np
 from ..lang.diagnostics import Reporter
 from ..presentation import panels, plots
 from ..presentation.axes import COLOURS
+from ..runtime.methods import SOLVING_CONTACTS
 from ..runtime.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -119,7 +121,7 @@ def page(model: CompiledModel, solution: Solution) -> str:
 
 def _extent(solution: Solution) -> str:
     return (
-        f"{ROWS} times from {solution.time[0]:g} to {solution.time[-1]:g}, as far as a run at the tolerance {LOOSE:g} "
+        f"even times from {solution.time[0]:g} to {solution.time[-1]:g}, as far as a run at the tolerance {LOOSE:g} "
         f"stays within {TRUSTED:g} of it, without the rows next to events"
     )
 
@@ -172,7 +174,7 @@ def reference(model: CompiledModel, experiment: str | None, solution: Solution, 
     from ..compiler.targets.fmu.reference import write_reference
 
     stop = float(solution.time[-1])
-    time = np.linspace(begin, stop, ROWS) if stop > begin else solution.time[:1]
+    time = _even_times(begin, stop, solution)
     time = time[time >= solution.time[0]]
     entries = (*solution.problem.states, *solution.problem.outputs)
     found = solution(time)
@@ -189,6 +191,18 @@ def reference(model: CompiledModel, experiment: str | None, solution: Solution, 
     if not keep.any():
         return ""
     return write_reference(time[keep], {name: values[keep] for name, values in columns.items()})
+
+
+def _even_times(begin: float, stop: float, solution: Solution) -> Array:
+    """Return even times; where steps solve for contacts these are ends of steps, as between them an impact is dated differently
+    by who stops there."""
+    if not stop > begin:
+        return solution.time[:1]
+    if solution.statistics.method not in SOLVING_CONTACTS:
+        return np.linspace(begin, stop, ROWS)
+    step = solution.statistics.longest_step
+    spacing = step * max(1, math.ceil((stop - begin) / (ROWS - 1) / step * (1 - 1e-9)))
+    return begin + spacing * np.arange(math.floor((stop - begin) / spacing * (1 + 1e-9)) + 1)
 
 
 def _trusted(

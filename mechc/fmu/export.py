@@ -64,6 +64,13 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
             f"the steps of '{model.method(options.experiment)}' solve for the contacts of '{model.name}', and in Model Exchange the importer steps",
             "--kind cs writes it for Co-Simulation, where the FMU steps; without the method, contacts are events in both",
         )
+    switching = model.compilation.equations.switching
+    if switching is not None and switching.crowd is not None and options.kind != "cs":
+        raise UsageMistake(
+            f"the forces of the {switching.crowd.count} contacts of '{model.name}' are found over those that touch, and in Model Exchange "
+            "the importer would have to know which",
+            "--kind cs writes it for Co-Simulation, where the FMU steps",
+        )
     chosen = with_weights(model.for_experiment(options.experiment))
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)

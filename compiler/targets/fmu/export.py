@@ -23,7 +23,7 @@ from ...program.lower import lower
 from ...program.model import Program
 from ...program.series import with_series
 from ...verification import verified
-from ..alone import check_stands_alone, standing_alone
+from ..alone import standing_alone
 from ..c import emit_c
 from . import arrays, model_description2, model_description3, terminals
 from .identity import Identity, checked_identifier
@@ -95,7 +95,6 @@ class Written(Struct, frozen=True):
 
 def write_program(equations: Equations, start: Start, method: str = "auto") -> Written:
     """Extend the equations by derivatives and write them as C, with what the method takes from the program."""
-    check_stands_alone(equations.switching)
     extended = verified(with_sensitivities(equations, settable_parameters(equations, start.given_parameters)))
     program = standing_alone(lower(extended))
     program = verified(with_series(program) if "series" in parts_for(method) else program)
