@@ -90,8 +90,17 @@ def _of_text(request: Request, by_value: bool, each_pair: bool = False) -> Compi
 def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Compilation:
     """Compile a flat model that was made of that of another compilation. Raises CompileError."""
     request = replace(made_of.request, parts=frozenset(parts))
+    reporter = Reporter()
     with uncollected(), deep_recursion():
-        return _formed(request, made_of.ast, flat, Reporter(), derived=True)
+        try:
+            return _formed(request, made_of.ast, flat, reporter, derived=True)
+        except Unlike:
+            raise reporter.fail(
+                "E0722",
+                "contacts that were of one formula are not in what was made of the model",
+                None,
+                help="state them outside of loops, each by itself",
+            ) from None
 
 
 def _formed(

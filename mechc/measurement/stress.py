@@ -36,7 +36,7 @@ from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import SIZES_GROUP, TARGET, Extreme, extremes, factor_of
 from .metamorphic import Base, beside, compare, disturbed_twin, run_twin, twin_of
 from .own_ranges import lost
-from .references import compile_for_reference
+from .references import ReferenceCode, compile_for_reference
 from .shaken import shaken
 from .stress_table import STATED, TWIN, Stress, StressRow
 from .stress_targets import REFUSALS, Answer, NotTried, answer_of
@@ -135,8 +135,9 @@ def _patience(extreme: Extreme, seconds: float) -> float:
 
 def _compile(model: Model) -> None:
     """Fill the cache with what the runs need, so that no limit of theirs is spent on it."""
-    model.problem(method="radau5")
-    with suppress(ReferenceFailed):
+    model.problem(method=model.method(None))
+    with suppress(ReferenceFailed, CompileError):  # some models have neither
+        model.problem(method="radau5")
         compile_for_reference(model)
 
 
@@ -404,6 +405,8 @@ def _judged(model: Model, subject: Subject, extreme: Extreme) -> StressRow:
         solution = _run(changed, request)
     except (SimulationError, UsageMistake) as refused:
         return StressRow(extreme.group, extreme.text, "refused", reason=str(refused))
+    except CompileError as refused:
+        return StressRow(extreme.group, extreme.text, "refused", reason=refused.diagnostics[0].message)
     except _OutOfTime as late:
         return StressRow(extreme.group, extreme.text, "long", reason=str(late))
     kind, error, against, reason = _checked(changed, subject, request, solution)
@@ -446,7 +449,7 @@ def _checked(
         return "wrong", None, "", f"'{silent[0]}' is not a number at the end, and nothing says so"
     why, owed = "", dict(estimate.by_state)
     try:
-        truth = true_errors(compile_for_reference(model), plan(model, request), solution, subject.seconds / 2)
+        truth = true_errors(_reference_of(model), plan(model, request), solution, subject.seconds / 2)
         errors, against = truth.by_state, truth.precision
         if truth.horizon < solution.time[-1]:
             why = f"compared up to {truth.horizon:.6g}: beyond, the reference is in doubt"
@@ -471,6 +474,14 @@ def _checked(
         return "right", largest, against, "as far as the rounding of its parameters lets it be"
     words = f"the error of {worst} is {errors[worst]:.1e}, {estimate.by_state[worst]:.1e} was claimed"
     return "wrong", largest, against, words
+
+
+def _reference_of(model: Model) -> ReferenceCode:
+    """Return the code of a reference. Raises ReferenceFailed, also where the model has no formulas for one."""
+    try:
+        return compile_for_reference(model)
+    except CompileError as refused:
+        raise ReferenceFailed(refused.diagnostics[0].message) from None
 
 
 def _lost(model: Model, request: Asked, solution: Solution) -> str:
@@ -510,7 +521,10 @@ def _opinion(
 ) -> tuple[dict[str, float], Mapping[str, float], str]:
     """Compare the end with that by another method at a tight tolerance, which claims an error of its own."""
     method = "dop853" if solution.statistics.method == "radau5" else "radau5"
-    other, differences = _other(model, request, solution, method=method, tolerance=OPINION)
+    try:
+        other, differences = _other(model, request, solution, method=method, tolerance=OPINION)
+    except CompileError as refused:
+        raise ReferenceFailed(refused.diagnostics[0].message) from None
     estimate = other.accuracy.error
     if estimate is None:
         raise ReferenceFailed(other.accuracy.remark)
