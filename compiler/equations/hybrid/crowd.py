@@ -321,6 +321,7 @@ class _Former:
         """Return a kind and its function. The contacts of a line have the first ``one`` leaves in common."""
         graph, system = self.graph, self.system
         accelerations = dict.fromkeys(system.a, graph.zero)
+        flows = {system.rate(state): value for state, value in system.xdot.items()}
         still = dict.fromkeys(self.velocities, graph.zero)
         place = {n: k for k, n in enumerate(leaves)}
 
@@ -330,7 +331,7 @@ class _Former:
             for rows in directions:
                 (rate,) = constraint_rates(system, rows)
                 second = system.rate(rate)
-                rate, second = substitute(graph, [rate, second], self.solved.driven)
+                rate, second = substitute(graph, [rate, second], {**self.solved.driven, **flows})
                 rates.append(rate)
                 parts.append([*substitute(graph, [rate], still), *substitute(graph, [second], accelerations)])
             entries = jacobian(graph, rates, self.velocities)
