@@ -59,30 +59,76 @@ int mech_blocks_check(mech_blocks *c)
     return solved;
 }
 
+/* One sweep from the first to the last, or back. Gives whether nothing changed by more than its slack. */
+static int sweep_once(mech_blocks *c, int back)
+{
+    int rests = 1;
+    for (int a = 0; a < c->n; a++) {
+        mech_block *block = &c->blocks[back ? c->n - 1 - a : a];
+        const int n = mech_cone_rows(&block->cone);
+        mech_real q[3], r[3];
+        for (int i = 0; i < n; i++) {
+            q[i] = block->b[i] + rate(block, block->k + i * block->width, c->v);
+            for (int j = 0; j < n; j++) q[i] -= block->w[3 * i + j] * block->r[j];
+        }
+        mech_cone_solve(&block->cone, block->w, q, r);
+        for (int i = 0; i < n; i++) {
+            const mech_real change = r[i] - block->r[i];
+            block->r[i] = r[i];
+            if (change == 0) continue;
+            rests &= mech_abs(change) * block->w[4 * i] <= block->cone.slack;
+            push(block, i, change, c->v);
+        }
+    }
+    c->sweeps++;
+    return rests;
+}
+
+/* Goes on along the last direction: what the sweeps changed, and of that before the share by which the changes shrink. Impulses may leave
+ * their cones by it: the next sweep solves each of them again. */
+static void go_on(mech_blocks *c, mech_real *before, int fresh)
+{
+    mech_real *step = c->room, *start = step + 3 * c->n, *v_step = start + 3 * c->n, *v_start = v_step + c->nv, size = 0;
+    for (int a = 0; a < c->n; a++)
+        for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
+            const mech_real change = c->blocks[a].r[i] - start[3 * a + i];
+            size += c->blocks[a].w[4 * i] * change * change;
+        }
+    const mech_real share = !fresh && size < *before ? size / *before : 0;
+    *before = size;
+    for (int a = 0; a < c->n; a++)
+        for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
+            mech_real *r = &c->blocks[a].r[i], *last = &step[3 * a + i];
+            const mech_real change = *r - start[3 * a + i], further = share * *last;
+            *r += further;
+            *last = further + change;
+        }
+    for (int i = 0; i < c->nv; i++) {
+        const mech_real change = c->v[i] - v_start[i], further = share * v_step[i];
+        c->v[i] += further;
+        v_step[i] = further + change;
+    }
+}
+
+/* Notes where the next sweeps begin. */
+static void note(mech_blocks *c)
+{
+    mech_real *start = c->room + 3 * c->n, *v_start = start + 3 * c->n + c->nv;
+    for (int a = 0; a < c->n; a++) memcpy(start + 3 * a, c->blocks[a].r, 3 * sizeof(mech_real));
+    memcpy(v_start, c->v, (size_t)c->nv * sizeof(mech_real));
+}
+
 int mech_blocks_sweep(mech_blocks *c, int most)
 {
+    mech_real before = 0;
+    memset(c->room, 0, (6 * (size_t)c->n + 2 * (size_t)c->nv) * sizeof(mech_real));
     if (mech_blocks_check(c) && c->residual == 0) return 1; /* else a guess that would do gets better from step to step */
-    for (int sweep = 0; sweep < most; sweep++) {
-        int rests = 1;
-        for (int a = 0; a < c->n; a++) {
-            mech_block *block = &c->blocks[sweep % 2 ? c->n - 1 - a : a]; /* to and fro: no side comes first */
-            const int n = mech_cone_rows(&block->cone);
-            mech_real q[3], r[3];
-            for (int i = 0; i < n; i++) {
-                q[i] = block->b[i] + rate(block, block->k + i * block->width, c->v);
-                for (int j = 0; j < n; j++) q[i] -= block->w[3 * i + j] * block->r[j];
-            }
-            mech_cone_solve(&block->cone, block->w, q, r);
-            for (int i = 0; i < n; i++) {
-                const mech_real change = r[i] - block->r[i];
-                block->r[i] = r[i];
-                if (change == 0) continue;
-                rests &= mech_abs(change) * block->w[4 * i] <= block->cone.slack;
-                push(block, i, change, c->v);
-            }
-        }
-        c->sweeps++;
-        if ((rests || sweep % CHECKED == CHECKED - 1 || sweep + 1 == most) && mech_blocks_check(c)) return 1;
+    for (int sweep = 0; sweep < most; sweep += 2) {
+        note(c);
+        int rests = sweep_once(c, 0);
+        rests = sweep_once(c, 1) && rests; /* to and fro: no side comes first */
+        if ((rests || sweep % CHECKED == CHECKED - 2 || sweep + 2 >= most) && mech_blocks_check(c)) return 1;
+        go_on(c, &before, sweep == 0);
     }
-    return 0;
+    return mech_blocks_check(c);
 }

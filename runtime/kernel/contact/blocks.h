@@ -22,6 +22,7 @@ typedef struct mech_blocks {
     mech_block *blocks;
     const mech_real *free_; /* [nv] v0                                                       */
     mech_real *v;           /* [nv] that of r                                                */
+    mech_real *room;        /* [6 n + 2 nv] for the sweeps                                   */
     mech_real residual;     /* the largest                                                   */
     int worst;              /* its block                                                     */
     int sweeps;             /* what it took                                                  */
@@ -33,7 +34,8 @@ void mech_block_join(mech_block *block);
 /* v, all u, residual and worst of all r. Gives whether all residuals are within their slacks. */
 int mech_blocks_check(mech_blocks *c);
 
-/* Gauss-Seidel to and fro from the guesses, each cone solved exactly; at most so many sweeps. Gives whether it is solved. */
+/* Gauss-Seidel to and fro from the guesses, each cone solved exactly, with steps of conjugate directions between (M. Silcowitz-Hansen,
+ * S. Niebe, K. Erleben 2010); at most so many sweeps. Gives whether it is solved. */
 int mech_blocks_sweep(mech_blocks *c, int most);
 
 #endif

@@ -258,7 +258,10 @@ static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crow
         indices += (size_t)block->width;
         numbers += 2 * (size_t)block->width * (size_t)mech_cone_rows(&block->cone);
     }
+    problem->room = (mech_real *)malloc((6 * (size_t)problem->n + 2 * (size_t)problem->nv + 1) * sizeof(mech_real));
+    done = done && problem->room;
     const int solved = done && mech_blocks_sweep(problem, MOST_SWEEPS);
+    free(problem->room);
     free(v);
     free(entries);
     free(list);
