@@ -27,6 +27,7 @@ from .curves import curve_of, finished
 from .drives_by_states import by_states
 from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
+from .families import families
 from .forces import damping, efforts
 from .initial import initial_values
 from .input_ranges import ranges
@@ -37,7 +38,6 @@ from .kinematics.pose import Pose, inverse
 from .kinematics.rates import TotalDerivative
 from .kinematics.reactions import VirtualDisplacement, displace, reactions_formed, whole_reaction
 from .kinematics.spatial import Spatial
-from .families import families
 from .kinematics.topology import Topology, TreeEdge, classify
 from .matter import Matter
 from .meaning.delays import Delayed

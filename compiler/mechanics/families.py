@@ -41,8 +41,7 @@ def families(lowering: Lowering, model: FlatModel) -> tuple[FamilyRows, ...]:
 
     with lowering.aside():
         return tuple(
-            FamilyRows(one, read(one.rows), read(one.columns), *read((one.common,)))
-            for one in model.families
+            FamilyRows(one, read(one.rows), read(one.columns), *read((one.common,))) for one in model.families
         )
 
 

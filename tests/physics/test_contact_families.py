@@ -104,8 +104,14 @@ def test_pairs_of_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("extra", "gap"),
     [
-        ("drive x[7] = 4.5 cm*2.5 + 2 mm*sin(49) + 1 mm*sin(100*time/(1 s));", ""),  # one is a formula of time
-        ("let off[n] = {if i == 2 then 1 mm else 0 mm for i in 1:n};", "+ off[i]*off[j]/(1 m)"),  # zero at both ends
+        (
+            "drive x[7] = 4.5 cm*2.5 + 2 mm*sin(49) + 1 mm*sin(100*time/(1 s));",
+            "",
+        ),  # one is a formula of time
+        (
+            "let off[n] = {if i == 2 then 1 mm else 0 mm for i in 1:n};",
+            "+ off[i]*off[j]/(1 m)",
+        ),  # zero at both ends
         ("let L[n] = {if i == 1 then r[16] else r[i] for i in 1:n};", "+ L[i] - L[j] + r[j] - r[i]"),
         ("parameter R = 1 mm; let L[n] = {if i == 1 then R else r[i] for i in 1:n};", "+ 1e-3*(L[i] - R)"),
         ("", "- (if i == 3 and j == 4 then 0.1 mm else 0 mm)"),
@@ -139,13 +145,17 @@ def test_a_contact_that_is_asked_about_is_formed() -> None:
 
 
 def test_names_are_those_of_the_text() -> None:
-    text = loops().replace("4.5 cm*(0.5 + mod(i - 1, 4)) +", "(if i == 11 then 14 cm else 4.5 cm*(0.5 + mod(i - 1, 4))) +")
+    text = loops().replace(
+        "4.5 cm*(0.5 + mod(i - 1, 4)) +", "(if i == 11 then 14 cm else 4.5 cm*(0.5 + mod(i - 1, 4))) +"
+    )
     solution = mechc.loads(text).simulate(**ALONE)
     assert solution.outcome is Outcome.FAILED and "'hit[11,12]' is penetrated" in solution.message
     shifted = SHAPES.replace("RADIUS", "2 cm").replace("x = d*", "x = (if i == 11 then -4 mm else 0 mm) + d*")
     far = shifted.replace("-4 mm", "-60 mm")
     solution = mechc.loads(far).simulate(**ALONE)
-    assert solution.outcome is Outcome.FAILED and "'ball[9]-ball[11].touch'" in solution.message, solution.message
+    assert solution.outcome is Outcome.FAILED and "'ball[9]-ball[11].touch'" in solution.message, (
+        solution.message
+    )
 
 
 def test_states_that_gaps_read_have_their_own_rates() -> None:

@@ -124,7 +124,9 @@ def test_what_lies_on_a_driven_plate_goes_with_it() -> None:
     energy = 70 * 0.1 * (speed**2 / 2 + G * moved)
     supplied = solution["energy.supplied"]
     assert np.abs((supplied - supplied[0]) - (energy - energy[0])).max() < 1e-4 * 70 * 0.1 * 0.1**2
-    assert np.abs(solution["energy.total"] + solution["energy.dissipated"] - supplied - energy[0]).max() < 1e-12
+    assert (
+        np.abs(solution["energy.total"] + solution["energy.dissipated"] - supplied - energy[0]).max() < 1e-12
+    )
 
 
 # ---------------------------------------------------------------- turned, and small

@@ -115,7 +115,9 @@ class _Lines(Struct):
         many, place = len(columns), len(self.columns) - 1
         for k, (one, head, start) in enumerate(zip(ones, family.heads, family.starts, strict=True)):
             if start < many:
-                line = CrowdLine(self.count, kind, one, place, start, many, head, family.end, rows.origin.shown)
+                line = CrowdLine(
+                    self.count, kind, one, place, start, many, head, family.end, rows.origin.shown
+                )
                 self.lines.append(line)
                 self.count += many - start
             if k == family.row:
@@ -286,15 +288,24 @@ class _Former:
             raise Unlike
         varying = [_varying([found for _, found in side]) for side in (rows, columns)]
         places = [{n: k for k, n in enumerate(found)} for _, found in (own, other)]
-        moved = [{n for n, k in place.items() if k in changes} for place, changes in zip(places, varying, strict=True)]
+        moved = [
+            {n for n, k in place.items() if k in changes}
+            for place, changes in zip(places, varying, strict=True)
+        ]
         common = self.graph.support(*family.common)
-        if moved[0] & places[1].keys() or moved[1] & places[0].keys() or not (moved[0] | moved[1]).isdisjoint(common):
+        if (
+            moved[0] & places[1].keys()
+            or moved[1] & places[0].keys()
+            or not (moved[0] | moved[1]).isdisjoint(common)
+        ):
             raise Unlike  # the formula may be another where what is one here is not
         order = [k for k, n in enumerate(leaves) if n not in moved[1]]
         one = len(order)
         order += [k for k, n in enumerate(leaves) if n in moved[1]]
 
-        def put(found: list[Node], place: Mapping[Node, int], changes: AbstractSet[Node], part: list[int]) -> list[Node]:
+        def put(
+            found: list[Node], place: Mapping[Node, int], changes: AbstractSet[Node], part: list[int]
+        ) -> list[Node]:
             return [found[place[n]] if n in changes else n for n in (leaves[k] for k in part)]
 
         return _Sides(

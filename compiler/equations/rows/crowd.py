@@ -136,7 +136,8 @@ def check_askers(
             raise _unformed(
                 system,
                 members,
-                "a force, or whether a contact is closed, in something that is no output", reporter
+                "a force, or whether a contact is closed, in something that is no output",
+                reporter,
             )
 
 

@@ -20,9 +20,7 @@ FEW = 64
 """So many contacts have a formula for each; of more, those of a family are told by what they read."""
 
 
-def pair_loop(
-    instance: Instance, name: str, scopes: Sequence[Scope], inner: ast.For
-) -> PairLoop | None:
+def pair_loop(instance: Instance, name: str, scopes: Sequence[Scope], inner: ast.For) -> PairLoop | None:
     """Return what is known of a loop within another one over ``name``; None where it is no loop of contacts that one formula
     may be of."""
     if instance.flattening.each_pair or len(scopes) < 2 or not isinstance(inner.range, ast.Range):
@@ -65,7 +63,9 @@ def _is_told(instance: Instance, contact: ast.Contact, outer: str, inner: str) -
     if [_plain(index) for index in label.indices] != [outer, inner]:
         return False
     texts = (instance.flattening.text, contact.span.file.text)
-    mentioned = max(len(re.findall(rf"\b{re.escape(label.name)}\b", _without_comments(text))) for text in texts)
+    mentioned = max(
+        len(re.findall(rf"\b{re.escape(label.name)}\b", _without_comments(text))) for text in texts
+    )
     if mentioned > 1:
         return False
     bound = {one.name for one in _nodes(contact) if isinstance(one, ast.Generator)}
@@ -136,4 +136,3 @@ def _plain(index: ast.Expression) -> str:
 
 def _without_comments(text: str) -> str:
     return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)
-

@@ -8,7 +8,10 @@ from msgspec import Struct
 
 from mechc.lang import ast
 
+from .. import types
 from ..instances.frames import place_extents
+from ..instances.instantiate import expand
+from ..instances.members import definition_value, parameter_value, type_of
 from ..instances.pair_loops import read_beside, read_of
 from ..model import Contact, ContactFamily, Expression, Kind, Name
 from ..names.instance import (
@@ -19,10 +22,7 @@ from ..names.instance import (
     SetShape,
     VariableMember,
 )
-from ..instances.instantiate import expand
-from ..instances.members import definition_value, parameter_value, type_of
 from ..subscripts import element_name, subscripts
-from .. import types
 
 
 class PairsOfShapes(Struct, frozen=True, eq=False):

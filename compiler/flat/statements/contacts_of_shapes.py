@@ -13,12 +13,13 @@ from msgspec import Struct
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
 
 from .. import types
 from ..expressions.references import find_label
-from ..instances.pair_loops import FEW
 from ..instances.components import handed_on, instances_of
 from ..instances.instantiate import make_instance
+from ..instances.pair_loops import FEW
 from ..model import Expression, Kind, Name
 from ..names.classes import Class, component_of
 from ..names.instance import (
