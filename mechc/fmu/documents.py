@@ -198,11 +198,12 @@ def _even_times(begin: float, stop: float, solution: Solution) -> Array:
     by who stops there."""
     if not stop > begin:
         return solution.time[:1]
-    if solution.statistics.method not in SOLVING_CONTACTS:
-        return np.linspace(begin, stop, ROWS)
     step = solution.statistics.longest_step
+    if step is None or solution.statistics.method not in SOLVING_CONTACTS:
+        return np.linspace(begin, stop, ROWS)
     spacing = step * max(1, math.ceil((stop - begin) / (ROWS - 1) / step * (1 - 1e-9)))
-    return begin + spacing * np.arange(math.floor((stop - begin) / spacing * (1 + 1e-9)) + 1)
+    ends: Array = begin + spacing * np.arange(math.floor((stop - begin) / spacing * (1 + 1e-9)) + 1)
+    return ends
 
 
 def _trusted(
