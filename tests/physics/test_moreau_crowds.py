@@ -50,8 +50,8 @@ def test_balls_in_a_pipe_carry_those_above_them() -> None:
     assert solution["pull"][-1] == pytest.approx(0, abs=1e-5)
     assert solution["touches"][-1] == 1
     assert np.abs(solution["y[40]"] - 0.79).max() < 1e-5
-    # from no forces at all a chain of forty takes more sweeps than one step has
-    assert 0 < solution.report["contact"]["unsolved"] < 30
+    # from no forces at all Gauss-Seidel alone takes more sweeps for a chain of forty than one step has
+    assert solution.report["contact"]["unsolved"] == 0
 
 
 CRADLE = """
