@@ -11,19 +11,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
-from ...case import part_of
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
-from ...results.solution import Solution
-from ...settings import Formula, settable
+from ...settings import settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.carried_sweep import interval_of
 from ..flow.crossings import turns
-from ..runs.companion import closer
-from ..runs.simulate import is_as_stated, plan_run, run
-from ..study import Study
+from ..flow.record import Recorded, RecordStudy, recorded, unfinished
 
 CLASSES = 10
 FAINT = 1e-3
@@ -41,18 +35,9 @@ class Cycle(Struct, frozen=True):
     end: int
 
 
-class Rainflow(Study, frozen=True, kw_only=True):
+class Rainflow(RecordStudy, frozen=True, kw_only=True):
     """The cycles of the quantity ``of`` over a run, without what is still ``settling``."""
 
-    of_past = True
-    unused = frozenset({"every", "estimate_error"})
-
-    of: Annotated[Formula | None, settable("The quantity; the first coordinate without it.", "formula")] = (
-        None
-    )
-    settling: Annotated[
-        float | Formula | None, settable('A time that is left out first: "50*2*pi/w".', "interval")
-    ] = None
     classes: Annotated[int, settable(f"Classes of ranges in the table; {CLASSES} without it.", "count")] = (
         CLASSES
     )
@@ -67,37 +52,10 @@ class Rainflow(Study, frozen=True, kw_only=True):
         """Run the model at two tolerances and count the cycles of the tighter motion. Raises SimulationError."""
         if not 0 <= self.least < 1:
             raise SimulationError(f"'least' is a share from 0 to 1, not {self.least:g}")
-        if not problem.states:
-            raise SimulationError("the model has no states: nothing moves")
-        seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
-        once = replace(self, every=None, estimate_error=False)
-        plan = plan_run(problem, once)
-        left_out = 0.0
-        if self.settling is not None:
-            left_out = interval_of(plan, plan.case.y0, self.settling, "the time that is left out")
-        if not left_out < plan.case.stop - plan.case.begin:
-            raise SimulationError(
-                f"{left_out:g} are left out of a run over {plan.case.stop - plan.case.begin:g}: nothing remains"
-            )
-        first = run(
-            problem,
-            replace(self, every=None, progress=part_of(self.progress, 0.0, 0.6)),
-            as_stated=is_as_stated(problem, self),
-        )
-        if first.outcome is Outcome.INTERRUPTED:
-            raise KeyboardInterrupt
-        solution = run(problem, replace(once, progress=part_of(self.progress, 0.6, 1.0), **closer(plan)[0]))
-        if solution.outcome not in ENDED:
-            return Findings(
-                study="rainflow",
-                model=problem.name,
-                outcome=solution.outcome,
-                message=solution.message,
-                values=(),
-                errors_from=ERRORS,
-                runs=(solution,),
-            )
-        return _findings(problem, self, seen, plan.case.begin + left_out, solution, first)
+        record = recorded(problem, self)
+        if record.solution.outcome not in ENDED:
+            return unfinished("rainflow", problem, record.solution, ERRORS)
+        return _findings(problem, self, record)
 
 
 def turning_points(x: Array) -> list[int]:
@@ -150,9 +108,8 @@ def _total(found: Iterable[Cycle]) -> float:
     return sum(one.count for one in found)
 
 
-def _findings(
-    problem: Problem, study: Rainflow, seen: Formula, begin: float, solution: Solution, rough: Solution
-) -> Findings:
+def _findings(problem: Problem, study: Rainflow, record: Recorded) -> Findings:
+    seen, begin, solution, rough = record.of, record.begin, record.solution, record.rough
     unit, time = solution.unit(seen.name), problem.time
     t, x = turns(solution, seen.name, begin)
     found, faint = _counted(x, study.least)

@@ -14,7 +14,6 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...case import part_of
 from ...numerics.roots import minimum
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
@@ -22,10 +21,7 @@ from ...results.solution import Solution
 from ...settings import Formula, settable
 from ...weightings import WEIGHTINGS
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.carried_sweep import interval_of
-from ..runs.companion import closer
-from ..runs.simulate import Plan, is_as_stated, plan_run, run
-from ..study import Study
+from ..flow.record import Recorded, RecordStudy, observed, recorded, unfinished
 
 WINDOWS = {"blackmanharris": 4.0, "hann": 2.0, "rectangular": 1.0}
 """Windows, and half the width of a line that each leaves, in steps of frequency."""
@@ -48,18 +44,9 @@ BESIDE = 1.5
 ERRORS = "lines in other parts of the record, with another window, and of a looser tolerance"
 
 
-class Spectrum(Study, frozen=True, kw_only=True):
+class Spectrum(RecordStudy, frozen=True, kw_only=True):
     """The spectrum of the quantity ``of`` over a run, without what is still ``settling``."""
 
-    of_past = True
-    unused = frozenset({"every", "estimate_error"})
-
-    of: Annotated[Formula | None, settable("The quantity; the first coordinate without it.", "formula")] = (
-        None
-    )
-    settling: Annotated[
-        float | Formula | None, settable('A time that is left out first: "50*2*pi/w".', "interval")
-    ] = None
     window: Annotated[
         str, settable(f"The window: {', '.join(WINDOWS)}; blackmanharris without it.", "text")
     ] = "blackmanharris"
@@ -76,27 +63,13 @@ class Spectrum(Study, frozen=True, kw_only=True):
             raise SimulationError(f"the window is one of {', '.join(WINDOWS)}, not '{self.window}'")
         if self.weighting is not None and self.weighting not in WEIGHTINGS:
             raise SimulationError(f"the weighting is one of {', '.join(WEIGHTINGS)}, not '{self.weighting}'")
-        if not problem.states:
-            raise SimulationError("the model has no states: nothing moves")
-        seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
+        seen = observed(problem, self)
         if self.weighting is not None:
             _check_acceleration(problem, seen, self.weighting)
-        once = replace(self, every=None, estimate_error=False)
-        plan = plan_run(problem, once)
-        left_out = 0.0
-        if self.settling is not None:
-            left_out = interval_of(plan, plan.case.y0, self.settling, "the time that is left out")
-        if not left_out < plan.case.stop - plan.case.begin:
-            raise SimulationError(
-                f"{left_out:g} are left out of a run over {plan.case.stop - plan.case.begin:g}: nothing remains"
-            )
-        first = run(problem, replace(self, every=None, progress=part_of(self.progress, 0.0, 0.6)), as_stated=is_as_stated(problem, self))  # fmt: skip
-        if first.outcome is Outcome.INTERRUPTED:
-            raise KeyboardInterrupt
-        solution = run(problem, replace(once, progress=part_of(self.progress, 0.6, 1.0), **closer(plan)[0]))
-        if solution.outcome not in ENDED:
-            return _unfinished(problem, solution)
-        return _findings(problem, self, plan, seen, left_out, solution, first)
+        record = recorded(problem, self)
+        if record.solution.outcome not in ENDED:
+            return unfinished("spectrum", problem, record.solution, ERRORS)
+        return _findings(problem, self, record)
 
 
 class Record(Struct, frozen=True, eq=False):
@@ -195,16 +168,9 @@ def lines_of(record: Record, window: str, count: int) -> list[Line]:
     return [line_near(record, window, float(f[k])) for k in strongest]
 
 
-def _findings(
-    problem: Problem,
-    study: Spectrum,
-    plan: Plan,
-    seen: Formula,
-    left_out: float,
-    solution: Solution,
-    rough: Solution,
-) -> Findings:
-    begin, end = max(plan.case.begin + left_out, float(solution.time[0])), float(solution.time[-1])
+def _findings(problem: Problem, study: Spectrum, runs: Recorded) -> Findings:
+    seen, solution, rough = runs.of, runs.solution, runs.rough
+    begin, end = max(runs.begin, float(solution.time[0])), float(solution.time[-1])
     unit, time = solution.unit(seen.name), solution.unit("time")
     hertz = {"s": "Hz", "": ""}.get(time, f"1/{time}")
     record = record_of(solution, seen.name, begin, end)
@@ -287,15 +253,3 @@ def _findings(
 
 def _with_unit(value: float, unit: str) -> str:
     return f"{value:.4g} {unit}".rstrip()
-
-
-def _unfinished(problem: Problem, solution: Solution) -> Findings:
-    return Findings(
-        study="spectrum",
-        model=problem.name,
-        outcome=solution.outcome,
-        message=solution.message,
-        values=(),
-        errors_from=ERRORS,
-        runs=(solution,),
-    )

@@ -11,16 +11,13 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from msgspec.structs import replace
 
-from ...case import part_of
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import settable
 from ..findings import Curve, Findings, Panel, Value
-from ..runs.companion import closer
-from ..runs.simulate import is_as_stated, plan_run, run
+from ..runs.simulate import run_at_two_tolerances
 from ..study import Study
 
 KINETIC, POTENTIAL = "energy.kinetic", "energy.potential"
@@ -28,8 +25,6 @@ SAMPLES_A_STEP, FEWEST, MOST = 8, 4_000, 400_000
 """Samples of the average: so many in a step of the method, within bounds."""
 PARTS = ((0.0, 1.0), (0.0, 0.9), (0.1, 1.0), (0.0, 2 / 3), (1 / 3, 1.0))
 """Parts of the motion whose averages are compared: the whole first."""
-TOLERANCES = (0.6, 1.0)
-"""Shares of the work that the run at the tolerance asked for, which checks itself, and the tighter one have done."""
 SMALL = 1e-9
 """Of the largest potential energy: an average below that gives no ratio."""
 
@@ -46,19 +41,7 @@ class Virial(Study, frozen=True, kw_only=True):
 
         Raises SimulationError for models that have neither energies nor names.
         """
-        rough, tight = TOLERANCES
-        once = replace(self, estimate_error=False)
-        first = run(
-            problem,
-            replace(self, progress=part_of(self.progress, 0.0, rough)),
-            as_stated=is_as_stated(problem, self),
-        )
-        if first.outcome is Outcome.INTERRUPTED:
-            raise KeyboardInterrupt
-        plan = plan_run(problem, once)
-        solution = run(
-            problem, replace(once, progress=part_of(self.progress, rough, tight), **closer(plan)[0])
-        )
+        solution, first = run_at_two_tolerances(problem, self)
         names = [name for name in (KINETIC, POTENTIAL, *self.of) if name in solution]
         if not names:
             raise SimulationError(

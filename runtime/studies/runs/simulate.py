@@ -37,7 +37,7 @@ from ...results.verdict import Judged, Verdict
 from ...rows import FEW_NUMBERS
 from ...settings import settable
 from ..study import Study
-from .companion import Estimated, doubts, estimate, trajectory_of
+from .companion import Estimated, closer, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
 from .missed_feature_scan import estimated_as_closely, seen_between
 from .own_size import by_own_size, own_sizes
@@ -45,6 +45,9 @@ from .wakeup_scan import begins_unseen
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
+
+FIRST_SHARE = 0.6
+"""Part of the work that is the first of two runs, with its own companion, where the second is tighter."""
 
 RUN_SHARE = 0.3
 """Part of the work that is the run, where its motion is differentiated as well."""
@@ -128,6 +131,22 @@ def is_as_stated(problem: Problem, options: SimulationOptions) -> bool:
         return False
     first, chosen = find_experiment(problem, None), find_experiment(problem, options.experiment)
     return first is None or first is chosen
+
+
+def run_at_two_tolerances(problem: Problem, study: Study) -> tuple[Solution, Solution]:
+    """Run a model as a study asks, and again at a tighter tolerance; return the tighter motion, then the first.
+
+    Raises SimulationError, and KeyboardInterrupt where the first run was interrupted.
+    """
+    first = run(
+        problem,
+        replace(study, progress=part_of(study.progress, 0.0, FIRST_SHARE)),
+        as_stated=is_as_stated(problem, study),
+    )
+    if first.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    once = replace(study, estimate_error=False, progress=part_of(study.progress, FIRST_SHARE, 1.0))
+    return run(problem, replace(once, **closer(plan_run(problem, once))[0])), first
 
 
 def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
