@@ -7,12 +7,13 @@ rigid here, and soft there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from .meshes import Meshes
+from .mjcf_actuators import Actuators
 from .mjcf_contacts import Contacts
+from .mjcf_file import BALL, FREE, HINGE, UNITS, MjcfFile, signed, within
 from .touching import SHAPES, SWITCH
 from .wishes import Wishes
 from .writing import (
@@ -33,15 +34,6 @@ from .writing import (
 from .xml import NotRead, XmlElement
 
 MADE_OF = ("Body", "Revolute", "Prismatic", "Spherical", "Free", "Weld")
-FREE, BALL, SLIDE, HINGE = range(4)
-"""Joints."""
-UNITS = {
-    HINGE: ("angle", "rad", "N.m", "kg.m^2", "N.m.s", "N.m/rad"),
-    SLIDE: ("position", "m", "N", "kg", "N.s/m", "N/m"),
-}
-"""Coordinate of a joint; units of itself, of its force, inertia, damping and stiffness."""
-FORCE = "FORCE"
-"""Stands for the force of an actuator."""
 DRAWN_GROUPS = 3
 """Groups of shapes that are shown, from 0 on; the others are for contacts."""
 
@@ -64,21 +56,17 @@ def read_mjcf(root: XmlElement, wishes: Wishes) -> tuple[Writer, Parts]:
         raise NotRead(f"MuJoCo refuses it: {' '.join(str(error).split())}") from None
     finally:
         mujoco.set_mju_user_warning(None)
-    _settle_flags(model, mujoco)
-    writer, parts = _Robot(root, wishes, model, mujoco).written()
+    file = MjcfFile(root, model, mujoco, Writer((*MADE_OF, *SHAPES, "stops", "contacts")))
+    _settle_flags(file)
+    writer, parts = _Robot(file, wishes).written()
     for warning in warned:
         writer.leave_out(f"MuJoCo warns: {' '.join(warning.split())}", 0)
     return writer, parts
 
 
-def _settle_flags(m: Any, mujoco: Any) -> None:
+def _settle_flags(file: MjcfFile) -> None:
     """Take out of a model what its flags switch off."""
-    flags = int(m.opt.disableflags)
-
-    def off(*names: str) -> bool:
-        bits = (getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}", 0) for name in names)
-        return any(flags & int(bit) for bit in bits)
-
+    m, off = file.m, file.disabled
     springs, dampers = off("SPRING", "PASSIVE"), off("DAMPER", "PASSIVE")
     for switched_off, arrays in (
         (off("CONSTRAINT", "EQUALITY"), ("eq_active0",)),
@@ -96,62 +84,19 @@ def _settle_flags(m: Any, mujoco: Any) -> None:
 
 
 class _Robot:
-    def __init__(self, root: XmlElement, wishes: Wishes, model: Any, mujoco: Any) -> None:
-        self.root, self.wishes, self.m, self.mj = root, wishes, model, mujoco
-        self.writer = Writer((*MADE_OF, *SHAPES, "stops", "contacts"))
+    def __init__(self, file: MjcfFile, wishes: Wishes) -> None:
+        self.file, self.wishes = file, wishes
+        self.m, self.mj, self.writer = file.m, file.mj, file.writer
+        self.frames, self.moved, self.named, self.given = file.frames, file.moved, file.named, file.given
         self.meshes = Meshes(wishes)
         self.used: set[str] = set()
-        self.frames = {0: "world"}
-        """By body: the frame that stands for it."""
-        self.moved: dict[int, str] = {}
-        """By joint: its coordinate, or its name where that has several."""
         self.lengths: dict[int, str] = {}
         """By tendon."""
         self.stops: list[str] = []
-        self.together = self._limited_together()
-        """By joint whose actuators have a largest force together: their forces."""
         self.sites = self._asked_sites()
-        self.geom_lines = self._lines_of_geoms()
-        self.controls: dict[int, str] = {}
-        """By actuator: its input."""
-        self.activations: dict[int, str] = {}
-        """By place among the activations: the state."""
-        self.sign = "~" if model.neq and model.eq_active0.any() else "="
+        self.actuators = Actuators(file, self.lengths, self._site)
+        self.sign = "~" if self.m.neq and self.m.eq_active0.any() else "="
         """Starts of joints that constraints bind are guesses."""
-
-    # ------------------------------------------------------------ names and places
-
-    def named(self, kind: str, index: int) -> str:
-        """Return the name of an object in the model that is written."""
-        given = self.given(kind, index)
-        return self.writer.name(kind, given or f"{kind}_{index}")
-
-    def given(self, kind: str, index: int) -> str:
-        """Return the name of an object in the file; empty where it has none."""
-        return str(self.mj.mj_id2name(self.m, getattr(self.mj.mjtObj, f"mjOBJ_{kind.upper()}"), index) or "")
-
-    def lines(self, *tags: str) -> list[int]:
-        """Return the lines of elements in the file itself; [0] where there are none, as of a file that it includes."""
-        return [one.line for one in _within(self.root) if one.tag in tags] or [0]
-
-    def line(self, tags: Sequence[str], name: str) -> int:
-        """Return the line of a named element."""
-        found = (
-            one.line for one in _within(self.root) if one.tag in tags and one.attributes.get("name") == name
-        )
-        return next(found, 0)
-
-    def _lines_of_geoms(self) -> list[int]:
-        """Return the line of each shape; that of its name, or 0, where the file itself does not hold just these shapes."""
-        found = [geom for world in self.root.children if world.tag == "worldbody" for geom in _geoms(world)]
-        names = [self.given("geom", geom) for geom in range(self.m.ngeom)]
-        if [geom.attributes.get("name", "") for geom in found] == names:
-            return [geom.line for geom in found]
-        return [self.line(("geom",), name) for name in names]
-
-    def leave_out(self, what: str, *tags: str) -> None:
-        for line in self.lines(*tags):
-            self.writer.leave_out(what, line)
 
     # ------------------------------------------------------------ the whole
 
@@ -162,7 +107,7 @@ class _Robot:
         for body in range(1, m.nbody):
             self.named("body", body)
         gravity = tuple(m.opt.gravity.tolist())
-        if any(gravity) and not int(m.opt.disableflags) & int(self.mj.mjtDisableBit.mjDSBL_GRAVITY):
+        if any(gravity) and not self.file.disabled("GRAVITY"):
             say(f"gravity {vector(gravity, 'm/s^2')};")
         else:
             gravity = (0.0, 0.0, 0.0)
@@ -171,9 +116,7 @@ class _Robot:
             self._body(body, gravity)
         self._tendons()
         self._equalities()
-        for actuator in range(m.nu):
-            self._actuator(actuator)
-        self._forces_together()
+        self.actuators.write()
         touching = self._contacts(at)
         if self.stops:
             self.writer.statements.insert(
@@ -195,18 +138,9 @@ class _Robot:
 
     def _contacts(self, at: int) -> tuple[str, ...]:
         """Write what touches, with the parameter that switches it on among the first statements; returns the kinds of its shapes."""
-        m, bits = self.m, self.mj.mjtDisableBit
-        if int(m.opt.disableflags) & (int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CONTACT)):
+        if self.file.disabled("CONSTRAINT", "CONTACT"):
             return ()
-        named = {
-            frozenset(one.attributes.get(end) for end in ("geom1", "geom2")): one.line
-            for one in _within(self.root)
-            if one.tag == "pair"
-        }
-        ends = zip(m.pair_geom1, m.pair_geom2, strict=True)
-        pairs = [named.get(frozenset(self.given("geom", int(geom)) for geom in pair), 0) for pair in ends]
-        lines = {"geom": self.geom_lines, "pair": pairs}
-        contacts = Contacts(m, self.mj, self.writer, self.frames, self.given, lines)
+        contacts = Contacts(self.file)
         contacts.carry()
         if statements := contacts.touching.statements():
             self.writer.statements.insert(at, SWITCH)
@@ -222,7 +156,7 @@ class _Robot:
         """List what belongs to no body and is not written."""
         m = self.m
         if (m.opt.density or m.opt.viscosity) and m.geom_fluid.any():
-            self.leave_out(
+            self.file.leave_out(
                 "forces of the fluid on ellipsoids: those on boxes of the same inertia stand for them",
                 "option",
             )
@@ -233,7 +167,7 @@ class _Robot:
             (m.nhfield, "height fields", ("hfield",)),
         ):
             if count:
-                self.leave_out(what, *tags)
+                self.file.leave_out(what, *tags)
 
     def _keyframes(self) -> None:
         """Write what starts at a keyframe as an experiment."""
@@ -253,8 +187,9 @@ class _Robot:
                 given.append(f"{name}.orientation {self.sign} quat({orientation})")
             for joint, name in self.moved.items():
                 given += self._velocities(joint, name, m.key_qvel[key].tolist())
-            for controls, values in ((self.controls, m.key_ctrl[key]), (self.activations, m.key_act[key])):
-                given += [f"{name} = {number(float(values[k]))}" for k, name in controls.items() if values[k]]
+            told = self.actuators.controls, self.actuators.activations
+            for names, values in zip(told, (m.key_ctrl[key], m.key_act[key]), strict=True):
+                given += [f"{name} = {number(float(values[k]))}" for k, name in names.items() if values[k]]
             self.writer.say(f"experiment {self.named('key', key)}({', '.join([*given, 'stop = 1 s'])});")
 
     def _velocities(self, joint: int, name: str, v: list[float]) -> list[str]:
@@ -282,7 +217,7 @@ class _Robot:
                 self._draw(body, geom)
         for site in range(m.nsite):
             if int(m.site_bodyid[site]) == body and site in self.sites:
-                self.writer.say(f"frame {self.named('site', site)} = {self._at_site(site)};")
+                self._write_site(site)
 
     def _placed(self, body: int) -> None:
         """Write a body with the joints that carry it."""
@@ -296,7 +231,7 @@ class _Robot:
         joints = range(first, first + count) if count else range(0)
         if int(m.body_mocapid[body]) >= 0:
             self.writer.leave_out(
-                f"that '{name}' is moved from outside: it stays where it is", self.line(("body",), name)
+                f"that '{name}' is moved from outside: it stays where it is", self.file.line(("body",), name)
             )
         self._mass(body, name, "" if count else pose)
         self.frames[body] = inner
@@ -394,17 +329,13 @@ class _Robot:
             own = [f"axis = {vector(m.jnt_axis[joint].tolist())}"]
             own += [f"{coordinate} {self.sign} {quantity(0, unit)}", *self._own(joint, kind)]
             self._part(part, f"{part} {name}({moved(pose, at)} -> {moved(to, at)}, {', '.join(own)});")
-            if reference := self._reference(joint):
+            if reference := self.file.reference(joint):
                 self.writer.leave_out(
                     f"the zero of '{name}': it counts from its reference, {quantity(reference, unit)}",
-                    self.line(("joint",), self.given("joint", joint)),
+                    self.file.line(("joint",), self.given("joint", joint)),
                 )
         self._passive(joint, kind, name)
         return to
-
-    def _reference(self, joint: int) -> float:
-        """Return what a joint of one freedom measures where its coordinate is zero."""
-        return float(self.m.qpos0[int(self.m.jnt_qposadr[joint])])
 
     def _own(self, joint: int, kind: int) -> list[str]:
         """Return what a joint of one freedom has beside that, as settings; what is zero is not there."""
@@ -430,7 +361,7 @@ class _Robot:
             float(getattr(m, f"dof_{what}")[d]) for what in ("armature", "damping", "frictionloss")
         )
         stiffness = float(m.jnt_stiffness[joint])
-        line = self.line(("joint", "freejoint"), self.given("joint", joint))
+        line = self.file.line(("joint", "freejoint"), self.given("joint", joint))
         for array in ("jnt_stiffnesspoly", "dof_dampingpoly", "jnt_springyield"):
             value = getattr(m, array, None)
             if value is not None and value[d if array.startswith("dof") else joint].any():
@@ -438,9 +369,9 @@ class _Robot:
         if kind in UNITS:
             q, unit = self.moved[joint], UNITS[kind][1]
             if m.jnt_limited[joint]:
-                zero = self._reference(joint)
+                zero = self.file.reference(joint)
                 self._stop(name, q, [float(x) - zero for x in m.jnt_range[joint]], unit)
-            if m.jnt_actfrclimited[joint] and joint not in self.together:
+            if m.jnt_actfrclimited[joint] and joint not in self.actuators.together:
                 self.writer.leave_out(f"the largest force of actuators on '{name}'", line)
             return
         rates = [(f"der({name}.orientation)", "kg.m^2", "N.m.s")]
@@ -457,7 +388,7 @@ class _Robot:
         upper, lower = (self.writer.name("contact", f"{name}_{end}") for end in ("upper", "lower"))
         self.stops += [
             f"contact {upper}: {quantity(bounds[1], unit)} - {q};",
-            f"contact {lower}: {q} - {_signed(bounds[0], unit)};",
+            f"contact {lower}: {q} - {signed(bounds[0], unit)};",
         ]
 
     # ------------------------------------------------------------ sites and shapes
@@ -469,11 +400,18 @@ class _Robot:
         site = int(self.mj.mjtWrap.mjWRAP_SITE)
         return asked | {int(o) for t, o in zip(m.wrap_type, m.wrap_objid, strict=True) if int(t) == site}
 
-    def _at_site(self, site: int) -> str:
+    def _site(self, site: int) -> str:
+        """Return the frame of a site, which is written where it was not asked for."""
+        if site not in self.sites:
+            self.sites.add(site)
+            self._write_site(site)
+        return self.named("site", site)
+
+    def _write_site(self, site: int) -> None:
         body = self.frames[int(self.m.site_bodyid[site])]
-        return turned_by_quaternion(
-            moved(body, self.m.site_pos[site].tolist()), self.m.site_quat[site].tolist()
-        )
+        place = moved(body, self.m.site_pos[site].tolist())
+        turned = turned_by_quaternion(place, self.m.site_quat[site].tolist())
+        self.writer.say(f"frame {self.named('site', site)} = {turned};")
 
     def _draw(self, body: int, geom: int) -> None:
         m, shapes = self.m, self.mj.mjtGeom
@@ -482,7 +420,7 @@ class _Robot:
         material = int(m.geom_matid[geom])
         rgba = (m.mat_rgba[material] if material >= 0 else m.geom_rgba[geom]).tolist()
         colour = "#" + "".join(f"{round(255 * min(max(c, 0.0), 1.0)):02x}" for c in rgba[:3])
-        line = self.geom_lines[geom]
+        line = self.file.geom_lines[geom]
         if rgba[3] == 0:
             return
         match kind:
@@ -512,7 +450,7 @@ class _Robot:
         start = int(m.mesh_pathadr[mesh])
         given = "" if start < 0 else bytes(m.paths[start:]).split(b"\\0")[0].decode()
         folder = next(
-            (one.attributes.get("meshdir", "") for one in _within(self.root) if one.tag == "compiler"), ""
+            (one.attributes.get("meshdir", "") for one in within(self.file.root) if one.tag == "compiler"), ""
         )
         names = [str(Path(folder) / given), given]
         scale = m.mesh_scale[mesh].tolist()
@@ -523,7 +461,7 @@ class _Robot:
             why = "their vertices stand in the file itself"
         if why:
             if self.wishes.meshes != "none":
-                self.writer.leave_out(f"meshes: {why}", self.line(("mesh",), self.given("mesh", mesh)))
+                self.writer.leave_out(f"meshes: {why}", self.file.line(("mesh",), self.given("mesh", mesh)))
             return "", place, turn
         own, back = m.mesh_pos[mesh].tolist(), m.mesh_quat[mesh].tolist()
         turn = _times(turn, (back[0], -back[1], -back[2], -back[3]))
@@ -531,7 +469,7 @@ class _Robot:
         place = tuple(place[i] - sum(shift[i][k] * own[k] for k in range(3)) for i in range(3))
         return f"mesh({text(file)}, scale = {each_axis(scale)})", place, turn
 
-    # ------------------------------------------------------------ tendons, equalities, actuators
+    # ------------------------------------------------------------ tendons and equalities
 
     def _tendons(self) -> None:
         m, wraps = self.m, self.mj.mjtWrap
@@ -543,7 +481,7 @@ class _Robot:
             )
             name, line = (
                 self.named("tendon", tendon),
-                self.line(("fixed", "spatial"), self.given("tendon", tendon)),
+                self.file.line(("fixed", "spatial"), self.given("tendon", tendon)),
             )
             if kinds[0] == int(wraps.mjWRAP_JOINT):
                 if any(int(m.jnt_type[joint]) not in UNITS for joint in objects):
@@ -554,9 +492,10 @@ class _Robot:
                     for joint, factor in zip(objects, numbers, strict=True)
                 ).replace("+ -", "- ")
                 if offset := sum(
-                    factor * self._reference(joint) for joint, factor in zip(objects, numbers, strict=True)
+                    factor * self.file.reference(joint)
+                    for joint, factor in zip(objects, numbers, strict=True)
                 ):
-                    length += f" + {_signed(offset, 'm')}"
+                    length += f" + {signed(offset, 'm')}"
             elif set(kinds) <= {int(wraps.mjWRAP_SITE), int(wraps.mjWRAP_PULLEY)}:
                 length = self._along_sites(kinds, objects, numbers)
             else:
@@ -582,7 +521,7 @@ class _Robot:
         m, say = self.m, self.writer.say
         low, high = m.tendon_lengthspring[tendon].tolist()
         if stiffness := float(m.tendon_stiffness[tendon]):
-            stretch = f"{name} - {_signed(low, 'm')}" if low else name
+            stretch = f"{name} - {signed(low, 'm')}" if low else name
             if low != high:
                 stretch = f"{name} - clamp({name}, {quantity(low, 'm')}, {quantity(high, 'm')})"
             say(f"potential 1/2*{quantity(stiffness, 'N/m')}*({stretch})^2;")
@@ -604,8 +543,8 @@ class _Robot:
             name = self.named("equality", k)
             kind = int(m.eq_type[k])
             tag = self.mj.mjtEq(kind).name.removeprefix("mjEQ_").lower()
-            line = self.line((tag,), self.given("equality", k))
-            line = line or (lines[0] if len(lines := self.lines(tag)) == 1 else 0)
+            line = self.file.line((tag,), self.given("equality", k))
+            line = line or (lines[0] if len(lines := self.file.lines(tag)) == 1 else 0)
             if not m.eq_active0[k]:
                 self.writer.leave_out(f"the equality '{name}', which is not active", line)
                 continue
@@ -655,203 +594,15 @@ class _Robot:
 
     def _tendon_equality(self, name: str, one: int, other: int, data: list[float]) -> str:
         rest = float(self.m.tendon_length0[one])
-        left = f"{self.lengths[one]} - {_signed(rest, 'm')}"
+        left = f"{self.lengths[one]} - {signed(rest, 'm')}"
         right = quantity(data[0], "m")
         if other >= 0:
-            stretch = f"({self.lengths[other]} - {_signed(float(self.m.tendon_length0[other]), 'm')})"
+            stretch = f"({self.lengths[other]} - {signed(float(self.m.tendon_length0[other]), 'm')})"
             for k, factor in enumerate(data[1:5], start=1):
                 if factor:
                     ratio = "" if k == 1 else f" m/m^{k}"
                     right += f" + {number(factor)}{ratio}*{stretch}" + (f"^{k}" if k > 1 else "")
         return f"constraint {name}: {left} = {right};"
-
-    def _actuator(self, k: int) -> None:
-        m, mj = self.m, self.mj
-        name, given = self.named("actuator", k), self.given("actuator", k)
-        line = next(
-            (one.line for one in _within(self.root) if given and one.attributes.get("name") == given), 0
-        )
-        target, why = self._target(k)
-        no_actuation = int(m.opt.disableflags) & int(mj.mjtDisableBit.mjDSBL_ACTUATION)
-        if no_actuation or int(m.opt.disableactuator) >> int(m.actuator_group[k]) & 1:
-            why = "it is disabled"
-        dynamics, gain, bias = (
-            int(m.actuator_dyntype[k]),
-            int(m.actuator_gaintype[k]),
-            int(m.actuator_biastype[k]),
-        )
-        fixed, affine = int(mj.mjtGain.mjGAIN_FIXED), int(mj.mjtGain.mjGAIN_AFFINE)
-        plain = (int(mj.mjtDyn.mjDYN_NONE), int(mj.mjtDyn.mjDYN_INTEGRATOR), int(mj.mjtDyn.mjDYN_FILTER))
-        exact = int(mj.mjtDyn.mjDYN_FILTEREXACT)
-        if not why and (gain not in (fixed, affine) or bias > int(mj.mjtBias.mjBIAS_AFFINE)):
-            why = f"it is a {mj.mjtGain(gain).name.removeprefix('mjGAIN_').lower()}"
-        if not why and dynamics not in (*plain, exact):
-            why = f"its dynamics are {mj.mjtDyn(dynamics).name.removeprefix('mjDYN_').lower()}"
-        for what in ("damping", "armature", "dampingpoly", "delay"):
-            value = getattr(m, f"actuator_{what}", None)
-            if not why and value is not None and value[k].any():
-                why = f"it has {what}"
-        if why:
-            self.writer.leave_out(f"the actuator '{given or name}': {why}", line)
-            return
-        self.writer.gap()
-        drive = self.writer.name("input", f"{name}_control")
-        self.writer.say(f"input Real {drive} = 0;")
-        self.controls[k] = drive
-        value = drive
-        if m.actuator_ctrllimited[k]:
-            value = f"clamp({drive}, {_bounds(m.actuator_ctrlrange[k])})"
-        if dynamics != plain[0]:
-            value = self._activation(k, name, value, integrates=dynamics == plain[1])
-        factors, constants = m.actuator_gainprm[k].tolist(), m.actuator_biasprm[k].tolist()
-        length, speed = target[1:]
-        strength = number(factors[0]) if gain == fixed else f"({_affine(factors, length, speed)})"
-        force = value if strength == "1" else f"{strength}*{value}"
-        summed = bias == int(mj.mjtBias.mjBIAS_AFFINE) and any(constants[:3])
-        if summed:
-            force += f" + {_affine(constants, length, speed)}"
-        force = force.replace("+ -", "- ")
-        if m.actuator_forcelimited[k]:
-            force = f"clamp({force}, {_bounds(m.actuator_forcerange[k])})"
-        elif summed:
-            force = f"({force})"
-        if m.actuator_actearly[k]:
-            self.writer.leave_out(
-                f"that the activation of '{given or name}' acts a step early: there are no steps", line
-            )
-        if (joint := self._driven(k)) in self.together:
-            gear = number(m.actuator_gear[k][0])
-            self.together[joint].append(force if gear == "1" else f"{force}*{gear}")
-            return
-        for statement in target[0]:
-            self.writer.say(statement.replace(FORCE, force))
-
-    def _driven(self, k: int) -> int:
-        """Return the joint that an actuator drives by itself, -1 where it drives something else."""
-        by_joint = (int(self.mj.mjtTrn.mjTRN_JOINT), int(self.mj.mjtTrn.mjTRN_JOINTINPARENT))
-        return int(self.m.actuator_trnid[k][0]) if int(self.m.actuator_trntype[k]) in by_joint else -1
-
-    def _limited_together(self) -> dict[int, list[str]]:
-        """Return joints of one freedom that no actuator drives but by itself, where their forces have a bound together."""
-        m = self.m
-        wrapped: set[int] = set()
-        for k in range(m.nu):
-            if self._driven(k) >= 0:
-                continue
-            if int(m.actuator_trntype[k]) != int(self.mj.mjtTrn.mjTRN_TENDON):
-                return {}
-            start = int(m.tendon_adr[int(m.actuator_trnid[k][0])])
-            if int(m.wrap_type[start]) != int(self.mj.mjtWrap.mjWRAP_JOINT):
-                return {}
-            count = int(m.tendon_num[int(m.actuator_trnid[k][0])])
-            wrapped |= {int(joint) for joint in m.wrap_objid[start : start + count]}
-        bound = [j for j in range(m.njnt) if m.jnt_actfrclimited[j] and int(m.jnt_type[j]) in UNITS]
-        return {joint: [] for joint in bound if joint not in wrapped}
-
-    def _forces_together(self) -> None:
-        """Write the forces of actuators on joints where the sum of all has a bound."""
-        m = self.m
-        for joint, forces in self.together.items():
-            if forces:
-                bounds, unit = _bounds(m.jnt_actfrcrange[joint]), UNITS[int(m.jnt_type[joint])][2]
-                force = " + ".join(forces).replace("+ -", "- ")
-                self.writer.gap()
-                self.writer.say(f"force clamp({force}, {bounds})*{quantity(1, unit)} on {self.moved[joint]};")
-
-    def _target(self, k: int) -> tuple[tuple[tuple[str, ...], str, str], str]:
-        """Return the statements that apply ``FORCE``, the length and its rate times the gear, and why there are none."""
-        m, transmissions = self.m, self.mj.mjtTrn
-        kind, target = int(m.actuator_trntype[k]), int(m.actuator_trnid[k][0])
-        gear = [float(g) for g in m.actuator_gear[k]]
-        if kind in (int(transmissions.mjTRN_JOINT), int(transmissions.mjTRN_JOINTINPARENT)):
-            joint = int(m.jnt_type[target])
-            if joint in UNITS:
-                q, unit, force = self.moved[target], UNITS[joint][1], UNITS[joint][2]
-                if reference := self._reference(target):
-                    return (
-                        (f"force {FORCE}*{quantity(gear[0], force)} on {q};",),
-                        *_scaled(f"({q} + {_signed(reference, unit)})", unit, gear[0], q),
-                    ), ""
-                return (
-                    (f"force {FORCE}*{quantity(gear[0], force)} on {q};",),
-                    *_scaled(q, unit, gear[0]),
-                ), ""
-            return ((), "", ""), "it drives a joint of several freedoms"
-        if kind == int(transmissions.mjTRN_TENDON):
-            if target in self.lengths:
-                q = self.lengths[target]
-                return ((f"force {FORCE}*{quantity(gear[0], 'N')} on {q};",), *_scaled(q, "m", gear[0])), ""
-            return ((), "", ""), "its tendon is left out"
-        if kind == int(transmissions.mjTRN_SITE) and int(m.actuator_trnid[k][1]) < 0:
-            site = self.named("site", target)
-            if target not in self.sites:
-                self.sites.add(target)
-                self.writer.say(f"frame {site} = {self._at_site(target)};")
-            loads = []
-            if any(gear[:3]):
-                loads.append(f"force {FORCE}*{vector(gear[:3], 'N')} on {site} in {site};")
-            if any(gear[3:]):
-                loads.append(f"torque {FORCE}*{vector(gear[3:], 'N.m')} on {site} in {site};")
-            return (tuple(loads), "0", "0"), ""
-        return ((), "", ""), f"it acts through a {self.mj.mjtTrn(kind).name.removeprefix('mjTRN_').lower()}"
-
-    def _activation(self, k: int, name: str, value: str, *, integrates: bool) -> str:
-        """Write the activation of an actuator; returns it as it acts."""
-        m = self.m
-        state = self.writer.name("state", f"{name}_activation")
-        self.writer.say(f"state Real {state} = 0;")
-        self.activations[int(m.actuator_actadr[k])] = state
-        tau = quantity(float(m.actuator_dynprm[k][0]), "s")
-        self.writer.say(
-            f"equation der({state}) = {f'{value}/(1 s)' if integrates else f'({value} - {state})/({tau})'};"
-        )
-        return f"clamp({state}, {_bounds(m.actuator_actrange[k])})" if m.actuator_actlimited[k] else state
-
-
-def _within(element: XmlElement) -> Iterator[XmlElement]:
-    yield element
-    for child in element.children:
-        yield from _within(child)
-
-
-def _geoms(body: XmlElement) -> list[XmlElement]:
-    """Return the shapes of a body and of those below, in the order of MuJoCo: its own first."""
-    own: list[XmlElement] = []
-    below: list[XmlElement] = []
-    waiting = list(body.children)
-    while waiting:
-        child = waiting.pop(0)
-        if child.tag == "geom":
-            own.append(child)
-        elif child.tag == "body":
-            below += _geoms(child)
-        elif child.tag == "frame":
-            waiting = child.children + waiting
-    return own + below
-
-
-def _signed(value: float, unit: str) -> str:
-    """Return what follows a minus sign."""
-    return f"({quantity(value, unit)})" if value < 0 else quantity(value, unit)
-
-
-def _bounds(pair: Any) -> str:
-    return ", ".join(map(number, pair.tolist()))
-
-
-def _scaled(length: str, unit: str, gear: float, q: str = "") -> tuple[str, str]:
-    """Return a length, and the rate of its coordinate ``q``, times a gear, as numbers."""
-    return f"{number(gear)}*{length}/(1 {unit})", f"{number(gear)}*der({q or length})/(1 {unit}/s)"
-
-
-def _affine(factors: Sequence[float], length: str, speed: str) -> str:
-    pieces = [number(factors[0])] if factors[0] else []
-    pieces += [
-        f"{number(factor)}*{what}"
-        for factor, what in zip(factors[1:3], (length, speed), strict=True)
-        if factor
-    ]
-    return " + ".join(pieces).replace("+ -", "- ") or "0"
 
 
 def _unit(q: Sequence[float]) -> Vector:

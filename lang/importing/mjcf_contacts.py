@@ -5,13 +5,14 @@ Carried are contacts with what stands still, those between separate trees of bod
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 from msgspec import Struct
 
+from .mjcf_file import MjcfFile, within
 from .touching import SHAPES, Touching, meet
-from .writing import Writer, moved, number, quantity, turned_by_quaternion, vector
+from .writing import moved, number, quantity, turned_by_quaternion, vector
 
 
 class PairOfShapes(Struct, frozen=True):
@@ -26,22 +27,15 @@ class PairOfShapes(Struct, frozen=True):
 
 
 class Contacts:
-    """``frames``: those of bodies; ``lines``: those of shapes, and of the pairs that the file names."""
+    """``touching``: the shapes that touch, and what they touch."""
 
-    def __init__(
-        self,
-        model: Any,
-        mujoco: Any,
-        writer: Writer,
-        frames: Mapping[int, str],
-        given: Callable[[str, int], str],
-        lines: Mapping[str, list[int]],
-    ) -> None:
-        self.m, self.mj, self.writer, self.frames, self.given = model, mujoco, writer, frames, given
-        self.lines = lines
-        self.touching = Touching(writer)
+    def __init__(self, file: MjcfFile) -> None:
+        self.file, self.m, self.mj, self.writer = file, file.m, file.mj, file.writer
+        self.lines = {"geom": file.geom_lines, "pair": self._lines_of_pairs()}
+        """Of shapes, and of the pairs that the file names."""
+        self.touching = Touching(self.writer)
         self.names: dict[int, str] = {}
-        m = model
+        m = self.m
         self.body: list[int] = m.geom_bodyid.tolist()
         """By shape, as the bits."""
         self.bits = list(zip(m.geom_contype.tolist(), m.geom_conaffinity.tolist(), strict=True))
@@ -51,7 +45,16 @@ class Contacts:
         """By body: whether it stands still in the world."""
         for body in range(1, m.nbody):
             self.still.append(self.still[int(m.body_parentid[body])] and not m.body_jntnum[body])
-        self.related_touch = bool(int(m.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT))
+        self.related_touch = file.disabled("FILTERPARENT")
+
+    def _lines_of_pairs(self) -> list[int]:
+        named = {
+            frozenset(one.attributes.get(end) for end in ("geom1", "geom2")): one.line
+            for one in within(self.file.root)
+            if one.tag == "pair"
+        }
+        ends = zip(self.m.pair_geom1, self.m.pair_geom2, strict=True)
+        return [named.get(frozenset(self.file.given("geom", int(geom)) for geom in pair), 0) for pair in ends]
 
     def carry(self) -> None:
         """Collect what touches, and list what is left out."""
@@ -180,10 +183,10 @@ class Contacts:
             ),
             "Box": (f"(size = {vector([2 * x for x in size], 'm')})", ""),
         }[kind]  # the line of a Capsule lies along x
-        where = self.frames[body]
+        where = self.file.frames[body]
         if kind == "Sphere" or not (any(turn[1:]) or along):
             where += f" at {vector(place, 'm')}" if any(place) else ""
         else:
             where = turned_by_quaternion(moved(where, place), turn) + along
-        owner = self.given("body", body) or (f"body_{body}" if body else "world")
-        self.names[geom] = self.touching.shape(self.given("geom", geom), owner, kind, settings, where)
+        owner = self.file.given("body", body) or (f"body_{body}" if body else "world")
+        self.names[geom] = self.touching.shape(self.file.given("geom", geom), owner, kind, settings, where)
