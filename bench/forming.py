@@ -12,7 +12,7 @@ from pathlib import Path
 
 from mechc.compiler.equations.assemble import assemble
 from mechc.compiler.flat.flatten import flatten
-from mechc.compiler.gc_pause import uncollected
+from mechc.compiler.interpreter import compiling
 from mechc.compiler.mechanics.build import build
 from mechc.compiler.problem import header
 from mechc.compiler.program.lower import lower
@@ -38,7 +38,7 @@ def formed(system: System, n: int) -> tuple[list[float], int, str, bool]:
     def tick() -> None:
         clock.append(time.process_time())
 
-    with uncollected():  # like the pipeline
+    with compiling():  # like the pipeline
         tree = parse(source, reporter)
         tick()
         flat = flatten(tree, reporter, structural={"n": Fraction(n)}, search=())

@@ -97,11 +97,10 @@ class Compilation:
         from mechc.lang.diagnostics import Reporter
 
         from .flat.from_text import flat_model_of
-        from .gc_pause import uncollected
-        from .recursion import deep_recursion
+        from .interpreter import compiling
 
         asked = self.request
-        with uncollected(), deep_recursion():
+        with compiling():
             return flat_model_of(
                 asked.source,
                 Reporter(),
@@ -136,12 +135,11 @@ class Compilation:
     def system(self) -> MechanicalSystem:
         from mechc.lang.diagnostics import Reporter
 
-        from .gc_pause import uncollected
+        from .interpreter import compiling
         from .mechanics.build import build
-        from .recursion import deep_recursion
         from .verification import verified
 
-        with uncollected(), deep_recursion():
+        with compiling():
             return verified(build(self.flat, Reporter()))
 
     def stages(self, *, alone: bool = False) -> dict[str, bytes]:

@@ -14,7 +14,7 @@ from mechc.lang.source import SourceFile
 
 from .flat.flatten import flatten
 from .flat.model import DefinitionRole, FlatModel, Role
-from .gc_pause import uncollected
+from .interpreter import compiling
 
 _SPACES = (0, 2, 3)
 """Dimensions in which a part is looked at: its own, the plane, space."""
@@ -41,7 +41,7 @@ class Parts(Struct, frozen=True):
 
 def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
     """Look at the models of a file one by one, or return None: its last model is a whole one, or it does not read."""
-    with uncollected():
+    with compiling():
         try:
             tree = parse(source, Reporter())
         except CompileError:

@@ -22,14 +22,13 @@ from .equations.solve.shares import check_derivatives
 from .equations.tangents import tangent_equations
 from .flat.from_text import flat_model_of
 from .flat.model import FlatModel
-from .gc_pause import uncollected
+from .interpreter import compiling
 from .mechanics.build import build
 from .mechanics.families import Unlike
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
-from .recursion import deep_recursion
 from .verification import verified
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def compile_source(
 def form(request: Request, *, by_value: bool = True) -> Compilation:
     """Form every stage of what is asked for; unless ``by_value``, equal expressions of a text are nodes of their own. Raises
     CompileError with every diagnostic found so far."""
-    with uncollected(), deep_recursion():
+    with compiling():
         try:
             return _of_text(request, by_value)
         except Unlike:
@@ -91,7 +90,7 @@ def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] =
     """Compile a flat model that was made of that of another compilation. Raises CompileError."""
     request = replace(made_of.request, parts=frozenset(parts))
     reporter = Reporter()
-    with uncollected(), deep_recursion():
+    with compiling():
         try:
             return _formed(request, made_of.ast, flat, reporter, derived=True)
         except Unlike:
@@ -139,7 +138,7 @@ def _lowered(equations: Equations, parts: Collection[str]) -> Program:
 
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
     """Return the program of the motion together with its derivatives (equations/tangents.py)."""
-    with uncollected(), deep_recursion():
+    with compiling():
         _check_differentiable(compilation.equations)
         equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
@@ -147,7 +146,7 @@ def tangent_program(compilation: Compilation, directions: Directions, parts: Col
 
 def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
     """Return the program that pulls a goal back to the start and to parameters (equations/adjoints.py)."""
-    with uncollected(), deep_recursion():
+    with compiling():
         _check_differentiable(compilation.equations)
         return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
 

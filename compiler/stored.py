@@ -35,10 +35,10 @@ from .equations.model import Equations
 from .flat import model as flat_model
 from .flat.model import FlatModel, Origin, Type, Typed
 from .flat.types import make
-from .gc_pause import uncollected
 from .graph import Samples, Table
 from .graph.columns import GraphColumns, columns, graph_of
 from .graph.operations import OPERATIONS
+from .interpreter import compiling
 from .program import model as program_model
 from .program.model import LongBody, Program, Statement
 
@@ -61,7 +61,7 @@ class OtherVersion(ValueError):
 def write(value: FlatModel | Equations | Program) -> bytes:
     """Return a stage's value as bytes."""
     writer = _Writer()
-    with uncollected():
+    with compiling():
         content = writer.plain(_compact(value) if isinstance(value, Equations) else value)
         return msgspec.msgpack.encode(
             [MAGIC, VERSION, _fingerprint(), type(value).__name__, writer.shared, content]

@@ -13,7 +13,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.suggest import closest
 
-from ..recursion import deep_recursion
+from ..interpreter import compiling
 from . import model, types
 from .checks.cycles import check_cycles
 from .checks.inside import inside_of
@@ -77,7 +77,7 @@ def flatten(
     flattening.each_pair = each_pair
     flattening.text = "\n".join([file.source.text, *(one.span.text for one in further)])
     flattening.space.size = space
-    with deep_recursion():
+    with compiling():
         try:
             return _flatten(classes.of(chosen, namespace), flattening)
         except RecursionError:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from msgspec.structs import replace
 
-from ..gc_pause import uncollected
+from ..interpreter import compiling
 from ..program import Program, ProgramFunction, chunk
 from ..program.chunk import CHUNK
 from ..program.model import Body, Load, Store, codes_of
@@ -108,7 +108,7 @@ def emit_c(
     -frounding-math`` (no fused products and sums, no function of a constant evaluated by the compiler) it gives the same bits as
     the scalar Python text on the same C library.
     """
-    with uncollected():
+    with compiling():
         loops: Mapping[str, Rolled] = {}
         if chunk_size is None:
             loops = loops_of(program)

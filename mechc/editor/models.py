@@ -16,10 +16,9 @@ from msgspec import Struct
 from ..compiler.equations.assemble import assemble
 from ..compiler.flat.model import FlatModel
 from ..compiler.flat.names.looked_for import collected
-from ..compiler.gc_pause import uncollected
+from ..compiler.interpreter import compiling
 from ..compiler.mechanics.build import build
 from ..compiler.parts import is_part, looked_at
-from ..compiler.recursion import deep_recursion
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.parser import parse
@@ -66,7 +65,7 @@ def read(source: SourceFile) -> Reading:
     """Parse a text."""
     reporter = Reporter()
     tree = None
-    with suppress(CompileError), uncollected():
+    with suppress(CompileError), compiling():
         tree = parse(source, reporter)
     return Reading(source, tree, reporter.diagnostics)
 
@@ -92,7 +91,7 @@ class Models:
         if tree is not None:
             depends = _dependencies(tree)
             states: dict[Path, object] = {}
-            with uncollected():
+            with compiling():
                 for name in models_of(tree):
                     models[name] = self._look(tree, name, depends.get(name), states)
             self._kept = {name: kept for name, kept in self._kept.items() if name in models}
@@ -135,7 +134,7 @@ class Models:
 
 def _assembled(flat: FlatModel) -> tuple[Diagnostic, ...]:
     reporter = Reporter()
-    with suppress(CompileError, RecursionError), deep_recursion(), uncollected():
+    with suppress(CompileError, RecursionError), compiling():
         assemble(build(flat, reporter), reporter, ())
     return reporter.diagnostics
 

@@ -20,7 +20,7 @@ from pygls.lsp.server import LanguageServer
 from pygls.protocol import LanguageServerProtocol
 
 from .. import __version__
-from ..compiler.recursion import deep_recursion
+from ..compiler.interpreter import DEEPEST
 from ..lang.diagnostics import Diagnostic
 from .aside import Aside
 from .document import Document
@@ -87,9 +87,7 @@ class Server(LanguageServer):
         gc.collect()
         gc.freeze()
         gc.disable()
-        with deep_recursion():
-            deepest = sys.getrecursionlimit()
-        sys.setrecursionlimit(deepest)
+        sys.setrecursionlimit(max(sys.getrecursionlimit(), DEEPEST))
 
     async def end(self) -> None:
         """Leave nothing running."""

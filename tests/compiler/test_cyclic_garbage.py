@@ -8,7 +8,7 @@ import pytest
 
 from mechc.compiler.equations.assemble import assemble
 from mechc.compiler.flat.flatten import flatten
-from mechc.compiler.gc_pause import uncollected
+from mechc.compiler.interpreter import compiling
 from mechc.compiler.mechanics.build import build
 from mechc.compiler.program.loops.roll import roll
 from mechc.compiler.program.lower import lower
@@ -35,7 +35,7 @@ def circles(n: int) -> list[int]:
     def count() -> None:
         found.append(gc.collect())
 
-    with uncollected():
+    with compiling():
         gc.collect()
         tree = parse(SourceFile("chain.mech", CHAIN), reporter)
         flat = flatten(tree, reporter, structural={"n": Fraction(n)}, search=())
