@@ -14,14 +14,13 @@ from msgspec.structs import replace
 from ..program import Program, ProgramFunction
 from ..program.model import Literal, Load, Operate, Store, operands_of
 from ..program.names import identifiers
-from . import casadi_forms, jax_forms
+from . import library_forms
 from .alone import check_nothing_found
 from .c_tables import FUNCTIONS as TABLE_FUNCTIONS
 from .c_tables import asked_of, questions, used_tables
-from .expressions import Dialect
 from .literal import LiteralForm as LiteralForm
 from .literal import constant
-from .python_forms import NamedForm, table_text
+from .python_forms import table_text
 from .python_text import function_lines, quantities, quoted, string, strings
 
 EXPORTED: Final = (
@@ -42,16 +41,14 @@ _COPIED: Final = "# ---- copied "
 
 
 class DifferentiatingLibrary(Struct, frozen=True):
-    """What one library needs: its forms, what it is called and imported from, and the module with the common part.
+    """What one library needs: its ``forms``, what it is called and imported from, and the module with the common part.
 
     ``always``: what is imported from ``package`` in every module; ``needed``: by each function of its own.
     ``before``: what stands in the line above each function; ``collected``: functions are gathered by name.
     """
 
     name: str
-    dialect: Dialect
-    functions: Mapping[int, str]
-    copied: Mapping[int, NamedForm]
+    forms: library_forms.LibraryForms
     imports: tuple[str, ...]
     package: str
     always: tuple[str, ...]
@@ -64,9 +61,7 @@ class DifferentiatingLibrary(Struct, frozen=True):
 
 CASADI: Final = DifferentiatingLibrary(
     "CasADi",
-    casadi_forms.DIALECT,
-    casadi_forms.FUNCTIONS,
-    casadi_forms.COPIED,
+    library_forms.CASADI,
     ("from collections.abc import Mapping, Sequence", "{pi}from typing import Any\n"),
     "casadi",
     ("Function", "SX", "reshape", "sumsqr", "vertcat", "vertsplit"),
@@ -86,9 +81,7 @@ CASADI: Final = DifferentiatingLibrary(
 
 JAX: Final = DifferentiatingLibrary(
     "JAX",
-    jax_forms.DIALECT,
-    jax_forms.FUNCTIONS,
-    jax_forms.COPIED,
+    library_forms.JAX,
     (
         "from collections.abc import Callable, Mapping",
         "from functools import wraps",
@@ -150,9 +143,10 @@ def _lines(
     statements = [s for f in (program.parameters_function, *functions) for body in f.bodies for s in body]
     codes = {s.code for s in statements if type(s) is Operate}
     parts = dict(_parts(library))
-    copied = [library.copied[code] for code in sorted(codes & library.copied.keys())]
+    copied = [library.forms.copied[code] for code in sorted(codes & library.forms.copied.keys())]
     named = [
-        library.functions[code] for code in sorted(codes & library.functions.keys() - library.copied.keys())
+        library.forms.functions[code]
+        for code in sorted(codes & library.forms.functions.keys() - library.forms.copied.keys())
     ]
     named += questions(asked_of(program))
     own = [name for name in named if f"where {name} is called" in parts]
@@ -163,7 +157,7 @@ def _lines(
             "pi",
             "jnp",
             *library.always,
-            *map(_last, library.functions.values()),
+            *map(_last, library.forms.functions.values()),
             *TABLE_FUNCTIONS,
         )
     )
@@ -192,9 +186,9 @@ def _lines(
     for i, rows in used_tables(program):
         yield f"TABLE_{i} = {table_text(rows)}"
     yield ""
-    yield from function_lines(program.parameters_function, "p, given", library.dialect, names)
+    yield from function_lines(program.parameters_function, "p, given", library.forms.dialect, names)
     # where a line before makes arrays of what a function is given, it need not
-    dialect = replace(library.dialect, number="") if library.before else library.dialect
+    dialect = replace(library.forms.dialect, number="") if library.before else library.forms.dialect
     for function in functions:
         if library.before:
             yield library.before
