@@ -13,8 +13,6 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from .partners import partners
-
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 GROWTH = "ln(growth)"
@@ -405,7 +403,16 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
 
         By their names, as a coordinate whose rate is prescribed has no velocity; else in order.
         """
-        return partners([q.name for q in self.states], self.nq, self.nv, self.rotations)
+        names, nq, nv = [q.name for q in self.states], self.nq, self.nv
+        places = {name: i for i, name in enumerate(names[:nq])}
+        found: list[int] = []
+        for name in names[nq : nq + nv]:
+            base, _, _ = name.removeprefix("der(").rpartition(")")
+            place = places.get(base, places.get(f"{base}[1]"))
+            if place is None:
+                return _partners_in_order(nq, nv, self.rotations)
+            found.append(place)
+        return tuple(found)
 
 
 def interface_of(value: ModelInterface, kind: type[ModelInterface] = ModelInterface) -> dict[str, Any]:
@@ -421,3 +428,11 @@ def derived_among(inputs: Sequence[str]) -> dict[int, tuple[int, int]]:
         for name, k in index.items()
         if f"der(der({name}))" in index
     }
+
+
+def _partners_in_order(nq: int, nv: int, rotations: Sequence[int]) -> tuple[int, ...]:
+    partner, coordinate = list[int](), 0
+    while coordinate < nq and len(partner) < nv:
+        partner += [coordinate] * (3 if coordinate in rotations else 1)
+        coordinate += 4 if coordinate in rotations else 1
+    return tuple(partner)

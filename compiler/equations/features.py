@@ -14,11 +14,11 @@ from msgspec import Struct, field
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
+from ..graph.differentiate import jacobian
 from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
 from .hybrid.plans import names_of
 from .hybrid.switching import add_events
-from .jacobian import jacobian_of_rates
 from .local_derivatives import bias, local_derivatives, second_order
 from .model import Function, Slot
 from .momenta import momentum_functions
@@ -234,3 +234,20 @@ FEATURES = (
     Feature("crowd", _crowd, always=True),
     Feature("functions", _functions),
 )
+
+
+def jacobian_of_rates(
+    system: MechanicalSystem, layout: Layout, functions: Sequence[Function]
+) -> tuple[Function, tuple[tuple[int, int], ...]]:
+    """Return the function of the entries of d(rhs)/dy that can differ from zero, and their places."""
+    rhs = next(f for f in functions if f.name == "rhs")
+    states = [n for n, slot in layout.slots.items() if slot.array == "y"]
+    rows = jacobian(system.graph, rhs.outputs, states)
+    still = layout.without_effect
+    entries = [
+        (i, j, n) for i, row in enumerate(rows) for j, n in sorted(row.items()) if states[j] not in still
+    ]
+    function = Function(
+        "jacobian", "entries of d(rhs)/dy that can differ from zero", tuple(n for *_, n in entries)
+    )
+    return function, tuple((i, j) for i, j, _ in entries)

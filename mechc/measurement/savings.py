@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import statistics
+import struct
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,7 +17,6 @@ from msgspec.structs import replace
 from ..compiler.equations.needs import EVERYTHING
 from ..runtime.case import SimulationOptions, prepare
 from ..runtime.functions import load_functions
-from ..runtime.native.object_code import code_bytes
 from ..runtime.outcome import SimulationError
 
 if TYPE_CHECKING:
@@ -42,6 +43,10 @@ LARGEST_SQUARE = 100
 """States above which they are not formed for a comparison."""
 LARGEST = 30_000
 """Operations of a program above which it is not compiled to be measured."""
+_MAGIC = b"\x7fELF\x02\x01"
+"""64 bits, little endian."""
+_ALLOCATED, _EXECUTABLE, _WRITABLE = 2, 4, 1
+_OWN = (".text", ".rodata", ".data.rel.ro", ".data")
 
 
 class Cost(Struct, frozen=True):
@@ -177,3 +182,23 @@ def _fmu_size(model: CompiledModel) -> int:
     from ..fmu.account import account
 
     return account(model).binary
+
+
+def code_bytes(library: Path) -> int:
+    """Return the bytes of instructions and constants of a shared library.
+
+    Of formats other than 64-bit ELF, which is all that is read here, the size of the file.
+    """
+    data = library.read_bytes()
+    if not data.startswith(_MAGIC):
+        return len(data)
+    table, size, count, names = *struct.unpack_from("<Q", data, 40), *struct.unpack_from("<HHH", data, 58)
+    headers = [struct.unpack_from("<IIQQQQ", data, table + k * size) for k in range(count)]
+    strings = headers[names][4]
+    total = 0
+    for name, _, _, _, _, length in headers:
+        start = strings + name
+        title = data[start : data.index(b"\0", start)].decode()
+        if any(title == own or title.startswith(f"{own}.") for own in _OWN):
+            total += length
+    return total

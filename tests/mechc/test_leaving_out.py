@@ -17,13 +17,12 @@ from mechc.cli.main import mechc as program
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.parts import FUNCTIONS
 from mechc.measurement.explanation import explanation
-from mechc.measurement.savings import LARGEST, SQUARE, savings
+from mechc.measurement.savings import LARGEST, SQUARE, code_bytes, savings
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.kernel_run import run_kernel
 from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
-from mechc.runtime.native.object_code import code_bytes
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array
 

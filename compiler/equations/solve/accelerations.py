@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from fractions import Fraction
 from functools import partial
 
 from msgspec import Struct
@@ -17,9 +18,10 @@ from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, sol
 from ...mechanics.system import AssertionRow, MechanicalSystem
 from ..rows.constraints import Row, settle, weighted
 from ..rows.residual import constraint_rates
-from .determined import determined
 from .unknown_forces import UnknownForces, report_circle
 
+ROUNDING = Fraction(1, 10**14)
+"""Share of the terms of a sum below which the sum is rounding."""
 LARGEST_WHOLE = 16
 """Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
 
@@ -144,3 +146,23 @@ def massless(
         caption="nothing with mass moves with it, or the others imply it",
         help="give a mass or an inertia to what it moves, or remove the constraint",
     )
+
+
+def determined(
+    system: MechanicalSystem, balance: Sequence[Node], free: Sequence[int], found: Elimination
+) -> tuple[AssertionRow, ...]:
+    """Return assertions that the pivots of accelerations are no rounding; ``balance``: the equations they were found in.
+
+    Parameters and states may leave a motion that moves no mass and that no constraint holds. Its pivot is what rounding leaves of
+    zero, and the accelerations made with it are numbers all the same.
+    """
+    graph = system.graph
+    entries = jacobian(graph, balance, [system.a[i] for i in free])
+    asserted = []
+    for k, row, pivot in zip(found.order, found.rows, found.pivots, strict=True):
+        if k < len(free) and row == k:
+            least = graph.mul(graph.constant(ROUNDING), entries[k].get(k, graph.zero))
+            scalar = system.v[free[k]].variable
+            message = f"some motion with '{scalar.name}' moves no mass, and no constraint decides it"
+            asserted.append(AssertionRow(graph.less(least, pivot), message, scalar.origin))
+    return tuple(asserted)

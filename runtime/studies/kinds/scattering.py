@@ -29,7 +29,6 @@ from ...results.accuracy import companion_tolerance
 from ...results.files import json_number
 from ...settings import Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.extrapolation import extrapolated
 from ..flow.masses import mass_matrix
 from ..flow.pieces import with_horizon
 from ..runs.simulate import Plan, plan_run
@@ -394,3 +393,11 @@ def _findings(
         arrays={name or "start": b, "angle": angle, "deflection": deflection, "cross_section": section}
         | {"impact_parameter": impact},
     )
+
+
+def extrapolated(values: list[float]) -> float:
+    """Give the limit of values at 1/R, 1/(2R), 1/(4R), ... by their polynomial at zero (Neville)."""
+    row = list(values)
+    for order in range(1, len(row)):
+        row = [(2.0**order * row[k + 1] - row[k]) / (2.0**order - 1) for k in range(len(row) - 1)]
+    return row[0]
