@@ -1,4 +1,4 @@
-"""Actions of the grammar that build expressions; see ``build_statements.py`` for what they get."""
+"""Actions of the grammar that build expressions; see ``statements.py`` for what they get."""
 
 from __future__ import annotations
 

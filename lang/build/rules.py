@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from . import blocks, curves, drawings, expressions, statements
+from . import blocks, expressions, statements
 from .builder import Action
 
 ACTIONS: Mapping[str, Action] = {
@@ -64,7 +64,7 @@ ACTIONS: Mapping[str, Action] = {
     "constraint": statements.constraint,
     "by_load": statements.by_load,
     "by_input": statements.by_input,
-    "inequality": curves.inequality,
+    "inequality": statements.inequality,
     "asserted_constraint": statements.asserted_constraint,
     "drive": statements.drive,
     "contact": statements.contact,
@@ -79,7 +79,7 @@ ACTIONS: Mapping[str, Action] = {
     "closure": statements.closure,
     "initial": statements.initial,
     "stationary_start": statements.stationary_start,
-    "final": curves.final,
+    "final": statements.final,
     "equation": statements.equation,
     "exact": statements.exact,
     "assert": statements.assertion,
@@ -87,12 +87,12 @@ ACTIONS: Mapping[str, Action] = {
     "study": statements.study,
     "study_setting": statements.study_setting,
     "dimensionless": statements.dimensionless,
-    "draw": drawings.draw,
+    "draw": statements.draw,
     "shape_arguments": statements.second,
-    "sampled": drawings.sampled,
-    "independent": curves.independent,
-    "interval": curves.interval,
-    "stationary": curves.stationary,
+    "sampled": statements.sampled,
+    "independent": statements.independent,
+    "interval": statements.interval,
+    "stationary": statements.stationary,
     "for_block": blocks.for_block,
     "if_block": blocks.if_block,
     "elseif_block": blocks.elseif_block,
