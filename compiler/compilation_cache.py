@@ -83,7 +83,7 @@ def kept_or_formed(request: Request) -> Compilation:
     """Return the kept compilation of a request, or form it and keep it."""
     from mechc.runtime.native.kept_files import find_entry
 
-    from .flat.names.looked_for import collected
+    from .flat.names.file_dependencies import collected
 
     asked = (
         request.source.name,

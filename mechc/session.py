@@ -18,7 +18,7 @@ from .requests.parse_values import UsageMistake, one_of
 from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas, known_of
 from .runtime.case import SimulationOptions, find_experiment
-from .runtime.integrate.little_work import BetterCodePays, little_work
+from .runtime.integrate.recompilation import BetterCodePays, little_work
 from .runtime.memo import once
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem

@@ -23,7 +23,7 @@ from .momenta import dense
 from .needs import choices, needs
 from .quantities import origin
 from .reported.entries import Layout, layout_of
-from .reported.found import found_at_start
+from .reported.initial_unknowns import found_at_start
 from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
 from .rows.crowd import CrowdMember, check_crowd, forces_by_name, set_apart

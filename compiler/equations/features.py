@@ -27,12 +27,12 @@ from .reported.assembly import assembly
 from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
-from .reported.found import FoundStart
+from .reported.initial_unknowns import FoundStart
 from .reported.matter import matter_of
+from .reported.output_systems import systems_of
 from .reported.outputs import OutputList
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
-from .reported.sought import systems_of
 from .rows.crowd import CrowdMember, check_askers
 from .sensitivities import passing_on
 from .solve.shares import check_derivatives

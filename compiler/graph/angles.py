@@ -9,8 +9,8 @@ from .field import Angle, circle, constant_angle, opaque_angle, symbol_angle
 from .operations import ADD, CONST, MUL, NEG, SUB, SYMBOL
 
 if TYPE_CHECKING:
+    from .dependence import Node
     from .interning import NodeStore
-    from .reached import Node
 
 
 def point_of(store: NodeStore, n: Node) -> tuple[int, int]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from .dependence import Node
 from .field import HALF, P
 from .fold import is_short
 from .interning import NodeStore
 from .operations import ADD, CONST, DIV, MUL, NEG, SINGULAR, SQRT, SUB
-from .reached import Node
 
 
 class DivisionByZero(ZeroDivisionError):

@@ -7,11 +7,11 @@ from fractions import Fraction
 
 from msgspec import Struct
 
+from .dependence import Node
 from .field import HALF, P
 from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SYMBOL
-from .reached import Node
 from .table import Samples, Table
 
 _BYTES = 16

@@ -21,9 +21,9 @@ from fractions import Fraction
 from itertools import compress
 from typing import Final, Self
 
+from .dependence import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
-from .reached import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .table import Samples, Table
 
 NONE: Final = Node(-1)

@@ -9,11 +9,11 @@ from typing import Final
 from . import operations as ops
 from .angles import point_of
 from .arithmetic import Arithmetic, DivisionByZero
+from .dependence import Node
 from .field import hashed
 from .interning import NONE
 from .operation import Operation, Parity
 from .operations import CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT
-from .reached import Node
 from .table import CELL, ELEMENT
 
 __all__ = ["DivisionByZero", "Graph", "Node"]

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from ..malformed import Malformed, excerpt
 from . import operations as ops
 from .angles import point_of
+from .dependence import Node
 from .field import HALF, P, hashed, of_fraction
 from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SINGULAR, SYMBOL
-from .reached import Node
 from .table import answers
 
 SYMMETRIC = frozenset({ops.ADD, ops.MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})

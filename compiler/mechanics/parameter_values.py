@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Expression, Literal, Variable
-from ..flat.values.known_late import first_value_changes, input_changes, parameter_changes, setting_changes
+from ..flat.values.fixed_values import first_value_changes, input_changes, parameter_changes, setting_changes
 from ..graph import Graph, Node
 from .defaults import first_values
 from .meaning.symbols import Scalar

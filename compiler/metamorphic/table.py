@@ -9,15 +9,15 @@ from .clocks import actions_reordered, clocks_counted, steps_ended, times_as_a_s
 from .closing import joint_as_closure
 from .coordinates import other_coordinates
 from .energies import bodies_as_energies, energies_as_forces
+from .flattened_inheritance import heirs_written_out
 from .functions import functions_otherwise
-from .heirs import heirs_written_out
 from .kinks import kinks_by_choice
 from .nominal import nominal_sizes
 from .order import in_another_order
 from .parts import integrals_in_parts
+from .perturbed_start import start_shaken
 from .powers import powers_written_out
 from .reversal import time_reversed
-from .shaken import start_shaken
 from .sizes import other_units
 from .stated import starts_elsewhere
 from .tables import tables_in_pieces

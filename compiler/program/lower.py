@@ -13,8 +13,8 @@ from ..equations.followers import followers
 from ..equations.model import CompilerInterface, Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import CONST, EQUAL, LOOKUP, OPERATIONS, SYMBOL
-from .connected import groups
 from .hoist import hoistable, rule_order
+from .independent_groups import groups
 from .model import (
     Body,
     Literal,

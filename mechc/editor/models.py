@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from ..compiler.equations.assemble import assemble
 from ..compiler.flat.model import FlatModel
-from ..compiler.flat.names.looked_for import collected
+from ..compiler.flat.names.file_dependencies import collected
 from ..compiler.interpreter import compiling
 from ..compiler.mechanics.build import build
 from ..compiler.parts import is_part, looked_at

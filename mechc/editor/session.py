@@ -22,11 +22,11 @@ from pygls.protocol import LanguageServerProtocol
 from .. import __version__
 from ..compiler.interpreter import DEEPEST
 from ..lang.diagnostics import Diagnostic
-from .aside import Aside
 from .document import Document
 from .folders import documents
 from .models import read
 from .protocol import diagnostic_of, path_of
+from .worker_process import WorkerProcess
 
 IDLE = 0.4
 """Seconds without a change after which the whole compiler is asked."""
@@ -72,9 +72,9 @@ class Server(LanguageServer):
         self.shown: dict[str, tuple[Diagnostic, ...]] = {}
         self.idle = idle
         self.whole, self.fixing, self.running = (
-            Aside(),
-            Aside(5.0, patient=True),
-            Aside(30.0, patient=True),
+            WorkerProcess(),
+            WorkerProcess(5.0, patient=True),
+            WorkerProcess(30.0, patient=True),
         )
         self._thread = ThreadPoolExecutor(1, "mechc")
         self._checks: dict[str, asyncio.Task[None]] = {}

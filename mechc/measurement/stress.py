@@ -36,8 +36,8 @@ from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import SIZES_GROUP, TARGET, Extreme, extremes, factor_of
 from .metamorphic import Base, beside, compare, disturbed_twin, run_twin, twin_of
 from .own_ranges import lost
+from .perturbed_starts import shaken
 from .references import ReferenceCode, compile_for_reference
-from .shaken import shaken
 from .stress_table import STATED, TWIN, Stress, StressRow
 from .stress_targets import REFUSALS, Answer, NotTried, answer_of
 from .truth import ROUNDING, Rows, even_rows, true_errors

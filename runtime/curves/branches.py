@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..numerics.continuation import GROWTH, LONGEST, Reached, follow, located
 from ..numerics.newton import newton
 from ..problem import Array
-from .bent import spans
 from .discrete import DiscreteCurve
 from .mesh import Mesh
 from .newton import Factors, is_finite, norm_of
@@ -21,6 +20,7 @@ from .posed import Posed
 from .search import DEGREE, FINER, FoundCurve, answer_of, marked_elements
 from .starts import evaluate, transferred
 from .unknowns import Unknowns
+from .wavy_guesses import spans
 
 MOST_POINTS = 400
 MOST_CORRECTIONS = 8

@@ -8,11 +8,11 @@ import numpy as np
 
 from ..problem import Array
 from . import basis
-from .bent import spans
 from .posed import Posed
 from .search import FoundCurve
 from .starts import evaluate
 from .unknowns import Unknowns
+from .wavy_guesses import spans
 
 STEEP = 1e8
 """Slopes at which an integrand is asked how it grows, in sizes of the curve over the range."""

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..problem import Array
-from .bent import bent, spans
 from .posed import Posed
 from .search import Failed, FoundCurve, search
 from .starts import Source, evaluate
+from .wavy_guesses import bent, spans
 
 MOST = 12
 """Curves that are looked for."""

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..numerics.rank import POSITIONS, independent_rows, rank
-from .bent import bent, spans
 from .discrete import DiscreteCurve
-from .first import value_of
+from .first_solution import value_of
 from .mesh import mesh_of
 from .newton import projected, stiffly
 from .posed import Posed
 from .starts import Source, beginning, ends_given, evaluate, gauge, undefined, with_numbers
 from .unknowns import Unknowns
+from .wavy_guesses import bent, spans
 
 ELEMENTS, DEGREE = 6, 6
 MISSED = 1e-6

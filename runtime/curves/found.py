@@ -14,9 +14,9 @@ from ..problem import Array, Problem
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
 from .conjugate_points import conjugate_points, plain
-from .contradicted import along, contradiction, drifting
 from .divergence import diverging
 from .exchanged import parameters_at, rates
+from .optimality_checks import along, contradiction, drifting
 from .posed import Posed
 from .search import FoundCurve, reported_z
 from .starts import densities, evaluate, turns_back

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..problem import Array
-from . import leaping
+from . import slope_bounds
 from .discrete import DiscreteCurve
 from .newton import Solved
 from .unknowns import Unknowns, local
@@ -20,13 +20,13 @@ NARROWEST = 2e-6
 
 def begin(discrete: DiscreteCurve, start: Unknowns) -> Unknowns:
     """Let a bound hold at first where the start violates it, or presses; return from where to go on."""
-    discrete.leaps = leaping.leaps(discrete, start)
+    discrete.leaps = slope_bounds.leaps(discrete, start)
     for active, which, residuals, densities in _bounds(discrete, start):
         for m, bound in which:
             if bound:
                 active[:, :, m] = (residuals[m] < -_rounding(residuals[m])) | (densities[m] < 0)
     _agree(discrete)
-    return leaping.begun(discrete, start) if discrete.leaps else start
+    return slope_bounds.begun(discrete, start) if discrete.leaps else start
 
 
 def settled(discrete: DiscreteCurve, unknowns: Unknowns) -> Unknowns | None:
@@ -40,7 +40,7 @@ def settled(discrete: DiscreteCurve, unknowns: Unknowns) -> Unknowns | None:
             changed |= bool(np.any(now != active[:, :, m]))
             active[:, :, m] = now
     _agree(discrete)
-    moved = leaping.settled(discrete, unknowns) if discrete.leaps else None
+    moved = slope_bounds.settled(discrete, unknowns) if discrete.leaps else None
     return moved or (unknowns if changed else None)
 
 
@@ -54,7 +54,7 @@ def has_bounds(discrete: DiscreteCurve) -> bool:
 
 def borders(discrete: DiscreteCurve) -> NDArray[np.bool_]:
     """Return the elements in which a bound begins or ends to hold, and that are not narrow yet."""
-    marked = leaping.corners(discrete) if discrete.leaps else np.zeros(discrete.mesh.count, dtype=bool)
+    marked = slope_bounds.corners(discrete) if discrete.leaps else np.zeros(discrete.mesh.count, dtype=bool)
     layout, curve = discrete.layout, discrete.curve
     for active, which in ((discrete.active_nodes, layout.positions), (discrete.active_rates, layout.rates)):
         for m, k in enumerate(which):

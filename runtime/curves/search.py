@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import obstacles
-from .bent import bent, spans
 from .discrete import DiscreteCurve
-from .first import Begun, Tried, bounded, first_from, said_of, value_of
+from .first_solution import Begun, Tried, bounded, first_from, said_of, value_of
 from .mesh import Mesh
 from .newton import Factors, Solved, newton
 from .posed import Posed
 from .starts import Source, evaluate, parameters_of, passed, transferred, turns_back, without_repeats
 from .unknowns import Unknowns
+from .wavy_guesses import bent, spans
 
 DEGREE = 10
 FINER = 2

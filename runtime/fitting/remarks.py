@@ -7,10 +7,10 @@ import numpy as np
 from ..driving_inputs import begin_of
 from ..outcome import time_text
 from ..sheets import units_apart
-from .judged import FitErrors
 from .measured import Measured
 from .residuals import Motions
 from .search import FitSearch, SearchResult
+from .uncertainty import FitErrors
 
 
 def remarks_of(search: FitSearch, found: SearchResult, judged: FitErrors, names: list[str]) -> list[str]:

@@ -14,7 +14,7 @@ from ..problem import Array, Problem
 from ..rows import IN_MEMORY, Storage, slices
 
 if TYPE_CHECKING:
-    from .past import Past
+    from .delay_history import Past
 
 NOTED: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
 """One event as the kernel notes it."""

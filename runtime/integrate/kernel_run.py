@@ -20,11 +20,11 @@ from ..native.status import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices
+from .delay_history import Past
 from .event_log import EventLog
 from .events import merged
 from .interruption import NotedInterruptions
 from .kernel_failure import kernel_failure
-from .past import Past
 from .solver import Solver, method_name
 from .solver_options import SolverOptions
 from .trajectory import ContactSteps, DenseOutput, Reader, Statistics, Trajectory

@@ -18,7 +18,7 @@ from ..native.status import Status
 from ..problem import Array
 from ..rows import IN_MEMORY, Storage
 from .events import NOTED
-from .little_work import count_work
+from .recompilation import count_work
 
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}

@@ -19,7 +19,7 @@ from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import moving, rest, spread
 from .equilibrium_feasibility import penetrated
-from .independent import independent
+from .independent_coordinates import independent
 from .operating_point import Site
 from .search import Box
 from .stability import Stability, stability

@@ -14,9 +14,9 @@ from ..numerics import rank
 from ..numerics.newton import newton
 from ..outcome import SimulationError
 from ..problem import Array
+from .active_constraints import GAP, held_constraints, holding, row_values
 from .chart import Chart
-from .held import GAP, held_constraints, holding, row_values
-from .independent import independent, null_space
+from .independent_coordinates import independent, null_space
 from .operating_point import Derivatives, Site
 
 EPSILON = float(np.finfo(float).eps)

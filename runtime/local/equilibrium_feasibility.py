@@ -9,8 +9,8 @@ from msgspec.structs import replace
 
 from ..outcome import SimulationError
 from ..problem import Array
+from .active_constraints import GAP, RATE, holding, row_values
 from .equilibrium import Equilibrium, at_rest, reached, resting
-from .held import GAP, RATE, holding, row_values
 from .operating_point import PART, Site, begun_at, plan_of, switched
 
 TOUCHING = 1e-9

@@ -15,8 +15,8 @@ from ..driving_inputs import derived
 from ..interface import Quantity
 from ..outcome import SimulationError
 from ..problem import Array, Problem
-from .held import with_held
-from .independent import independent
+from .active_constraints import with_held
+from .independent_coordinates import independent
 from .operating_point import Derivatives, Site
 from .zeros import EPSILON, Complex, zeros
 

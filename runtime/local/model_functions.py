@@ -22,8 +22,8 @@ from ..functions import Functions
 from ..interface import OfferedFunction
 from ..native import calls
 from ..outcome import SimulationError
-from ..past import refuse_past
 from ..problem import Array, ModelFunction, Problem
+from ..refuse_delays import refuse_delays
 from ..settings import Place
 from .operating_point import Site, plan_of, site_of
 
@@ -134,7 +134,7 @@ def model_functions(problem: Problem, options: SimulationOptions | None = None) 
     """Return the functions that a problem offers, with values and start of ``options``. Raises SimulationError."""
     if not problem.offers:
         raise ValueError(f"problem '{problem.name}' was made without the part 'functions'")
-    refuse_past(problem, "functions of a state are given no past")
+    refuse_delays(problem, "functions of a state are given no past")
     given = options or SimulationOptions()
     if given.inputs:
         raise SimulationError(

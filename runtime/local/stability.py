@@ -11,8 +11,8 @@ from msgspec import Struct
 
 from ..outcome import SimulationError
 from ..problem import Array
-from .held import with_held
-from .independent import independent
+from .active_constraints import with_held
+from .independent_coordinates import independent
 from .operating_point import Site
 from .vibration import SYMMETRIC, vibration
 from .zeros import EPSILON, Complex, poles

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from ..outcome import SimulationError
 from ..problem import Array
+from .active_constraints import holding, with_held
 from .equilibrium import moving
-from .held import holding, with_held
-from .independent import independent, null_space
+from .independent_coordinates import independent, null_space
 from .operating_point import Site
 from .zeros import EPSILON, Complex, poles
 

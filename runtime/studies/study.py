@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from ..case import SimulationOptions, find_experiment
 from ..interface import ModelInterface
 from ..outcome import Outcome, SimulationError
-from ..past import refuse_past
 from ..problem import Problem
+from ..refuse_delays import refuse_delays
 from ..results.solution import Solution
 
 OF_A_MOTION = frozenset({"start", "stop", "every", "step", "tolerance", "method", "estimate_error"})
@@ -79,7 +79,7 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
 def solve(problem: Problem, study: Study) -> Answer:
     """Answer a question about a problem. Raises what ``Study.solve`` raises, and SimulationError where it cannot sweep."""
     if not study.of_past:
-        refuse_past(problem, "this study takes the motion as one of a state of finitely many numbers")
+        refuse_delays(problem, "this study takes the motion as one of a state of finitely many numbers")
     experiment = find_experiment(problem, study.experiment)
     if experiment is not None and (experiment.sweeps or experiment.words):
         if not study.sweeps:

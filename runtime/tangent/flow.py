@@ -18,8 +18,8 @@ from ..integrate.choose_method import Method
 from ..integrate.trajectory import Statistics
 from ..methods import refuse_contact_steps
 from ..outcome import Failure, SimulationError
-from ..past import refuse_past
 from ..problem import Array, Problem
+from ..refuse_delays import refuse_delays
 from ..results.accuracy import companion_tolerance
 from ..results.evaluate import evaluate_rows
 from .augmented import augment
@@ -130,7 +130,7 @@ class Tangents:
     ) -> None:
         if not directions and not states:
             raise SimulationError("nothing is named in which the motion is to be differentiated")
-        refuse_past(case.problem, "how a motion changes with the past is not followed")
+        refuse_delays(case.problem, "how a motion changes with the past is not followed")
         refuse_contact_steps(method.name)
         asked = named(case, directions)
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}

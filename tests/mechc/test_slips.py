@@ -14,7 +14,7 @@ from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
 from mechc.presentation.report import report
 from mechc.requests.parse_values import UsageMistake
-from mechc.runtime.integrate import little_work
+from mechc.runtime.integrate import recompilation
 from mechc.runtime.outcome import SimulationError
 
 PENDULUM = """
@@ -248,7 +248,7 @@ def test_a_study_tells_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 def test_a_speed_at_rest_is_told_as_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fused products leave a rest of it; where it is above its error or above rounding, its digits stay."""
-    monkeypatch.setattr(little_work, "LITTLE", 0)
+    monkeypatch.setattr(recompilation, "LITTLE", 0)
     solution = mechc.loads(STOP).simulate(stop=20.0)
     assert 0 < abs(solution["der(pin.angle)"][-1]) < 1e-30
     assert re.search(r"der\(pin\.angle\) +0 rad/s ", report(solution))

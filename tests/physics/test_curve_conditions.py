@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 
 import mechc
-from mechc.runtime.curves.contradicted import drifting
+from mechc.runtime.curves.optimality_checks import drifting
 
 RANGE = "dimensionless; independent x from 0 to 1; "
 

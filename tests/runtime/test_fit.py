@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 import mechc
 from mechc.cli.main import run as run_command
 from mechc.requests.parse_values import UsageMistake
-from mechc.runtime.fitting.unseen import unseen
+from mechc.runtime.fitting.identifiability import unseen
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array
 

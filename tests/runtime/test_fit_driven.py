@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_smoothing_spline
 
 import mechc
-from mechc.runtime.fitting.driven import smoother
+from mechc.runtime.fitting.input_errors import smoother
 from mechc.runtime.inputs import make_table
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array

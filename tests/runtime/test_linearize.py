@@ -22,7 +22,7 @@ import mechc
 from mechc.cli.main import run as run_command
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.local.equilibrium_feasibility import arrived
-from mechc.runtime.local.independent import independent
+from mechc.runtime.local.independent_coordinates import independent
 from mechc.runtime.local.operating_point import Site, edges, site_of
 from mechc.runtime.local.zeros import poles, zeros
 from mechc.runtime.outcome import SimulationError

@@ -21,7 +21,7 @@ from ..rows.constraints import Row
 from ..rows.residual import constraint_rates
 from ..solve.solved import Solved
 from .entries import Layout
-from .found import FoundStart, StartCondition
+from .initial_unknowns import FoundStart, StartCondition
 
 
 def assembly(

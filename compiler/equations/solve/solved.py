@@ -34,9 +34,9 @@ from .accelerations import Undetermined, accelerations, massless
 from .counted_twice import warn_of_counting_twice
 from .energies import Energies, energies
 from .energies import still as resting
-from .feeding import warn_of_feeding
 from .force_laws import solve_laws
 from .joint_reactions import joint_reactions
+from .negative_damping import warn_of_feeding
 from .queries import Replies, answers, force_answers, refuse_unanswered
 from .shares import Share, follows, shares_of, told
 from .unknown_forces import report_circle, unknown_forces

@@ -11,7 +11,7 @@ from mechc.lang.units import UnitError, parse_unit, to_si
 
 from .. import types
 from ..model import Expression, Kind, Literal, ReadFile
-from ..names.looked_for import note
+from ..names.file_dependencies import note
 from ..names.scope import Scope
 from ..values.evaluate import check_size, constant, not_structural
 from ..values.indexing import stack

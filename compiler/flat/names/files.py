@@ -15,7 +15,7 @@ from mechc.lang.parser import parse
 from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
 
-from .looked_for import note
+from .file_dependencies import note
 
 LIBRARY = "mech"
 """First word of the names of the standard library: ``mech.planar``."""

@@ -24,7 +24,7 @@ from ..model import Expression, Kind, Role
 from ..names.instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from ..names.scope import Constant, Poisoned, Scope
 from ..values.evaluate import constant, elements, not_structural, values_of
-from ..values.known_late import setting_changes
+from ..values.fixed_values import setting_changes
 from . import ensembles
 from .variables import changing
 

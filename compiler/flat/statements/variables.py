@@ -18,7 +18,7 @@ from ..names.instance import VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import free_names
 from ..values.evaluate import constant
-from ..values.known_late import input_changes, parameter_changes
+from ..values.fixed_values import input_changes, parameter_changes
 from .initial_values import rate_type, stated_starts, winner
 from .record import StatementRecord
 

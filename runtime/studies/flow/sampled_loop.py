@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ...case import Case
 from ...interface import Quantity
+from ...local.active_constraints import with_held
 from ...local.frequency_response import Amplitudes, held, polynomial
-from ...local.held import with_held
-from ...local.independent import independent
+from ...local.independent_coordinates import independent
 from ...local.linear_system import LinearSystem, columns_of
 from ...local.operating_point import Site
 from ...local.zeros import Complex

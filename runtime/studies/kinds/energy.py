@@ -11,9 +11,9 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...case import Case, inputs_at
+from ...local.active_constraints import GAP, row_values
 from ...local.chart import chart_of
 from ...local.equilibrium_feasibility import contacts
-from ...local.held import GAP, row_values
 from ...local.operating_point import Site, moving_inputs, switched
 from ...numerics.roots import root
 from ...outcome import Outcome, SimulationError

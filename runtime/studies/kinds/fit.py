@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from ...allowed_values import bounds_of
 from ...case import prepare
-from ...fitting.driven import (
+from ...fitting.input_errors import (
     DRAWS,
     FEW_DRAWS,
     Smoothers,
@@ -29,11 +29,11 @@ from ...fitting.driven import (
     smoothers_of,
     widened,
 )
-from ...fitting.judged import CONFIDENCE, FitErrors, judge
 from ...fitting.measured import Measured
 from ...fitting.remarks import endless_of, remarks_of
 from ...fitting.residuals import Computed, FitUnknown, Motions, options_of
 from ...fitting.search import FitSearch, SearchResult
+from ...fitting.uncertainty import CONFIDENCE, FitErrors, judge
 from ...functions import load_functions
 from ...limits_of_time import DEFAULT_TOLERANCE
 from ...outcome import TOO_MANY_STEPS, Outcome, SimulationError

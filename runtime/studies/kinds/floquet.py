@@ -17,7 +17,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.begun import begun
+from ..flow.after_initial_events import begun
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
 from ..runs.simulate import Plan, plan_run

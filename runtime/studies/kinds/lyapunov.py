@@ -30,7 +30,7 @@ from ...settings import settable
 from ...tangent.coordinates import basis, minimal
 from ...tangent.flow import GENERAL, Tangents
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.begun import begun
+from ..flow.after_initial_events import begun
 from ..flow.linearised import Linearised, LinearMap, of_pieces
 from ..flow.pieces import with_horizon
 from ..flow.time_dependence import depends_on_time

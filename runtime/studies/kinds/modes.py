@@ -6,10 +6,10 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
+from ...local.active_constraints import sliding
 from ...local.chart import Chart
 from ...local.equilibrium import Equilibrium, resting
 from ...local.equilibrium_feasibility import arrived
-from ...local.held import sliding
 from ...local.operating_point import PART, Site, moving_inputs, refuse_edges, site_of
 from ...local.vibration import (
     SECOND_ORDER,

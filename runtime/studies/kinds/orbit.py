@@ -16,7 +16,7 @@ from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
-from ..flow.begun import begun
+from ..flow.after_initial_events import begun
 from ..flow.following import FollowedPlace, Follower
 from ..flow.linearised import Linearised, compared
 from ..flow.liouville import contradicted

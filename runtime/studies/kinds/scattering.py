@@ -29,7 +29,7 @@ from ...results.accuracy import companion_tolerance
 from ...results.files import json_number
 from ...settings import Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.masses import mass_matrix
+from ..flow.mass_matrix import mass_matrix
 from ..flow.pieces import with_horizon
 from ..runs.simulate import Plan, plan_run
 from ..study import Study

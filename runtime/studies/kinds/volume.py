@@ -9,9 +9,9 @@ import numpy as np
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.begun import begun
+from ..flow.after_initial_events import begun
 from ..flow.linearised import Linearised, determinant
-from ..flow.masses import KINETIC, mass_matrix
+from ..flow.mass_matrix import KINETIC, mass_matrix
 from ..flow.pieces import with_horizon
 from ..runs.simulate import Plan, plan_run
 from ..study import Study

@@ -11,7 +11,7 @@ import scipy.io
 import scipy.sparse
 
 import mechc
-from mechc.compiler.flat.names.looked_for import collected
+from mechc.compiler.flat.names.file_dependencies import collected
 from mechc.fmu.documents import page
 from mechc.lang.diagnostics import CompileError
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mechc.compiler.graph import Graph, Node, monotone_table
+from mechc.compiler.graph.dependence import FEW
 from mechc.compiler.graph.differentiate import gradient, jacobian, jvp, vjp
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
 from mechc.compiler.graph.operations import POSITION, VELOCITY
-from mechc.compiler.graph.reached import FEW
 
 TABLE = monotone_table((0.0, 1.0, 2.5, 3.0), (0.0, 2.0, 2.5, -1.0))
 

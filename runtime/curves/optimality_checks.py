@@ -13,11 +13,11 @@ from msgspec import Struct
 
 from ..numerics.rank import GRADIENTS, null_space
 from ..problem import Array
-from .bent import spans
 from .discrete import DiscreteCurve
 from .posed import Posed
 from .starts import densities, evaluate
 from .unknowns import Unknowns, orders_of
+from .wavy_guesses import spans
 
 STEADY = 0.01
 """Part of its size by which a first integral may vary along a curve; measured: 1e-7 where curves are smooth, 5e-4 beside steep ends."""

@@ -13,7 +13,7 @@ from ..driving_inputs import derived
 from ..native import contract
 from ..numerics.rank import POSITIONS
 from ..problem import Array
-from .independent import independent
+from .independent_coordinates import independent
 from .operating_point import Derivatives, Site, plan_of
 
 GAP, RATE, VALUES = 0, 1, 8

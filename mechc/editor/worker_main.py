@@ -1,4 +1,4 @@
-"""What takes long, in a process of its own: ``python -m mechc.editor.whole`` reads questions and writes answers, pickled."""
+"""What takes long, in a process of its own: ``python -m mechc.editor.worker_main`` reads questions and writes answers, pickled."""
 
 from __future__ import annotations
 

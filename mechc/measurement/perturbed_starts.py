@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..compiler.metamorphic.shaken import LIFT, SHAKE
+from ..compiler.metamorphic.perturbed_start import LIFT, SHAKE
 from ..compiler.metamorphic.twin import Twin
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Array

@@ -9,9 +9,9 @@ from msgspec import Struct
 
 from ..numerics.rank import MOTIONS, decomposed_columns
 from ..problem import Array
+from .identifiability import Unseen, unseen
 from .residuals import counted
 from .search import FitSearch, SearchResult
-from .unseen import Unseen, unseen
 
 CONFIDENCE = 0.95
 LEAST = 1e-3

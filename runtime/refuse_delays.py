@@ -8,7 +8,7 @@ from .problem import Problem
 ANSWERED = "runs, sweeps, ensembles, 'response', 'linearize', 'spectrum', 'diagram', 'hysteresis', 'threshold', 'virial' and 'inertia' answer for such models"
 
 
-def refuse_past(problem: Problem, why: str) -> None:
+def refuse_delays(problem: Problem, why: str) -> None:
     """Raise SimulationError for a model with delays. ``why``: what asks for a state of numbers."""
     delays = problem.hybrid.delays if problem.hybrid is not None else ()
     if not delays:

@@ -19,10 +19,10 @@ from ..numerics.rank import solve
 from ..numerics.roots import minimum
 from ..outcome import SimulationError
 from ..problem import Array, Problem
-from .judged import FitErrors
 from .measured import Measured
 from .residuals import Motions
 from .search import SearchResult
+from .uncertainty import FitErrors
 
 DRAWS, FEW_DRAWS = 40, 12
 """How often noise is added: for intervals, and to see whether it matters."""

@@ -14,8 +14,8 @@ LONGEST = 60.0
 """Seconds after which a question is given up."""
 
 
-class Aside:
-    """The process of ``mechc.editor.whole``, begun when it is first asked, and again where it was ended.
+class WorkerProcess:
+    """The process of ``mechc.editor.worker_main``, begun when it is first asked, and again where it was ended.
 
     ``longest``: seconds after which an answer is given up; ``patient``: an answer that is not wanted any more is awaited all the
     same, where that takes less than to begin again.
@@ -58,7 +58,7 @@ class Aside:
         """Begin the process, and wait until it can answer; that is no part of the time of an answer."""
         if self._process is None or self._process.returncode is not None:
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "mechc.editor.whole", stdin=PIPE, stdout=PIPE, limit=2**24
+                sys.executable, "-m", "mechc.editor.worker_main", stdin=PIPE, stdout=PIPE, limit=2**24
             )
             async with asyncio.timeout(LONGEST):
                 await _read(self._process)

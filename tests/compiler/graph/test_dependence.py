@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from mechc.compiler.graph import Graph, Node, reached
+from mechc.compiler.graph import Graph, Node, dependence
 from mechc.compiler.graph import operations as ops
 
 
@@ -20,7 +20,7 @@ def walked(graph: Graph, wanted: list[Node], known: set[Node]) -> list[Node]:
 
 @pytest.fixture(params=[0, 500], ids=["by marks", "few"])
 def graph(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Graph:
-    monkeypatch.setattr(reached, "FEW", request.param)
+    monkeypatch.setattr(dependence, "FEW", request.param)
     rng = random.Random(3)
     g = Graph()
     nodes = [g.symbol(f"s{k}") for k in range(8)] + [g.constant(k) for k in range(2, 5)]
