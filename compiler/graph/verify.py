@@ -12,10 +12,25 @@ from .dependence import Node
 from .field import HALF, P, hashed, of_fraction
 from .interning import NONE
 from .node import Graph
-from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SINGULAR, SYMBOL
+from .operations import (
+    ADD,
+    CONST,
+    COS,
+    DIV,
+    LOOKUP,
+    MUL,
+    NEG,
+    OPERATIONS,
+    PARTIAL,
+    SELECT,
+    SIN,
+    SINGULAR,
+    SUB,
+    SYMBOL,
+)
 from .table import answers
 
-SYMMETRIC = frozenset({ops.ADD, ops.MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
+SYMMETRIC = frozenset({ADD, MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
 """Operations whose operands stand in ascending order, so that both orders are one node."""
 
 
@@ -66,21 +81,24 @@ def _operands(graph: Graph, n: int) -> list[int]:
 class _Check:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
+        self.operands: list[list[int]] = []
 
     def run(self) -> None:
         graph = self.graph
         columns = (graph._left, graph._right, graph._values, graph._traits)
         if any(len(column) != len(graph) for column in columns):
             raise Malformed("graph", f"its columns have {len(graph)} and {[len(c) for c in columns]} rows")
+        self.operands = [_operands(graph, n) for n in range(len(graph))]
         for n in range(len(graph)):
             self.operation(n)
             self.traits(n)
-            self.leaf(n)
+        self.leaves()
         self.fixed()
         self.unique()
         if graph.by_value:
             for n in range(len(graph)):
-                self.value(n)
+                if not self.has_its_value(n):
+                    self.fail(n, "has another value in the field than its operation gives")
             self.interned()
         self.indices()
 
@@ -88,7 +106,7 @@ class _Check:
         raise Malformed(f"graph, node {n}", what, nearby(self.graph, n))
 
     def operation(self, n: int) -> None:
-        graph, operands = self.graph, _operands(self.graph, n)
+        graph, operands = self.graph, self.operands[n]
         code = graph._code[n]
         if not 0 <= code < len(OPERATIONS):
             self.fail(n, f"there is no operation {code}")
@@ -109,7 +127,7 @@ class _Check:
         graph = self.graph
         traits = graph._traits
         expected = SINGULAR if graph._code[n] in PARTIAL else 0
-        for a in _operands(graph, n):
+        for a in self.operands[n]:
             expected |= traits[a]
         if (traits[n] ^ expected) & SINGULAR:
             self.fail(
@@ -125,17 +143,18 @@ class _Check:
         if graph._code[n] not in graph._used:
             self.fail(n, "has an operation that the graph does not know of")
 
-    def leaf(self, n: int) -> None:
-        graph, at = self.graph, Node(n)
+    def leaves(self) -> None:
+        """Leaves have what they stand for, and nothing else has."""
+        graph = self.graph
         for code, known, what in (
             (CONST, graph._constants, "a value"),
             (SYMBOL, graph._names, "a name"),
             (LOOKUP, graph._lookups, "a table"),
         ):
-            if (at in known) != (graph._code[n] == code):
-                self.fail(n, f"lacks {what}, or has {what} that its operation has no place for")
-        if graph._code[n] == LOOKUP:
-            table, order = graph._lookups[at]
+            wrong = known.keys() ^ {n for n, c in enumerate(graph._code) if c == code}
+            if wrong:
+                self.fail(min(*wrong, len(graph) - 1), f"lacks {what}, or has {what} that its operation has no place for")
+        for n, (table, order) in graph._lookups.items():
             if not 0 <= table < len(graph.tables) or not answers(graph.tables[table], order):
                 self.fail(n, f"asks question {order} of table {table} of {len(graph.tables)}")
 
@@ -164,38 +183,29 @@ class _Check:
                     self.fail(n, f"is node {first} once more")
 
     def key(self, n: int) -> object:
-        return self.graph._code[n], *_operands(self.graph, n), self.graph._lookups.get(Node(n))
-
-    def value(self, n: int) -> None:
-        if not self.has_its_value(n):
-            self.fail(n, "has another value in the field than its operation gives")
+        return self.graph._code[n], *self.operands[n], self.graph._lookups.get(Node(n))
 
     def has_its_value(self, n: int) -> bool:
-        graph, at = self.graph, Node(n)
+        graph, at, code = self.graph, Node(n), self.graph._code[n]
         values = graph._values
-        v, operands = values[n], [values[a] for a in _operands(graph, n)]
-        match graph._code[n]:
-            case ops.CONST:
-                return v == of_fraction(graph._constants[at])
-            case ops.SYMBOL:
-                return v == hashed("symbol", graph._names[at], graph.seed)
-            case ops.ADD:
-                return v == (operands[0] + operands[1]) % P
-            case ops.SUB:
-                return v == (operands[0] - operands[1]) % P
-            case ops.MUL:
-                return v == operands[0] * operands[1] % P
-            case ops.NEG:
-                return v == -operands[0] % P
-            case ops.DIV:
-                return v * operands[1] % P == operands[0]
-            case ops.COS:
-                return v == point_of(graph, graph._left[n])[0]
-            case ops.SIN:
-                return v == point_of(graph, graph._left[n])[1]
-            case code:
-                extra = graph._lookups.get(at, ())
-                return v == hashed(OPERATIONS[code].name, operands, extra, graph.seed)
+        v, operands = values[n], [values[a] for a in self.operands[n]]
+        if code == MUL:
+            return v == operands[0] * operands[1] % P
+        if code == ADD:
+            return v == (operands[0] + operands[1]) % P
+        if code == SUB:
+            return v == (operands[0] - operands[1]) % P
+        if code == NEG:
+            return v == -operands[0] % P
+        if code == DIV:
+            return v * operands[1] % P == operands[0]
+        if code == CONST:
+            return v == of_fraction(graph._constants[at])
+        if code == SYMBOL:
+            return v == hashed("symbol", graph._names[at], graph.seed)
+        if code in (COS, SIN):
+            return v == point_of(graph, graph._left[n])[code == SIN]
+        return v == hashed(OPERATIONS[code].name, operands, graph._lookups.get(at, ()), graph.seed)
 
     def interned(self) -> None:
         """A further node of one value is there only where the one before may not stand for it."""
@@ -232,7 +242,7 @@ class _Check:
             if not n < count or key not in (graph._values[n], P - graph._values[n]):
                 yield f"the value {key}", min(n, count - 1)
         for a, n in graph._negatives.items():
-            if not n < count or not (graph._code[n] in (NEG, ops.SUB) and a < count):
+            if not n < count or not (graph._code[n] in (NEG, SUB) and a < count):
                 yield f"the negative of node {a}", min(n, count - 1)
         for cached, n in graph._cache.items():
             if not n < count:
