@@ -273,17 +273,23 @@ def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
             marks=pytest.mark.slow,
         ),
         ('experiment(stop = 1 s, method = "radau5");', IMPLICIT, {*EVENTS, *CONSERVING, "dop853.c"}),
-        (
+        pytest.param(
             'experiment(stop = 1 s, method = "gauss4", step = 10 ms);',
             {"gauss.c"},
             {*EVENTS, "radau5.c", "dop853.c"},
+            marks=pytest.mark.slow,
         ),
         (
             'experiment(stop = 1 s, method = "verlet", step = 0.1 ms);',
             {"verlet.c"},
             {*EVENTS, "radau5.c", "dop853.c"},
         ),
-        ('experiment(stop = 1 s, method = "dop853");', {"dop853.c"}, {*EVENTS, *IMPLICIT, *CONSERVING}),
+        pytest.param(
+            'experiment(stop = 1 s, method = "dop853");',
+            {"dop853.c"},
+            {*EVENTS, *IMPLICIT, *CONSERVING},
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_the_c_files_are_what_model_and_method_need(

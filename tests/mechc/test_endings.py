@@ -225,7 +225,7 @@ def nested(begin: str, end: str) -> Callable[[int], str]:
         pytest.param(chain_of_heirs, 30_000, 1, marks=pytest.mark.slow),
         pytest.param(chain_of_names, 30_000, 1, marks=pytest.mark.slow),
         (nested("(", ")"), 30_000, 1),
-        (nested("-", ""), 30_000, 1),
+        pytest.param(nested("-", ""), 30_000, 1, marks=pytest.mark.slow),
         pytest.param(nested("sin(", ")"), 30_000, 1, marks=pytest.mark.slow),
     ],
     ids=["heirs", "names", "many heirs", "many names", "parentheses", "signs", "calls"],

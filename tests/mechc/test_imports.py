@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from slow_params import slow_but
 
 HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime.case")
 """``lark`` makes the parser's tables, once per installation: they are cached."""
@@ -55,7 +56,7 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["new", "swing"], set()),
         (["fmt", "--check", TREE], set()),
         (["check", TREE], {"numpy", "mechc.runtime.case"}),  # its first instant is looked at
-        (["check", LOOP], {"numpy", "mechc.runtime.case"}),
+        pytest.param(["check", LOOP], {"numpy", "mechc.runtime.case"}, marks=pytest.mark.slow),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
         (["run", TREE], {"numpy", "mechc.runtime.case"}),
@@ -94,7 +95,7 @@ MOST_MODULES, MOST_LIBRARIES = 145, 8
 
 
 @pytest.mark.skipif(not Path("/proc/self/maps").exists(), reason="libraries are read from /proc")
-@pytest.mark.parametrize("name", ["double_pendulum", "four_bar", "bouncing_ball"])
+@pytest.mark.parametrize("name", slow_but(["four_bar"], ["double_pendulum", "four_bar", "bouncing_ball"]))
 def test_what_a_scene_does_not_load(name: str, tmp_path: Path) -> None:
     """The house leaves out as well: of its own modules a run of a kept model loads a sixth."""
     for _ in range(3):

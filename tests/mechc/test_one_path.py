@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_cells import TOGETHER, Cell, cells, spelled, unsaid
+from slow_params import slow_among
 from small_models import MODELS, Small, whole
 
 import mechc
@@ -40,7 +41,11 @@ FAST = [
     Cell("study modes", ("MODEL",), "smooth"),
     Cell("study equilibria", ("MODEL", "--guesses", "3"), "smooth"),
 ]
-"""About twenty seconds of processor time."""
+LONG = [
+    *FAST[1 : len(TOGETHER)],
+    *(Cell("run", ("MODEL", "--sensitivity", "PARAMETER"), name) for name in ("sample", "when", "loop")),
+]
+"""Of these, what is slow and has a brother: several questions at once, and derivatives through further kinds of events."""
 
 
 def test_every_command_and_option_is_tried() -> None:
@@ -215,7 +220,7 @@ def _numbers(told: Any, at: str = "") -> dict[str, float]:
     return found
 
 
-@pytest.mark.parametrize("cell", FAST, ids=str)
+@pytest.mark.parametrize("cell", slow_among(LONG, FAST), ids=str)
 def test_a_call_is_right_or_refused(cell: Cell, folders: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folders / (cell.model or "nothing"))
     assert wrong(cell, folders) == ""

@@ -106,7 +106,7 @@ def test_rows_of_all_examples(part: int, tmp_path: Path, objects: Path) -> None:
                 raise
 
 
-@pytest.mark.parametrize("every", ["", ", every = 0.1 s"])
+@pytest.mark.parametrize("every", slow_but([", every = 0.1 s"], ["", ", every = 0.1 s"]))
 def test_a_motion_without_duration_is_one_row(every: str, tmp_path: Path, objects: Path) -> None:
     """As of a run; also where the stop time is said to the program."""
     text = f"parameter a = 2 m;coordinate x = 3 m;kinetic 1/2*1 kg*der(x)^2;output w = a*x;experiment(stop = 0 s{every});"

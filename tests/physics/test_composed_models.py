@@ -86,9 +86,9 @@ def test_friction_follows_the_force_in_a_joint_that_leads_to_a_name_of_a_name() 
 @pytest.mark.parametrize(
     ("size", "seed"),
     [
-        *((2, seed) for seed in range(10)),
+        *((2, seed) for seed in range(4)),
         (3, 3),
-        *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in range(10, 60)),
+        *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in range(4, 60)),
         *(pytest.param(3, seed, marks=pytest.mark.slow) for seed in range(6, 20)),
     ],
 )
@@ -111,8 +111,8 @@ def test_random_loops_obey_newton_and_euler(size: int, seed: int) -> None:
 @pytest.mark.parametrize(
     ("size", "seed"),
     [
-        *((2, seed) for seed in (0, 1, 3, 5)),
-        *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in range(6, 20)),
+        *((2, seed) for seed in (0, 1)),
+        *(pytest.param(2, seed, marks=pytest.mark.slow) for seed in (3, *range(5, 20))),
         *(pytest.param(3, seed, marks=pytest.mark.slow) for seed in range(10)),
     ],
 )

@@ -72,8 +72,8 @@ def test_the_exchanged_curve_is_asked_by_its_own_variable(descent: CurveSolution
     ("guess", "h"),
     [
         ("1 m", 1),
-        ("5*x", 5),
-        ("0.3*x", 0.3),
+        pytest.param("5*x", 5, marks=pytest.mark.slow),
+        pytest.param("0.3*x", 0.3, marks=pytest.mark.slow),
         # nearly level: far below both ends on the way
         ("0.1*x", 0.1),
         pytest.param("0.03*x", 0.03, marks=pytest.mark.slow),

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drops import WEIGHT, drop, on_four_feet
+from slow_params import slow_among
 
 import mechc
 from mechc.runtime.outcome import Outcome
@@ -25,7 +26,7 @@ def check(seed: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 5, 9, 14, 24, 27, 33, 35, 40, 51])
+@pytest.mark.parametrize("seed", slow_among([9, 27, 40], [0, 1, 2, 3, 5, 9, 14, 24, 27, 33, 35, 40, 51]))
 def test_it_comes_to_rest(seed: int) -> None:
     assert check(seed)
 

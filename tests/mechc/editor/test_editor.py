@@ -8,6 +8,7 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from slow_params import slow_but
 
 from mechc.editor.completion import completions
 from mechc.editor.document import Document
@@ -224,7 +225,7 @@ def test_quick_fixes_mend_what_they_are_for() -> None:
     assert len(mended) >= 40
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", slow_but(range(15), range(60)))
 def test_no_edit_is_too_wild(seed: int) -> None:
     """Random edits of examples: every question has an answer, none raises."""
     random = Random(seed)

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from slow_params import slow_among
+from slow_params import slow_among, slow_but
 
 import mechc
 from mechc.cli.main import run
@@ -599,7 +599,7 @@ experiment(stop = 2 s, tolerance = 1e-9);
 """A node ``a`` that is a state without inertia, and nodes ``b`` and ``d`` that balances give, far from their guesses."""
 
 
-@pytest.mark.parametrize("name", ["other coordinates", "start shaken"])
+@pytest.mark.parametrize("name", slow_but(["start shaken"], ["other coordinates", "start shaken"]))
 def test_nodes_without_mass_begin_where_they_are(name: str, tmp_path: Path) -> None:
     """Such twins looked for rates, or for places, that such coordinates have none of."""
     file = tmp_path / "nodes.mech"

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from slow_params import slow_but
 
 from mechc.presentation import building as module
 from mechc.presentation.building import building
@@ -83,7 +84,7 @@ def test_nothing_is_said_without_a_terminal_or_when_quiet(stream: io.StringIO, q
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-@pytest.mark.parametrize("silent", ["", "--json", "--quiet"])
+@pytest.mark.parametrize("silent", slow_but(["", "--quiet"], ["", "--json", "--quiet"]))
 def test_the_command_line_tells_it_on_a_terminal(silent: str, tmp_path: Path) -> None:
     """A model that nobody has compiled before; the delay is nothing."""
     import pty
