@@ -320,6 +320,15 @@ def parse_written_unit(text: str) -> Unit:
         return parse_unit(meant)
 
 
+def is_written_unit(text: str) -> bool:
+    """Tell whether a text is a unit, as instruments write them."""
+    try:
+        parse_written_unit(text)
+    except UnitError:
+        return False
+    return True
+
+
 def _unit_error(text: str) -> UnitError:
     for word in re.findall(r"(?<![\w^])[^\W\d_]+", text):
         if word not in _SYMBOLS:

@@ -18,11 +18,11 @@ from .curves.assemble import assemble_curve
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
 from .hybrid.delays import with_past
-from .model import Equations, Function, ParameterRule
+from .model import Equations, Function
 from .momenta import dense
 from .needs import choices, needs
 from .quantities import origin
-from .reported.entries import Layout, layout_of
+from .reported.entries import Layout, layout_of, parameter_rules
 from .reported.initial_unknowns import found_at_start
 from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
@@ -120,7 +120,7 @@ def _equations(draft: Draft) -> Equations:
         time=layout.time,
         states=layout.states,
         parameters=layout.parameters,
-        parameter_rules=_parameter_rules(system),
+        parameter_rules=parameter_rules(system),
         inputs=layout.inputs,
         held_inputs=solved.held_inputs,
         outputs=listed.entries,
@@ -301,15 +301,6 @@ def _of_each(
 ) -> list[Node]:
     """Return the formula of each number; zero where none is stated."""
     return [formulas.get(s.node, system.graph.zero) for s in scalars]
-
-
-def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
-    formulas = default_formulas(system, system.symbols.parameters)
-    return tuple(
-        ParameterRule(k, formulas[s.node])
-        for k, s in enumerate(system.symbols.parameters)
-        if s.node in formulas
-    )
 
 
 def _rotations(system: MechanicalSystem, layout: Layout) -> tuple[int, ...]:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from ..lang.units import UnitError, parse_written_unit
+from ..lang.units import is_written_unit
 from ..runtime.sheets import PLAIN, NamedColumn, Sheet, SheetReading, header_of, read_sheet
 from .parse_values import UsageMistake, tidy
 
@@ -81,8 +81,8 @@ def _named(columns: str | Mapping[str, str]) -> list[NamedColumn]:
                 f"columns are named as in \"Kraft [kN] = force, Zeit = time\", not '{columns}'",
                 "the head in the file stands left, the name in the model right",
             )
-        plain, unit = header_of(head, is_unit)
-        if header_of(name, is_unit)[1]:
+        plain, unit = header_of(head, is_written_unit)
+        if header_of(name, is_written_unit)[1]:
             raise UsageMistake(
                 f"the unit of '{tidy(name)}' stands beside the head of the file: '{head.strip()} [unit] = ...'"
             )
@@ -90,15 +90,6 @@ def _named(columns: str | Mapping[str, str]) -> list[NamedColumn]:
     if twice := [n for n in {one.name for one in found} if sum(one.name == n for one in found) > 1]:
         raise UsageMistake(f"two columns are called '{twice[0]}'")
     return found
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text is a unit, as instruments write them."""
-    try:
-        parse_written_unit(text)
-    except UnitError:
-        return False
-    return True
 
 
 def absolute(file: str | PathLike[str]) -> str | TableFile:
@@ -111,8 +102,8 @@ def absolute(file: str | PathLike[str]) -> str | TableFile:
 def sheet_of_file(file: str | PathLike[str]) -> Sheet:
     """Read the table of a file. Raises SimulationError."""
     if isinstance(file, TableFile):
-        return read_sheet(file.path, file.reading, is_unit)
-    return read_sheet(Path(file), PLAIN, is_unit)
+        return read_sheet(file.path, file.reading, is_written_unit)
+    return read_sheet(Path(file), PLAIN, is_written_unit)
 
 
 def sheet_of(what: Any, name: str) -> Sheet | None:
@@ -123,7 +114,9 @@ def sheet_of(what: Any, name: str) -> Sheet | None:
         return sheet_of_file(what)
     if isinstance(what, Mapping) or hasattr(what, "columns"):
         names = list(what.columns if hasattr(what, "columns") else what)
-        return _sheet(name, [header_of(str(one), is_unit) for one in names], [what[one] for one in names])
+        return _sheet(
+            name, [header_of(str(one), is_written_unit) for one in names], [what[one] for one in names]
+        )
     if hasattr(what, "index") and hasattr(what, "to_numpy"):  # a Series of pandas
         return _sheet(name, [("time", ""), (name, "")], [what.index, what])
     if isinstance(what, (tuple, list)) and len(what) == 2:

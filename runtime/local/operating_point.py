@@ -106,6 +106,11 @@ class Site(Struct, frozen=True, eq=False):
         found[chart.nd :] = dy[list(chart.behind)]
         return found
 
+    def phase(self, y: Array) -> Array:
+        """Return momenta, energy and the other quantities of the part ``phase`` at a state."""
+        assert self.case.functions.phase is not None, "the part phase"
+        return self.case.functions.phase(self.t, y, self.u, self.z, self.p)
+
     def constraints(self, y: Array) -> tuple[Array, Array]:
         """Return the residuals of the position constraints, and K v + b."""
         problem, functions = self.problem, self.case.functions

@@ -90,3 +90,10 @@ def _second_variation(site: Site, y: Array, idle: tuple[str, ...], beside: Array
         limit += 4 * float(np.abs((vibration(site, beside).entries[1] - found.entries[1]).todense()).sum())
     fed = bool(losses.min() < -64 * EPSILON * max(float(np.abs(c).max()), 1e-300))
     return bool(values.min() > limit) and not fed, found.conservative
+
+
+def eigenvalue_text(z: complex) -> str:
+    """Return an eigenvalue as tables show it; one that is not real stands for its conjugate, too."""
+    if abs(z.imag) <= 1e-12 * abs(z):
+        return f"{z.real:.5g}"
+    return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"

@@ -15,11 +15,11 @@ from ...flat.model import Kind
 from ...graph import Graph, Node
 from ...graph.differentiate import gradient, jacobian
 from ...graph.evaluate import evaluate
-from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import EXCHANGED, Equations, Function, ParameterRule, Slot
+from ..model import EXCHANGED, Equations, Function, Slot
 from ..quantities import origin, quantity
+from ..reported.entries import parameter_rules
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
 from .first_integrals import answered, first_integrals
@@ -185,7 +185,7 @@ def assemble_curve(
         time=quantity(system.model.independent, "time", _independent_unit(system), span=curve.origin.span),
         states=states,
         parameters=_parameters(system),
-        parameter_rules=_parameter_rules(system),
+        parameter_rules=parameter_rules(system),
         inputs=(),
         discretes=z,
         outputs=tuple(entry for entry, _ in reported),
@@ -304,15 +304,6 @@ def _parameters(system: MechanicalSystem) -> tuple[Quantity, ...]:
     return tuple(
         replace(_entry(s, "parameter"), type=kinds.get(s.variable.type.kind, "real"))
         for s in system.symbols.parameters
-    )
-
-
-def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
-    formulas = default_formulas(system, system.symbols.parameters)
-    return tuple(
-        ParameterRule(k, formulas[s.node])
-        for k, s in enumerate(system.symbols.parameters)
-        if s.node in formulas
     )
 
 

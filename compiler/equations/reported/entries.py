@@ -14,10 +14,11 @@ from ...flat.model import Kind
 from ...flat.operands import idle_parameters
 from ...graph import Node
 from ...graph.operations import SELECT
+from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.modes import ImpulseAction, SetAction
 from ...mechanics.system import ConstraintRows, DriveRow, MechanicalSystem
-from ..model import Slot
+from ..model import ParameterRule, Slot
 from ..quantities import quantity
 from ..solve.energies import Energies, supplied_at_instants
 
@@ -199,3 +200,13 @@ def momentum_unit(scalar: Scalar, layout: Layout) -> str:
     second = parse_unit("s").dimension
     dimension = parse_unit("J").dimension * second / scalar.variable.type.dimension
     return unit_of(dimension, angle=False)
+
+
+def parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
+    """Return how parameters follow from others."""
+    formulas = default_formulas(system, system.symbols.parameters)
+    return tuple(
+        ParameterRule(k, formulas[s.node])
+        for k, s in enumerate(system.symbols.parameters)
+        if s.node in formulas
+    )

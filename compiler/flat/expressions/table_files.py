@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from itertools import pairwise
 
-from mechc.lang.units import Unit, UnitError, parse_written_unit
+from mechc.lang.units import Unit, is_written_unit, parse_written_unit
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.sheets import PLAIN, Sheet, read_sheet
 
@@ -26,7 +26,7 @@ def table_of_file(call: ElaboratedCall, kind: str, outside: str, chosen: list[Li
     path = path_of(scope, call.arguments[1], span, TEXTS, CODE, "table of text", "'.csv', '.txt' or '.dat'")
     noted(scope, name, path)
     try:
-        sheet = read_sheet(path, PLAIN, _is_unit)
+        sheet = read_sheet(path, PLAIN, is_written_unit)
         points, angle = _column(call, sheet, 0)
         found, unit = _column(call, sheet, _place(call, sheet, column))
     except SimulationError as error:
@@ -64,14 +64,6 @@ def table_of_file(call: ElaboratedCall, kind: str, outside: str, chosen: list[Li
         function="table",
         arguments=(call.arguments[0], text(call, key), zero, *chosen),
     )
-
-
-def _is_unit(text: str) -> bool:
-    try:
-        parse_written_unit(text)
-    except UnitError:
-        return False
-    return True
 
 
 _PURE = Unit("", types.NUMBER.dimension, Fraction(1))

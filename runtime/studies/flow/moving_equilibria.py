@@ -107,14 +107,9 @@ class CarriedEquations:
         y[self.n : 2 * self.n] = self.ways(x[: self.n]) @ x[self.n :]
         return y
 
-    def _phase(self, y: Array) -> Array:
-        site = self.site
-        assert site.case.functions.phase is not None, "the part phase"
-        return site.case.functions.phase(site.t, y, site.u, site.z, site.p)
-
     def momenta_of(self, y: Array) -> Array:
         """Return the momenta of the moves."""
-        found: Array = self._phase(y)[self._momenta] @ self.ways(y[: self.n])
+        found: Array = self.site.phase(y)[self._momenta] @ self.ways(y[: self.n])
         return found
 
     def momenta_slopes(self, y: Array) -> Array:
@@ -125,7 +120,7 @@ class CarriedEquations:
             -1, 2 * n
         )
         slopes = self.ways(y[:n]).T @ own[self._momenta]
-        slopes[:, :n] += np.array([self._phase(y)[self._momenta] @ move.A for move in self.moves])
+        slopes[:, :n] += np.array([self.site.phase(y)[self._momenta] @ move.A for move in self.moves])
         return slopes
 
     def momenta_at(self, x: Array) -> Array:
@@ -259,7 +254,7 @@ class CarriedEquations:
         def energy(way: Array) -> float:
             z = y.copy()
             z[: 2 * self.n] += way
-            return float(self._phase(newton(z, onto, added, most=6, close=EPSILON).at)[self._energy])
+            return float(self.site.phase(newton(z, onto, added, most=6, close=EPSILON).at)[self._energy])
 
         hessian = np.zeros((m, m))
         try:

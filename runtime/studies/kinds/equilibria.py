@@ -13,7 +13,7 @@ from ...local.equilibrium_feasibility import check_side, contacts, penetrated, s
 from ...local.jumps import on_surfaces, rests_at_jumps
 from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
 from ...local.search import Box, Search, box_of
-from ...local.stability import UNTOLD, Stability, stability
+from ...local.stability import UNTOLD, Stability, eigenvalue_text, stability
 from ...local.survey import Survey, surveyed
 from ...local.vibration import SECOND_ORDER
 from ...outcome import Outcome, SimulationError
@@ -229,7 +229,7 @@ def _per(site: Site) -> str:
 def _row(record: dict[str, Any], names: list[str], error: float | None) -> tuple[Cell, ...]:
     values = [complex(*pair) for pair in record["eigenvalues"]]
     shown = [z for z in values if z.imag >= 0][:3]
-    listed = ", ".join(_short(z) for z in shown) + (
+    listed = ", ".join(eigenvalue_text(z) for z in shown) + (
         ", ..." if len([z for z in values if z.imag >= 0]) > 3 else ""
     )
     return (
@@ -242,12 +242,6 @@ def _row(record: dict[str, Any], names: list[str], error: float | None) -> tuple
 
 def _shown(value: float, error: float | None) -> float:
     return 0.0 if error is not None and abs(value) <= error else value
-
-
-def _short(z: complex) -> str:
-    if abs(z.imag) <= 1e-12 * abs(z):
-        return f"{z.real:.5g}"
-    return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
 
 
 def _bounds(site: Site, box: Box) -> dict[str, list[float]]:

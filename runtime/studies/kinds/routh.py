@@ -76,7 +76,7 @@ class SteadySearch:
                 )
         y = site.y.copy()
         y[[nq + k for k in self.shape]] = 0.0
-        self.start, self.p0 = y, self._phase(site.y)[self.momenta][self.cyclic]
+        self.start, self.p0 = y, self.site.phase(site.y)[self.momenta][self.cyclic]
         self._bounds(box)
 
     def _column(self, name: str) -> int:
@@ -104,11 +104,6 @@ class SteadySearch:
         self.speed = speed or natural or 1.0
         self.sizes = np.r_[np.maximum(1.0, np.abs(self.start[:nq])), np.full(nq, self.speed)]
 
-    def _phase(self, y: Array) -> Array:
-        site = self.site
-        assert site.case.functions.phase is not None, "the part phase"
-        return site.case.functions.phase(site.t, y, site.u, site.z, site.p)
-
     def _slopes(self, y: Array) -> Array:
         """Return the derivatives of the momenta of cyclic coordinates by q and v."""
         site = self.site
@@ -118,7 +113,7 @@ class SteadySearch:
 
     def momenta_at(self, y: Array) -> Array:
         """Return the momenta of the cyclic coordinates."""
-        return self._phase(y)[self.momenta][self.cyclic]
+        return self.site.phase(y)[self.momenta][self.cyclic]
 
     def equations(self, y: Array) -> tuple[Array, Array]:
         """Return what has to vanish and its derivatives by q and v: accelerations, and changes of momenta that are held."""
@@ -126,7 +121,7 @@ class SteadySearch:
         left, slopes = self.site.rates(y)[nq : 2 * nq], self.site.derivatives(y).rates[nq : 2 * nq]
         if not self.fixed:
             return left, slopes
-        change = self._phase(y)[self.momenta][self.cyclic] - self.p0
+        change = self.site.phase(y)[self.momenta][self.cyclic] - self.p0
         return np.r_[left, change], np.vstack([slopes, self._slopes(y)])
 
     def run(self) -> list[SteadyMotion]:
@@ -158,7 +153,7 @@ class SteadySearch:
         """Give the cyclic coordinates the rates that belong to the momenta of the start."""
         rates = [self.nq + k for k in self.cyclic]
         slopes = self._slopes(y)[:, rates]
-        change = self.p0 - self._phase(y)[self.momenta][self.cyclic]
+        change = self.p0 - self.site.phase(y)[self.momenta][self.cyclic]
         if np.isfinite(slopes).all() and np.isfinite(change).all():
             y[rates] += solve(slopes, change)
 
@@ -241,12 +236,12 @@ class SteadySearch:
         y = self.start.copy()
         y[self.shape] = q
         self._set_rates(y)
-        return float(self._phase(y)[self.energy_place])
+        return float(self.site.phase(y)[self.energy_place])
 
     def _minimum(self, y: Array) -> bool:
         """Whether the energy has a strict minimum there, by differences, with the momenta of the motion held."""
         n, held = len(self.shape), self.p0
-        self.p0 = self._phase(y)[self.momenta][self.cyclic]
+        self.p0 = self.site.phase(y)[self.momenta][self.cyclic]
         q, h = y[self.shape], 2e-3 * self.sizes[self.shape]
         hessian = np.zeros((n, n))
         for i in range(n):

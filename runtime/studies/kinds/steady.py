@@ -15,6 +15,7 @@ import numpy as np
 
 from ...local.operating_point import PART, moving_inputs, site_of
 from ...local.search import box_of
+from ...local.stability import eigenvalue_text
 from ...outcome import Outcome, SimulationError
 from ...problem import Problem
 from ...settings import Place, Range, settable
@@ -110,7 +111,7 @@ def _listed(search: Search, found: list[SteadyMotion]) -> Findings:
     rate = f"1/{problem.time.unit}" if problem.time.unit else ""
     rows: list[tuple[Cell, ...]] = []
     for one in found:
-        shown = [_short(v) for v in one.eigenvalues if v.imag >= 0][:3]
+        shown = [eigenvalue_text(v) for v in one.eigenvalues if v.imag >= 0][:3]
         rows.append((*_cells(one, search.columns()), ", ".join(shown)))
     head = (
         *((search.names[k], units[k]) for k in search.columns()), ("error", ""), ("", ""), ("eigenvalues", rate),
@@ -163,12 +164,6 @@ def _cells(one: SteadyMotion, columns: list[int]) -> tuple[Cell, ...]:
 
 def _count(count: int) -> str:
     return f"{count} steady motion{'' if count == 1 else 's'}"
-
-
-def _short(z: complex) -> str:
-    if abs(z.imag) <= 1e-12 * abs(z):
-        return f"{z.real:.5g}"
-    return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
 
 
 def _potential(search: Search, found: list[SteadyMotion]) -> tuple[Panel, ...]:

@@ -13,7 +13,7 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
-from fmu_models import DRIVEN, EXAMPLES, packed
+from fmu_models import DRIVEN, EXAMPLES, derivative, packed, put, restore, save
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
@@ -37,24 +37,6 @@ def driven(request: Any, tmp_path_factory: Any) -> Iterator[tuple[Path, Package,
 
 def references(path: Path) -> dict[str, int]:
     return {v.name: v.valueReference for v in fmpy.read_model_description(str(path)).modelVariables}
-
-
-def put(fmu: Any, reference: int, value: float) -> None:
-    (fmu.setReal if hasattr(fmu, "setReal") else fmu.setFloat64)([reference], [value])
-
-
-def save(fmu: Any) -> bytes:
-    state = (fmu.getFMUstate if hasattr(fmu, "getFMUstate") else fmu.getFMUState)()
-    data = (fmu.serializeFMUstate if hasattr(fmu, "serializeFMUstate") else fmu.serializeFMUState)(state)
-    (fmu.freeFMUstate if hasattr(fmu, "freeFMUstate") else fmu.freeFMUState)(state)
-    return bytes(data)
-
-
-def restore(fmu: Any, data: bytes) -> None:
-    two = hasattr(fmu, "deSerializeFMUstate")
-    state = (fmu.deSerializeFMUstate if two else fmu.deserializeFMUState)(data)
-    (fmu.setFMUstate if two else fmu.setFMUState)(state)
-    (fmu.freeFMUstate if two else fmu.freeFMUState)(state)
 
 
 def test_is_valid_and_moves_as_the_native_run(driven: tuple[Path, Package, Start, int]) -> None:
@@ -142,19 +124,6 @@ def test_a_changed_parameter_and_input_act(driven: tuple[Path, Package, Start, i
     assert found["stretch"] == 5.0 * 0.25
     force = 3.0 * np.cos(0.25) - 5.0 * 0.25 - 0.1 * 0.1
     assert found["der(x,2)"] == pytest.approx(force / 2.0, rel=1e-14)
-
-
-def derivative(
-    fmu: Any, unknowns: list[int], knowns: list[int], seed: list[float], adjoint: bool = False
-) -> list[float]:
-    if adjoint:
-        # without nSensitivity, fmpy makes room for as many results as unknowns
-        return list(
-            fmu.getAdjointDerivative(unknowns=unknowns, knowns=knowns, seed=seed, nSensitivity=len(knowns))
-        )
-    if hasattr(fmu, "getReal"):
-        return list(fmu.getDirectionalDerivative(unknowns, knowns, seed))
-    return list(fmu.getDirectionalDerivative(unknowns=unknowns, knowns=knowns, seed=seed))
 
 
 def test_directional_derivatives(driven: tuple[Path, Package, Start, int]) -> None:
