@@ -23,7 +23,7 @@ from .momenta import dense
 from .needs import choices, needs
 from .quantities import origin
 from .reported.entries import Layout, layout_of, parameter_rules
-from .reported.initial_unknowns import found_at_start
+from .reported.initial_unknowns import initial_unknowns
 from .reported.outputs import OutputList, list_outputs
 from .rows.constraints import Projection
 from .rows.crowd import CrowdMember, check_crowd, forces_by_name, set_apart
@@ -90,7 +90,7 @@ def _begun(
     """Return what every model has: rates, start, outputs, projections."""
     layout = layout_of(system, solved.driven, solved.energies, {*parts, "accounts"} if members else parts)
     listed = list_outputs(system, solved, layout, parts)
-    found = found_at_start(system, solved, layout, _starts(system, layout), reporter)
+    found = initial_unknowns(system, solved, layout, _starts(system, layout), reporter)
     starts = found.starts
     functions = _functions(system, solved, layout, listed, starts, parts)
     crowd = crowd_of(system, solved, layout, members, listed.nodes, parts, reporter)

@@ -27,7 +27,7 @@ from .reported.assembly import assembly
 from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
-from .reported.initial_unknowns import FoundStart
+from .reported.initial_unknowns import InitialUnknowns
 from .reported.matter import matter_of
 from .reported.output_systems import systems_of
 from .reported.outputs import OutputList
@@ -48,7 +48,7 @@ class Draft(Struct, eq=False):
     solved: Solved
     layout: Layout
     listed: OutputList
-    found: FoundStart
+    found: InitialUnknowns
     members: tuple[CrowdMember, ...]
     crowd: Crowd | None
     reporter: Reporter

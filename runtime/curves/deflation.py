@@ -10,7 +10,7 @@ from ..problem import Array
 from .posed import Posed
 from .search import Failed, FoundCurve, search
 from .starts import Source, evaluate
-from .wavy_guesses import bent, spans
+from .wavy_guesses import spans, with_waves
 
 MOST = 12
 """Curves that are looked for."""
@@ -51,7 +51,7 @@ def further(
 
 def _starts(posed: Posed, size: Array, shares: Sequence[float]) -> Iterator[Source]:
     yield posed.guess
-    yield from (start for _, start in bent(posed.guess, size, shares))
+    yield from (start for _, start in with_waves(posed.guess, size, shares))
 
 
 def _apart(a: FoundCurve, b: FoundCurve, least: Array) -> bool:

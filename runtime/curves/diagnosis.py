@@ -14,7 +14,7 @@ from .newton import projected, stiffly
 from .posed import Posed
 from .starts import Source, beginning, ends_given, evaluate, gauge, undefined, with_numbers
 from .unknowns import Unknowns
-from .wavy_guesses import bent, spans
+from .wavy_guesses import spans, with_waves
 
 ELEMENTS, DEGREE = 6, 6
 MISSED = 1e-6
@@ -113,7 +113,7 @@ def _dependent(discrete: DiscreteCurve, first: Unknowns) -> str:
 def _unmet(posed: Posed) -> str:
     """Say which conditions on the whole no curve was found to meet."""
     size = spans(posed, posed.guess(np.linspace(0, 1, 201)))
-    starts = [posed.guess, *(s for _, s in bent(posed.guess, size, (0.5, -0.5)))][:5]
+    starts = [posed.guess, *(s for _, s in with_waves(posed.guess, size, (0.5, -0.5)))][:5]
     best, said = np.inf, ""
     for source in starts:
         discrete, first = begun(posed, source, ELEMENTS)

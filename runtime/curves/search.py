@@ -17,7 +17,7 @@ from .newton import Factors, Solved, newton
 from .posed import Posed
 from .starts import Source, evaluate, parameters_of, passed, transferred, turns_back, without_repeats
 from .unknowns import Unknowns
-from .wavy_guesses import bent, spans
+from .wavy_guesses import spans, with_waves
 
 DEGREE = 10
 FINER = 2
@@ -94,7 +94,7 @@ def search(
                 raise
             before = lost.why
     if not alone:
-        found, more = _from_bent(posed, source, meshes[:1], remarks)
+        found, more = _from_waves(posed, source, meshes[:1], remarks)
         if found is not None:
             return _adapted(posed, found, degree, steps + more, remarks)
     undefined = next((t.outcome for t in tried if not t.way), "")
@@ -133,14 +133,14 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
     return answer
 
 
-def _from_bent(
+def _from_waves(
     posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], remarks: list[str]
 ) -> tuple[Begun | None, int]:
     """Return the curve of the fewest directions down, and lowest value, of those that two opposite waves lead to."""
     at = source(np.linspace(0, 1, 201))
     size, steps = spans(posed, at), 0
     found: list[tuple[int, float, str, Begun]] = []
-    for count, (words, start) in enumerate(bent(source, size, (0.5, -0.5)), start=1):
+    for count, (words, start) in enumerate(with_waves(source, size, (0.5, -0.5)), start=1):
         one, more = first_from(posed, start, meshes, (), [], [], once=False)
         steps += more
         if one is not None:

@@ -30,7 +30,7 @@ def spans(posed: Posed, at: Array) -> Array:
     return size
 
 
-def bent(source: Source, size: Array, shares: Sequence[float]) -> Iterator[tuple[str, Source]]:
+def with_waves(source: Source, size: Array, shares: Sequence[float]) -> Iterator[tuple[str, Source]]:
     """Yield a source with half waves added, as ``shares`` of ``size``, with words for each."""
     for shape in SHAPES:
         for wave in WAVES:

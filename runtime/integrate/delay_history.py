@@ -11,7 +11,7 @@ from ..delays import DelayTable, U, Y, Z
 from ..problem import Array
 
 
-class Past:
+class DelayHistory:
     """The history of one run, by its polynomials ``y`` of the states (None: straight lines between the rows ``t`` [n] with
     ``z`` [n, nz]) and what else changes, ``modes``."""
 

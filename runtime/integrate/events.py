@@ -14,7 +14,7 @@ from ..problem import Array, Problem
 from ..rows import IN_MEMORY, Storage, slices
 
 if TYPE_CHECKING:
-    from .delay_history import Past
+    from .delay_history import DelayHistory
 
 NOTED: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
 """One event as the kernel notes it."""
@@ -163,7 +163,7 @@ class EventRecord:
         self.start_z, self.grid_z = start_z, grid_z
         self.events = Events(problem, noted, self)
         self._sides: Array | _Merged = instants[:, 1:]
-        self.past: Past | None = None
+        self.past: DelayHistory | None = None
         """Of a model with delays: what changes in z between events."""
 
     def __len__(self) -> int:

@@ -20,7 +20,7 @@ from ..native.status import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices
-from .delay_history import Past
+from .delay_history import DelayHistory
 from .event_log import EventLog
 from .events import merged
 from .interruption import NotedInterruptions
@@ -61,7 +61,9 @@ def run_kernel(case: Case, options: SolverOptions, reader: Reader | None = None)
         dense = _dense(record, case, options, report, interrupted())
         if happened is not None and (delays := delays_of(case.functions, case.p)) is not None:
             ny = rows.shape[1]
-            happened.past = Past(case, delays, dense, partial(happened.held, ny=ny), (t, happened.grid_z))
+            happened.past = DelayHistory(
+                case, delays, dense, partial(happened.held, ny=ny), (t, happened.grid_z)
+            )
         return Trajectory(
             t=t,
             y=rows,

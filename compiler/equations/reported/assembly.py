@@ -21,11 +21,11 @@ from ..rows.constraints import Row
 from ..rows.residual import constraint_rates
 from ..solve.solved import Solved
 from .entries import Layout
-from .initial_unknowns import FoundStart, StartCondition
+from .initial_unknowns import InitialUnknowns, StartCondition
 
 
 def assembly(
-    system: MechanicalSystem, solved: Solved, layout: Layout, found: FoundStart, reporter: Reporter
+    system: MechanicalSystem, solved: Solved, layout: Layout, found: InitialUnknowns, reporter: Reporter
 ) -> tuple[tuple[AssemblyRow, ...], tuple[Function, ...]]:
     """Return the rows and the functions ``assembly`` (residuals) and ``assembly_jacobian``; none without rows.
 

@@ -36,7 +36,7 @@ class StartCondition(Struct, frozen=True):
     late: bool
 
 
-class FoundStart(Struct, frozen=True):
+class InitialUnknowns(Struct, frozen=True):
     """``starts`` of the state with those that the conditions decide; the ``conditions`` that are left; ``parameters`` by index,
     those that follow from others of them too."""
 
@@ -46,13 +46,13 @@ class FoundStart(Struct, frozen=True):
     states: tuple[int, ...] = ()
 
 
-def found_at_start(
+def initial_unknowns(
     system: MechanicalSystem,
     solved: Solved,
     layout: Layout,
     starts: Sequence[InitialValue],
     reporter: Reporter,
-) -> FoundStart:
+) -> InitialUnknowns:
     """Return what the start finds; report parameters that nothing decides, and conditions that cannot hold."""
     graph = system.graph
     guessed = [s for s in system.symbols.parameters if s.variable.found]
@@ -89,7 +89,7 @@ def found_at_start(
             )
     reporter.stop_on_errors()
     if not claimed:
-        return FoundStart(tuple(starts), tuple(conditions), {})
+        return InitialUnknowns(tuple(starts), tuple(conditions), {})
     everything = _values(system, layout, starts)
     guesses = {**default_formulas(system, guessed), **everything}
     solution = _solved(system, conditions, claimed, guesses, reporter)
@@ -101,7 +101,7 @@ def found_at_start(
             node = solution[scalar.node]
             (value,) = substitute(graph, [node], everything)
             values[k] = replace(starts[k], value=value, by_others=node)
-    return FoundStart(
+    return InitialUnknowns(
         tuple(values),
         tuple(replace(c, residual=n) for c, n in zip(rest, residuals, strict=True)),
         _parameters(system, solution, rules),

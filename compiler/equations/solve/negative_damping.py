@@ -9,7 +9,7 @@ from ...mechanics.system import MechanicalSystem
 from ..rows.defaults import default_values
 
 
-def warn_of_feeding(system: MechanicalSystem, reporter: Reporter) -> None:
+def warn_of_negative_damping(system: MechanicalSystem, reporter: Reporter) -> None:
     """Warn of dampings and dissipations that are negative whatever the state.
 
     What changes its sign with the state or the time, as in a van der Pol oscillator, is meant so.

@@ -36,7 +36,7 @@ from .energies import Energies, energies
 from .energies import still as resting
 from .force_laws import solve_laws
 from .joint_reactions import joint_reactions
-from .negative_damping import warn_of_feeding
+from .negative_damping import warn_of_negative_damping
 from .queries import Replies, answers, force_answers, refuse_unanswered
 from .shares import Share, follows, shares_of, told
 from .unknown_forces import report_circle, unknown_forces
@@ -100,7 +100,7 @@ def solve_system(
     carried += [x for body in system.inertias for row in body.inertia for x in row]
     refuse_unanswered(system, carried, reporter)
     check_rigid_bodies(system, reporter)
-    warn_of_feeding(system, reporter)
+    warn_of_negative_damping(system, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [
         tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))

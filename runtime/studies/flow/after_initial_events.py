@@ -16,7 +16,7 @@ LATER = 1e6
 """Ticks that count as over, so that no clock ticks at the start."""
 
 
-def begun(plan: Plan) -> Plan:
+def after_initial_events(plan: Plan) -> Plan:
     """Give a plan whose motion begins after what ``initial()`` makes act, and in which that acts no more; the same plan where
     nothing asks for it. Raises SimulationError where the start fails."""
     case, model = plan.case, plan.case.functions.struct

@@ -17,7 +17,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.after_initial_events import begun
+from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
 from ..runs.simulate import Plan, plan_run
@@ -62,7 +62,7 @@ class _Place(Struct, frozen=True):
 def _at(problem: Problem, study: Floquet, values: dict[str, float]) -> _Place:
     """Make the motion ready for these values of parameters."""
     options = replace(study, values={**study.values, **values}, stop=study.stop)
-    plan = begun(plan_run(problem, options))
+    plan = after_initial_events(plan_run(problem, options))
     case, period = plan.case, study.period
     if period is None:
         period = case.stop - case.begin

@@ -30,7 +30,7 @@ from ...settings import settable
 from ...tangent.coordinates import basis, minimal
 from ...tangent.flow import GENERAL, Tangents
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.after_initial_events import begun
+from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, LinearMap, of_pieces
 from ..flow.pieces import with_horizon
 from ..flow.time_dependence import depends_on_time
@@ -122,7 +122,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
         if self.over:
             return _one_by_one(problem, self)
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
-        plan = begun(plan_run(problem, options))
+        plan = after_initial_events(plan_run(problem, options))
         with NotedInterruptions() as interrupted:
             return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
 
@@ -142,7 +142,9 @@ def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
         for k in range(n):
             values = dict(zip(members.names, members.values(k, k + 1)[0].tolist(), strict=True))
             try:
-                plan = begun(plan_run(problem, replace(options, values={**options.values, **values})))
+                plan = after_initial_events(
+                    plan_run(problem, replace(options, values={**options.values, **values}))
+                )
                 method, tolerance = plan.method.name, plan.case.tolerance
                 span = study.time or plan.case.stop - plan.case.begin
                 one = replace(options, count=1, time=span, progress=None)

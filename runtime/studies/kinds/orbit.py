@@ -16,7 +16,7 @@ from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
-from ..flow.after_initial_events import begun
+from ..flow.after_initial_events import after_initial_events
 from ..flow.following import FollowedPlace, Follower
 from ..flow.linearised import Linearised, compared
 from ..flow.liouville import contradicted
@@ -72,7 +72,7 @@ class Orbit(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Find the orbit. Raises SimulationError where there is none near."""
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
-        plan = begun(plan_run(problem, options))
+        plan = after_initial_events(plan_run(problem, options))
         linear = Linearised(plan)
         driven = depends_on_time(plan)
         start, period = linear.joined(plan.case.y0, plan.case.z), given_period(plan, self.period)
@@ -91,7 +91,7 @@ class Orbit(Study, frozen=True, kw_only=True):
         loose = loose if driven else least(linear, loose, energy)
         if not driven:
             refuse_rest(plan, linear, loose)
-        beside = begun(plan_run(problem, replace(options, **closer(plan)[0])))
+        beside = after_initial_events(plan_run(problem, replace(options, **closer(plan)[0])))
         tight = Linearised(beside)
         exact = close(tight, loose.whole, loose.period, free=not driven, energy=energy)
         if beside.case.tolerance > plan.case.tolerance:  # the tightest there is has a looser one beside it
@@ -327,7 +327,9 @@ def _followed(
     axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
 
     def planned(value: float) -> Plan:
-        return begun(plan_run(problem, replace(study, values={**study.values, wanted.name: value})))
+        return after_initial_events(
+            plan_run(problem, replace(study, values={**study.values, wanted.name: value}))
+        )
 
     follower = Follower(
         linear, planned, lambda plan: given_period(plan, study.period), wanted.high - wanted.low, free=free

@@ -9,7 +9,7 @@ import numpy as np
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.after_initial_events import begun
+from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, determinant
 from ..flow.mass_matrix import KINETIC, mass_matrix
 from ..flow.pieces import with_horizon
@@ -30,7 +30,7 @@ class Volume(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> Findings:
         """Carry the changes of the start along. Raises SimulationError where the motion has no derivatives."""
-        plan = begun(plan_run(problem, with_horizon(problem, self, HORIZON, TOLERANCE)))
+        plan = after_initial_events(plan_run(problem, with_horizon(problem, self, HORIZON, TOLERANCE)))
         case = plan.case
         if problem.constraints:
             raise SimulationError(
