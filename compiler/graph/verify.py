@@ -153,7 +153,10 @@ class _Check:
         ):
             wrong = known.keys() ^ {n for n, c in enumerate(graph._code) if c == code}
             if wrong:
-                self.fail(min(*wrong, len(graph) - 1), f"lacks {what}, or has {what} that its operation has no place for")
+                self.fail(
+                    min(*wrong, len(graph) - 1),
+                    f"lacks {what}, or has {what} that its operation has no place for",
+                )
         for n, (table, order) in graph._lookups.items():
             if not 0 <= table < len(graph.tables) or not answers(graph.tables[table], order):
                 self.fail(n, f"asks question {order} of table {table} of {len(graph.tables)}")
