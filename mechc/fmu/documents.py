@@ -200,9 +200,11 @@ def _even_times(begin: float, stop: float, solution: Solution) -> Array:
         return solution.time[:1]
     step = solution.statistics.longest_step
     if step is None or solution.statistics.method not in SOLVING_CONTACTS:
-        return np.linspace(begin, stop, ROWS)
+        return np.linspace(begin, stop, ROWS, dtype=np.float64)
     spacing = step * max(1, math.ceil((stop - begin) / (ROWS - 1) / step * (1 - 1e-9)))
-    ends: Array = begin + spacing * np.arange(math.floor((stop - begin) / spacing * (1 + 1e-9)) + 1)
+    ends: Array = begin + spacing * np.arange(
+        math.floor((stop - begin) / spacing * (1 + 1e-9)) + 1, dtype=np.float64
+    )
     return ends
 
 

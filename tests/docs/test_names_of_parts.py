@@ -106,7 +106,9 @@ def test_parts_for_those_who_know_modelica() -> None:
     assert len(found) > 25
     for name, given in found:
         assert name in parts, name
-        said = [re.match(r"(?:der\()?(\w+)", a.strip()) for a in given.split(",") if a.strip() and "->" not in a]
+        said = [
+            re.match(r"(?:der\()?(\w+)", a.strip()) for a in given.split(",") if a.strip() and "->" not in a
+        ]
         assert {m[1] for m in said if m} <= parts[name], name
 
 

@@ -224,7 +224,9 @@ def test_a_stop_takes_over_what_friction_alone_held() -> None:
     """).simulate(sensitivity="F")
     assert [event.kind for event in found.events if event.name == "stop"] == ["lift-off", "rest", "lift-off"]
     p = np.polynomial.Polynomial.fromroots([1, 2, 4]) * (-1 / 8)
-    (leaves,) = (t.real for t in (3 * p + 0.5).roots() if abs(t.imag) < 1e-12 and t.real > 4)
+    (leaves,) = (
+        t.real for t in np.asarray((3 * p + 0.5).roots(), np.complex128) if abs(t.imag) < 1e-12 and t.real > 4
+    )
     rate = p.integ() - p.integ()(leaves)
     place = rate.integ() - rate.integ()(leaves)
     assert found.sensitivity("x", "F").values[-1] == pytest.approx(place(4.8) / 2, rel=1e-8)

@@ -131,7 +131,7 @@ def check_askers(
     sticks = {rows.mode.flag for m in members for rows in m.friction if rows.mode is not None}
     for function in functions:
         if sticks & set(system.graph.support(*function.outputs)):
-            raise _unformed(members, "whether the friction of a contact sticks", reporter)
+            raise _unformed(system, members, "whether the friction of a contact sticks", reporter)
         if function.name != "outputs" and symbols & set(system.graph.support(*function.outputs)):
             raise _unformed(
                 system,

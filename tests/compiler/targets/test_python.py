@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -209,7 +210,8 @@ def test_a_branch_that_is_not_taken_may_divide_by_zero(tmp_path: Path) -> None:
     assert made.rhs(1.0, [0.3, 0.0, 0.0], (), made.parameters({"k": 4.0}))[1] == 0.5
     functions, parameters = load_arrays(mechc.loads(text).compilation.program)
     parameters(p := np.zeros(made_size(made)), np.zeros(made_size(made), np.uint8))
-    assert functions["rhs"](np.ones(1), np.array([[0.3], [0], [0]]), np.zeros(0), np.zeros(0), p)[1] == [-0.3]
+    time: Any = np.ones(1)  # one column of many
+    assert functions["rhs"](time, np.array([[0.3], [0], [0]]), np.zeros(0), np.zeros(0), p)[1] == [-0.3]
 
 
 def made_size(module: ModuleType) -> int:

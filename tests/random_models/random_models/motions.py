@@ -25,7 +25,7 @@ FLOOR = 1e-6
 STEP = 0.001
 """Seconds, of methods whose steps are of one size."""
 FIXED = frozenset(KERNEL_METHODS) - {"auto", "dop853", "radau5", "taylor"}
-Edged = Callable[[float], bool]
+Edged = Callable[[float], bool | None]
 """Whether rounding decides for a side of a law or an output at a time."""
 
 
