@@ -179,7 +179,8 @@ class _Robot:
                 q = m.key_qpos[key].tolist()
                 if kind in UNITS:
                     value = q[a] - float(m.qpos0[a])
-                    given += [f"{name} {self.sign} {quantity(value, UNITS[kind][1])}"] if value else []
+                    said = value or self._start(joint)  # what starts elsewhere
+                    given += [f"{name} {self.sign} {quantity(value, UNITS[kind][1])}"] if said else []
                     continue
                 turn = a + 3 if kind == FREE else a
                 given += [f"{name}.position {self.sign} {vector(q[a : a + 3], 'm')}"] if kind == FREE else []
@@ -327,15 +328,32 @@ class _Robot:
             coordinate, unit = UNITS[kind][:2]
             self.moved[joint] = f"{name}.{coordinate}"
             own = [f"axis = {vector(m.jnt_axis[joint].tolist())}"]
-            own += [f"{coordinate} {self.sign} {quantity(0, unit)}", *self._own(joint, kind)]
+            start = self._start(joint)
+            own += [f"{coordinate} {self.sign} {quantity(start, unit)}", *self._own(joint, kind)]
             self._part(part, f"{part} {name}({moved(pose, at)} -> {moved(to, at)}, {', '.join(own)});")
+            line = self.file.line(("joint",), self.given("joint", joint))
             if reference := self.file.reference(joint):
                 self.writer.leave_out(
-                    f"the zero of '{name}': it counts from its reference, {quantity(reference, unit)}",
-                    self.file.line(("joint",), self.given("joint", joint)),
+                    f"the zero of '{name}': it counts from its reference, {quantity(reference, unit)}", line
+                )
+            if start:
+                self.writer.leave_out(
+                    f"the zero of '{name}': it lies beyond the range, and the joint starts at {quantity(start, unit)}",
+                    line,
                 )
         self._passive(joint, kind, name)
         return to
+
+    def _start(self, joint: int) -> float:
+        """Return where a joint of one freedom starts: at zero, or at the nearer end of its range."""
+        low, high = self._range(joint) if self.m.jnt_limited[joint] else (0.0, 0.0)
+        return min(max(0.0, low), high)
+
+    def _range(self, joint: int) -> tuple[float, float]:
+        """Return the ends of the range of a joint of one freedom."""
+        zero = self.file.reference(joint)
+        low, high = (float(x) - zero for x in self.m.jnt_range[joint])
+        return low, high
 
     def _own(self, joint: int, kind: int) -> list[str]:
         """Return what a joint of one freedom has beside that, as settings; what is zero is not there."""
@@ -369,8 +387,7 @@ class _Robot:
         if kind in UNITS:
             q, unit = self.moved[joint], UNITS[kind][1]
             if m.jnt_limited[joint]:
-                zero = self.file.reference(joint)
-                self._stop(name, q, [float(x) - zero for x in m.jnt_range[joint]], unit)
+                self._stop(name, q, self._range(joint), unit)
             if m.jnt_actfrclimited[joint] and joint not in self.actuators.together:
                 self.writer.leave_out(f"the largest force of actuators on '{name}'", line)
             return

@@ -398,3 +398,27 @@ def test_a_keyframe_sets_all_that_it_holds(tmp_path: Path) -> None:
     begun = mechc.loads(bound.text).simulate(experiment="thrown", stop=0.0)
     assert begun["one.angle"][0] == pytest.approx(begun["two.angle"][0])
     assert 0.2 < begun["one.angle"][0] < 0.3
+
+
+KNEE = """<mujoco>
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="shank">
+      <joint name="knee" axis="0 1 0" range="0.1 2" limited="true"/>
+      <geom type="sphere" size="0.1" pos="0.3 0 0"/>
+    </body>
+  </worldbody>
+  <keyframe><key name="straight" qpos="0"/></keyframe>
+</mujoco>"""
+
+
+def test_a_joint_starts_within_its_range(tmp_path: Path) -> None:
+    """The zero of MuJoCo's coordinate lies beyond the range, which a rigid stop refuses."""
+    model = made(tmp_path, KNEE)
+    assert (
+        "the zero of 'knee': it lies beyond the range, and the joint starts at 0.1 rad (line 5)"
+        in model.left_out
+    )
+    assert "straight(knee.angle = 0 rad" in " ".join(model.text.split())
+    run = mechc.loads(model.text).simulate(set={"stops": True}, stop=0.1)
+    assert run["knee.angle"][0] == 0.1
