@@ -196,14 +196,7 @@ def _settle(
         for index, value in chosen.items():
             p[index], given[index] = value, 1
         if problem.parameters_function is not None:
-            try:
-                problem.parameters_function(p, given)
-            except ZeroDivisionError:
-                raise SimulationError(
-                    f"the range of '{problem.time.name}' is empty, or a formula of parameters divides by zero",
-                    problem.time.origin,
-                    help="give other values",
-                ) from None
+            problem.parameters_function(p, given)
         z = np.zeros(len(problem.discretes))
         nothing = (np.zeros(()), np.zeros(height), _NONE)
         ends = functions["guess_of_ends"](*nothing, z, p).copy()

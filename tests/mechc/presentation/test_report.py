@@ -177,7 +177,7 @@ def test_a_clock_is_one_line_and_other_events_stay() -> None:
     assert isinstance(solution, mechc.Solution)
     rows = report(solution).splitlines()
     ticks = ((1001, "0 s to 1"), (334, "0 s to 0.999"), (201, "0 s to 1"), (101, "0.5 s to 1"))
-    texts = ("sample(period)", "sample(period)", "tick", "tick and x > 0.5995 m")
+    texts = ("a: sample(period)", "b: sample(period)", "tick", "tick and x > 0.5995 m")
     at = rows.index(f"  {1001 + 334 + 201 + 101 + 1 + 2 + 1} events")
     clocks = [f"  {text:<21}  {n} times, from {t} s" for text, (n, t) in zip(texts, ticks, strict=True)]
     assert rows[at + 1 : at + 5] == clocks
