@@ -135,11 +135,12 @@ def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Stateme
         or not is_free(member)
         or member.declaration.dimensions
     ):
+        help = f"declare it without a value: 'frame {target.parts[0].name};'"
+        if len(target.parts) > 1:
+            part, frame = target.parts[0].name, target.parts[-1].name
+            help = f"bind it where the part is declared, as in 'Part {part}({frame} = world);', or give the part a joint"
         raise scope.fail(
-            "E0412",
-            f"'{target.span.text}' is no free frame of this model",
-            target.span,
-            help=f"declare it without a value: 'frame {target.parts[0].name};'",
+            "E0412", f"'{target.span.text}' is no free frame of this model", target.span, help=help
         )
     first = record.placed.get(member.name)
     if first is not None:
