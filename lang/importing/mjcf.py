@@ -328,17 +328,17 @@ class _Robot:
             coordinate, unit = UNITS[kind][:2]
             self.moved[joint] = f"{name}.{coordinate}"
             own = [f"axis = {vector(m.jnt_axis[joint].tolist())}"]
-            start = self._start(joint)
-            own += [f"{coordinate} {self.sign} {quantity(start, unit)}", *self._own(joint, kind)]
+            begins = self._start(joint)
+            own += [f"{coordinate} {self.sign} {quantity(begins, unit)}", *self._own(joint, kind)]
             self._part(part, f"{part} {name}({moved(pose, at)} -> {moved(to, at)}, {', '.join(own)});")
             line = self.file.line(("joint",), self.given("joint", joint))
             if reference := self.file.reference(joint):
                 self.writer.leave_out(
                     f"the zero of '{name}': it counts from its reference, {quantity(reference, unit)}", line
                 )
-            if start:
+            if begins:
                 self.writer.leave_out(
-                    f"the zero of '{name}': it lies beyond the range, and the joint starts at {quantity(start, unit)}",
+                    f"the zero of '{name}': it lies beyond the range, and the joint starts at {quantity(begins, unit)}",
                     line,
                 )
         self._passive(joint, kind, name)
