@@ -21,10 +21,9 @@ from .equations.rows.crowd import check_forces_have_formulas
 from .equations.solve.shares import check_derivatives
 from .equations.tangents import tangent_equations
 from .flat.from_text import flat_model_of
-from .flat.model import FlatModel
+from .flat.model import FlatModel, Unlike
 from .interpreter import compiling
 from .mechanics.build import build
-from .mechanics.families import Unlike
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program

@@ -25,7 +25,7 @@ from .expressions.elaborate import elaborate
 from .filters import filtered
 from .instances.instantiate import make_instance
 from .instances.overrides import Given, check_known, exact
-from .model import FlatModel, Role
+from .model import FlatModel, Role, Unlike
 from .names.classes import Class, Classes
 from .names.files import search_path
 from .names.instance import Instance, VariableMember, let_go
@@ -66,6 +66,7 @@ def flatten(
     uses it. ``each_pair``: no contacts are a family of one formula.
     Raises CompileError with everything found.
     """
+    known = len(reporter.diagnostics)
     library = SourceLibrary(search_path(file, search), reporter)
     namespace = library.register(file)
     namespace.resolve()
@@ -75,11 +76,12 @@ def flatten(
     classes = Classes(reporter)
     flattening = Flattening(reporter, library, classes, elaborate, make, exact(structural or {}))
     flattening.each_pair = each_pair
-    flattening.text = "\n".join([file.source.text, *(one.span.text for one in further)])
     flattening.space.size = space
     with compiling():
         try:
             return _flatten(classes.of(chosen, namespace), flattening)
+        except Unlike:
+            reporter.withdraw(known)
         except RecursionError:
             raise reporter.fail(
                 "E0207",
@@ -87,6 +89,16 @@ def flatten(
                 chosen.name_span,
                 help="declare names before they are used",
             ) from None
+    return flatten(
+        file,
+        reporter,
+        model=model,
+        structural=structural,
+        search=search,
+        further=further,
+        space=space,
+        each_pair=True,
+    )
 
 
 # ---------------------------------------------------------------- which model

@@ -388,6 +388,10 @@ class ContactFamily(Struct, frozen=True):
     common: tuple[Expression, ...]
 
 
+class Unlike(Exception):
+    """Contacts that were thought to be a family are not: each of them has to be formed."""
+
+
 class ClosureEquation(Struct, frozen=True):
     left: Expression
     right: Expression

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from ..flat.model import ContactFamily, Expression, FlatModel, Kind
+from ..flat.model import ContactFamily, Expression, FlatModel, Kind, Unlike
 from ..graph import Node
 from .kinematics.frames import Point
 from .meaning.lower import Lowering
@@ -14,10 +14,6 @@ from .meaning.lower import Lowering
 _NUMBERS = (Kind.REAL, Kind.INTEGER, Kind.BOOLEAN)
 
 Read = tuple[Node, ...]
-
-
-class Unlike(Exception):
-    """Contacts that were thought to be a family are not: each of them has to be formed."""
 
 
 class FamilyRows(Struct, frozen=True):

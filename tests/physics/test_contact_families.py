@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -177,3 +178,30 @@ def test_states_that_gaps_read_have_their_own_rates() -> None:
     solution = mechc.loads(text).simulate(**ALONE)
     for i in range(1, 71):
         assert solution[f"y[{i}]"][-1] == pytest.approx(50e-6 * i, abs=1e-9)
+
+
+def test_a_contact_that_a_part_asks_for_by_its_name_in_a_file_of_its_own(tmp_path: Path) -> None:
+    """The part that has the contacts and the model that is run stand in other files: then each contact is formed."""
+    (tmp_path / "pucks.mech").write_text(
+        """model Pucks
+  parameter Mass m[14] = {0.1 kg + 0.01 kg*i for i in 1:14};
+  coordinate Length x[14] = {3 cm*i for i in 1:14};
+  kinetic sum(1/2*m[i]*der(x[i])^2 for i in 1:14);
+  for i in 1:14 loop
+    for j in i+1:14 loop
+      contact hit[i, j]: x[j] - x[i] - 2 cm*(j - i);
+    end for;
+  end for;
+end Pucks;
+"""
+    )
+    (tmp_path / "table.mech").write_text(
+        "import pucks.Pucks; model Table Pucks row; output Force load = multiplier(row.hit[1, 2]); end Table;"
+    )
+    (tmp_path / "main.mech").write_text(
+        "import table.Table; model Main Table a; force 1 N on a.row.x[1]; experiment(stop = 50 ms); end Main;"
+    )
+    run = mechc.load(tmp_path / "main.mech").simulate()
+    first = next(e for e in run.events if e.name == "a.row.hit[1,2]")
+    assert first.time == pytest.approx(np.sqrt(2 * 0.01 * 0.11), rel=1e-9)
+    assert run["a.load"][0] == 0

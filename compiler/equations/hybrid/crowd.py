@@ -12,12 +12,12 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Quantity
 
-from ...flat.model import ContactFamily
+from ...flat.model import ContactFamily, Unlike
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.operations import ABS, ATAN2, CONST, LOOKUP, POW, SYMBOL
 from ...graph.rewrite import substitute
-from ...mechanics.families import FamilyRows, Read, Unlike
+from ...mechanics.families import FamilyRows, Read
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..crowd_plan import CrowdColumns, CrowdKind, CrowdLine, CrowdPlan
 from ..model import Function, Slot

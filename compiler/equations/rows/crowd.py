@@ -13,8 +13,9 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
+from ...flat.model import Unlike
 from ...graph import Node
-from ...mechanics.families import FamilyRows, Unlike
+from ...mechanics.families import FamilyRows
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..model import Equations, Function
 from .modes import MOST_ROWS

@@ -18,7 +18,7 @@ from ..instances.components import instances_of
 from ..instances.frames import place_extents, place_reference
 from ..instances.instantiate import expand, member_of
 from ..instances.members import definition_reference, variable_reference
-from ..model import Expression, Literal, Name, Query, Role, friction_name
+from ..model import Expression, Literal, Name, Query, Role, Unlike, friction_name
 from ..names.instance import (
     AnyMember,
     ComponentMember,
@@ -463,6 +463,8 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
     expand(instance)
     if not any(key[0] == part.name for key in instance.labels):
         return None
+    if part.name in instance.in_families:
+        raise Unlike  # one of them is asked for by its name
     index = tuple(whole_number(scope, i, "an index") for i in part.indices)
     label = instance.labels.get((part.name, index))
     whole = instance.labels.get((part.name, ()))

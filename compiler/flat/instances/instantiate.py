@@ -231,6 +231,8 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
                             for contact in item.body:
                                 _expand(instance, contact, last, result)
                                 result[-1].pairs = found
+                                if isinstance(contact, ast.Contact) and contact.label is not None:
+                                    instance.in_families.add(contact.label.name)
             case ast.If(branches=branches, otherwise=otherwise):
                 chosen = otherwise
                 for branch in branches:

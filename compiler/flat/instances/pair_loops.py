@@ -6,7 +6,6 @@ sees whether the turns differ in nothing else.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 
 from mechc.lang import ast
@@ -28,7 +27,7 @@ def pair_loop(instance: Instance, name: str, scopes: Sequence[Scope], inner: ast
     if inner.range.step is not None or _mentions(inner.range.stop, {name}):
         return None
     for statement in inner.body:
-        if not isinstance(statement, ast.Contact) or not _is_told(instance, statement, name, inner.name):
+        if not isinstance(statement, ast.Contact) or not _is_told(statement, name, inner.name):
             return None
     first = [whole_number(scope, inner.range.start, "the start of a range") for scope in scopes]
     last = whole_number(scopes[0], inner.range.stop, "the end of a range")
@@ -55,18 +54,12 @@ def _variable(at: ast.Node, name: str) -> ast.Reference:
     return ast.Reference(parts=(ast.Part(name=name, span=at.span),), span=at.span)
 
 
-def _is_told(instance: Instance, contact: ast.Contact, outer: str, inner: str) -> bool:
-    """Tell whether what a contact reads of both loops can be told apart, and nobody asks about it by its name."""
+def _is_told(contact: ast.Contact, outer: str, inner: str) -> bool:
+    """Tell whether what a contact reads of both loops can be told apart."""
     label = contact.label
     if label is None or any(option.name == "law" for option in contact.options):
         return False
     if [_plain(index) for index in label.indices] != [outer, inner]:
-        return False
-    texts = (instance.flattening.text, contact.span.file.text)
-    mentioned = max(
-        len(re.findall(rf"\b{re.escape(label.name)}\b", _without_comments(text))) for text in texts
-    )
-    if mentioned > 1:
         return False
     bound = {one.name for one in _nodes(contact) if isinstance(one, ast.Generator)}
     for reference in outermost(contact):
@@ -132,7 +125,3 @@ def _mentions(node: ast.Node, names: set[str]) -> bool:
 
 def _plain(index: ast.Expression) -> str:
     return index.name if isinstance(index, ast.Reference) and not index.parts[0].indices else ""
-
-
-def _without_comments(text: str) -> str:
-    return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)

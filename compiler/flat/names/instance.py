@@ -226,6 +226,8 @@ class Instance(Struct, eq=False):
     """A function of the place that is the field, in the scope where it is stated."""
     gravity_span: Span | None = None
     unnamed: int = 0
+    in_families: set[str] = field(default_factory=set)
+    """Labels of contacts of which one stands for those of two loops."""
     """How many of its shapes have no name of their own."""
     pair: bool = False
     """It is a contact of two shapes, whose parameters are names of their values: of a heap there are thousands."""

@@ -121,8 +121,6 @@ class Flattening(Struct):
     touching: dict[int, Span] = field(default_factory=dict)
     """Where pairs of shapes are said to touch, by both numbers in one."""
     each_pair: bool = False
-    text: str = ""
-    """Of the file and of what is asked beside it: all that may ask about a contact by its name."""
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
