@@ -121,7 +121,8 @@ class HybridPlan(Struct, frozen=True):
     the velocities, so that what drives the model works at impacts. The functions are
     indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch. ``slides``: for each switch
     the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides. ``shares``:
-    of each row; empty where no row may share a load that is asked for.
+    of each row; empty where no row may share a load that is asked for. ``leading``: how many switches and branches, the first ones, change
+    before others are asked.
     """
 
     switches: tuple[SwitchText, ...]
@@ -139,6 +140,7 @@ class HybridPlan(Struct, frozen=True):
     slides: tuple[int, ...] = ()
     delays: DelayPlan | None = None
     shares: tuple[SharePlan, ...] = ()
+    leading: tuple[int, int] = (0, 0)
 
 
 BALANCE = "balance"

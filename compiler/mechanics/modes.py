@@ -81,13 +81,15 @@ class EndAction(Struct, frozen=True):
 
 
 class BranchRow(Struct, frozen=True):
-    """One branch of a ``when``; branches of one ``event`` exclude each other. ``text``: the condition as written."""
+    """One branch of a ``when``; branches of one ``event`` exclude each other. ``text``: the condition as written. ``leads``: it acts
+    before others are asked, as what decides whether a friction sticks."""
 
     event: int
     condition: Node
     actions: tuple[SetAction | ImpulseAction | CheckAction | EndAction, ...]
     text: str
     origin: Origin
+    leads: bool = False
 
 
 class Clock(Struct, frozen=True):

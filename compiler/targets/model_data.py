@@ -263,6 +263,8 @@ def _hybrid(program: Program, plan: HybridPlan) -> StructPointer:
             **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
             **({"crowd": _crowd(plan.crowd, program.nq)} if plan.crowd is not None else {}),
             **({"shares": _shares(plan)} if plan.shares else {}),
+            **({"n_leading_switches": plan.leading[0]} if plan.leading[0] else {}),
+            **({"n_leading_branches": plan.leading[1]} if plan.leading[1] else {}),
         },
     )
 

@@ -176,6 +176,8 @@ typedef struct mech_hybrid {
                                      * each, -1: none; NULL where no motion slides */
     const mech_delays *delays;  /* NULL where nothing looks back                                 */
     const mech_share_row *shares;   /* [n_rows] NULL where nothing is told of shared loads          */
+    int n_leading_switches, n_leading_branches; /* the first ones, of frictions on what has no mass: they change before
+                                                 * others are asked */
 } mech_hybrid;
 
 typedef struct mech_start_row {
@@ -229,6 +231,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 8
+#define MECH_MODEL_VERSION 9
 
 #endif

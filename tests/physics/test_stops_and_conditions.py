@@ -147,3 +147,58 @@ def test_a_slip_that_begins_is_one_event(static: float) -> None:
     w, carried, speed = math.sqrt(8), begin**2 / 4 - 1 / 8, begin / 2
     swings = 1 / 8 + carried * math.cos(w * 0.3) + speed / w * math.sin(w * 0.3)
     assert abs(solution["x"][-1] - swings) < 1e-9
+
+
+def slides_of_node(damped: bool, drive: float, stop: float, dt: float = 1e-5) -> tuple[int, int, int]:
+    """Count how often a node begins to move forwards and backwards, and stops, by small steps.
+
+    A mass of 1 kg is driven and drags the node by a spring of 100 N/m against friction of 2 N, and against either a damping of 5 N.s/m,
+    so that the force beyond 2 N decides the rate, or a spring of 30 N/m, so that the node keeps within 2 N of balance.
+    """
+    x = v = n = 0.0
+    was, counts = 0, [0, 0, 0]
+    for k in range(round(stop / dt)):
+        pull = 100 * (x - n)
+        if damped:
+            moved = n + dt / 5 * (pull - min(max(pull, -2), 2))
+        else:
+            moved = min(max(n, (100 * x - 2) / 130), (100 * x + 2) / 130)
+        force = drive * math.sin(2 * k * dt) + (0.5 * drive if damped else 0) - pull - 0.3 * v
+        now = (moved - n > 1e-9 * dt) - (moved - n < -1e-9 * dt)
+        if now != was:
+            counts[(2, 0, 1)[now]] += 1
+        was, n = now, moved
+        v += dt * force
+        x += dt * v
+    return counts[0], counts[1], counts[2]
+
+
+@pytest.mark.parametrize("damped", [False, True])
+@pytest.mark.parametrize("drive", [3, 4.5, 7])
+def test_what_has_no_mass_stops_before_its_rate_is_asked(damped: bool, drive: float) -> None:
+    """A node that friction stops does not turn back, also if a condition on its rate is located at the same instant."""
+    law = "damping 5 N.s/m on n;" if damped else "potential 1/2*30 N/m*n^2;"
+    solution = mechc.loads(f"""
+    coordinate Length x = 0 m;
+    coordinate Length n ~ 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 1/2*100 N/m*(x - n)^2;
+    {law}
+    friction 2 N on n;
+    damping 0.3 N.s/m on x;
+    force {drive} N*sin(2 rad/s*time){f" + {0.5 * drive} N" if damped else ""} on x;
+    discrete Integer forth = 0;
+    discrete Integer back = 0;
+    discrete Integer rests = 0;
+    when der(n) > 0 m/s then
+      forth := forth + 1;
+    end when;
+    when der(n) < 0 m/s then
+      back := back + 1;
+    end when;
+    when not (der(n) < 0 m/s or der(n) > 0 m/s) then
+      rests := rests + 1;
+    end when;
+    """).simulate(stop=6)
+    found = tuple(int(solution[name][-1]) for name in ("forth", "back", "rests"))
+    assert found == slides_of_node(damped, drive, 6)

@@ -28,7 +28,8 @@ UNSEEN = ops.JUMPING | {ops.SELECT}
 class SwitchPlan(Struct, frozen=True):
     """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared.
 
-    ``written``: g in the coordinates and rates that the user wrote, of which total derivatives are known.
+    ``written``: g in the coordinates and rates that the user wrote, of which total derivatives are known. ``leads``: it turns before
+    others are asked.
     """
 
     symbol: Node
@@ -36,6 +37,7 @@ class SwitchPlan(Struct, frozen=True):
     rate: Node
     written: Node
     text: str
+    leads: bool = False
 
 
 class TimeSwitch(Struct, frozen=True):
@@ -73,7 +75,10 @@ def find_switches(
     not write; ``fixed`` are the symbols that change at events only; ``left`` are relations that stay as they stand.
     """
     graph = system.graph
-    written = [n for n in system.lowering.relations if n not in left]
+    lowering = system.lowering
+    written = sorted(
+        (n for n in lowering.relations if n not in left), key=lambda n: n not in lowering.leading
+    )
     settled = map(graph.unsigned, system.lowering.questions.settle(written))  # as in what is differentiated
     relations = [*written, *(n for n, m in zip(settled, written, strict=True) if n != m), *further]
     if not relations and not sides:
@@ -91,18 +96,19 @@ def find_switches(
     made: dict[tuple[Node, Node], Node] = {}
     replace: dict[Node, Node] = {}
 
-    def locate(symbol: Node, g: Node, written: Node, text: str) -> None:
+    def locate(symbol: Node, g: Node, written: Node, text: str, leads: bool) -> None:
         known = unknown.isdisjoint(graph.support(written))
         rate = system.rate(written) if known else graph.zero
         (rate,) = substitute(graph, [rate], resolve)
         if set(graph.support(rate)) & set(system.unknown_rates):
             rate = graph.zero
-        located.append(SwitchPlan(symbol, g, rate, written, text))
+        located.append(SwitchPlan(symbol, g, rate, written, text, leads))
 
     for relation, found in zip(relations, images, strict=True):
         image = graph.unsigned(found)  # the sign of what is the negative of its formula
         if image not in reached or image in replace:
             continue
+        leads = relation in system.lowering.leading
         support = set(graph.support(image))
         if support <= fixed:
             continue
@@ -115,7 +121,7 @@ def find_switches(
                 symbol = made[x, x] = graph.symbol(f"switch({len(made) + 1})")
                 written_x = stair(graph, relation) or x
                 what = "point of table" if relation in system.lowering.tables.points else "whole part"
-                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"{what} {len(made)}")
+                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"{what} {len(made)}", leads)
             replace[image] = frozen(graph, image, x, symbol)
             continue
         if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
@@ -130,7 +136,7 @@ def find_switches(
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
             else:
-                locate(symbol, g, graph.sub(below, above), text)
+                locate(symbol, g, graph.sub(below, above), text, leads)
         if graph.op(image) == ops.SIGN:
             replace[image] = graph.select(symbol, graph.minus_one, graph.one)
         else:

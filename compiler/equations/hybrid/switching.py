@@ -87,6 +87,7 @@ def add_events(
     left = system.lowering.tables.bends if "bends" in parts else {}
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides, left)
     switches, surfaces = with_sliding(system, switches, {s.node for s in system.symbols.states})
+    switches = replace(switches, located=tuple(sorted(switches.located, key=lambda s: not s.leads)))
     past = system.lowering.delays.found
     if not (system.branches or rows or switches.located or switches.timed or crowd or past):
         if "events" not in parts:
@@ -140,6 +141,7 @@ def add_events(
         delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
         shares=share_plans(rows, steps, solved.shared, place),
+        leading=(sum(s.leads for s in switches.located), sum(b.leads for b in system.branches)),
     )
     if (
         crowd is not None

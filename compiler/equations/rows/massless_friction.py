@@ -133,7 +133,7 @@ def damped(
     rates = {system.v[i].node: rate for d in drives for i, rate in zip(d.v, d.rates, strict=True)}
     slips = substitute(graph, [rub.slip for rub in rubs], rates)
     symbols = [rub.lam for rub in rubs]
-    forces: dict[Node, Node] = {}
+    found = list(drives)
     for k, (rub, slip, row) in enumerate(zip(rubs, slips, jacobian(graph, slips, symbols), strict=True)):
         if set(row) != {k} or not set(symbols).isdisjoint(graph.support(row[k])):
             raise _refused(
@@ -150,14 +150,26 @@ def damped(
         over = _relation(system, graph.less(forward, wanted))
         under = _relation(system, graph.less(wanted, graph.neg(backward)))
         held = graph.select(under, graph.neg(backward), wanted)
-        force = forces[rub.lam] = graph.neg(graph.select(over, forward, held))
+        force = graph.neg(graph.select(over, forward, held))
         sticks = graph.select(over, graph.zero, graph.select(under, graph.zero, graph.one))
         law = Regularized(graph.zero, None, "", sticks, force)
         known.modes[rub.rows.name] = replace(rub.mode, smooth=law)
-    return [
-        replace(d, rates=tuple(substitute(graph, d.rates, forces)))  # places hold none of them
-        for d in drives
-    ]
+        cases = {over: graph.neg(forward), under: backward}
+        found = [
+            replace(d, rates=_by_cases(graph, d.rates, rub.lam, cases, graph.neg(wanted))) for d in found
+        ]
+    return found
+
+
+def _by_cases(
+    graph: Graph, rates: Sequence[Node], lam: Node, cases: Mapping[Node, Node], otherwise: Node
+) -> tuple[Node, ...]:
+    """Return rates with the force ``lam`` of each case, so that they are exactly zero where nothing slips. Places hold no forces."""
+    chosen = substitute(graph, rates, {lam: otherwise})
+    for case, force in reversed(cases.items()):
+        there = substitute(graph, rates, {lam: force})
+        chosen = [graph.select(case, a, b) for a, b in zip(there, chosen, strict=True)]
+    return tuple(chosen)
 
 
 def sprung(
@@ -229,7 +241,9 @@ def sprung(
     first = 1 + max((b.event for b in (*system.branches, *known.branches)), default=-1)
     for k, (condition, value, word) in enumerate(events):
         action = SetAction((slides,), (value,), False, rub.rows.origin)
-        known.branches.append(BranchRow(first + k, condition, (action,), f"{name} {word}", rub.rows.origin))
+        known.branches.append(
+            BranchRow(first + k, condition, (action,), f"{name} {word}", rub.rows.origin, True)
+        )
     beyond = graph.maximum(graph.sub(graph.neg(force), forward), graph.sub(force, backward))
     room = graph.div(graph.add(graph.abs(forward), graph.abs(backward)), graph.constant(EXCEEDED))
     message = f"the force on '{scalar.of}' is beyond its friction '{name}': without mass and damping it would jump there"
@@ -241,8 +255,9 @@ def _less(system: MechanicalSystem, a: Node, b: Node) -> Node:
 
 
 def _relation(system: MechanicalSystem, relation: Node) -> Node:
-    """Let the search for events know a relation."""
+    """Let the search for events know a relation that decides whether a friction sticks."""
     system.lowering.relations[relation] = None
+    system.lowering.leading.add(relation)
     return relation
 
 
@@ -255,6 +270,6 @@ def with_massless_friction(system: MechanicalSystem, known: MasslessFriction) ->
         constraints=tuple(
             replace(rows, mode=known.modes.get(rows.name, rows.mode)) for rows in system.constraints
         ),
-        branches=(*system.branches, *known.branches),
+        branches=(*known.branches, *system.branches),
         assertions=(*system.assertions, *known.assertions),
     )

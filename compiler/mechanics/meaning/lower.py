@@ -97,6 +97,8 @@ class Lowering:
         """What must hold of shapes whose distance nothing changes, by the name of their contact."""
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
+        self.leading: set[Node] = set()
+        """Those of them that decide whether a friction sticks, which turn before others are asked."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
         self.initial: Node | None = None
         """The symbol of ``initial()``, if it is used."""

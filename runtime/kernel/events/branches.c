@@ -77,14 +77,14 @@ static int act(mech_solver *s, int k, int scheduled)
     return scheduled ? MECH_RUNNING : check_accumulation(s, k);
 }
 
-int mech_branches_fire(mech_solver *s, int scheduled, int *changed)
+int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
     int served = -1;
-    if (!h->n_branches) return MECH_RUNNING;
+    if (first == last) return MECH_RUNNING;
     mech_branches_read(s, e->held_new);
-    for (int k = 0; k < h->n_branches; k++) {
+    for (int k = first; k < last; k++) {
         const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
         if (!rises || h->branches[k].event == served) continue;
         served = h->branches[k].event;
@@ -95,6 +95,6 @@ int mech_branches_fire(mech_solver *s, int scheduled, int *changed)
         }
         *changed = k + 1;
     }
-    memcpy(e->held, e->held_new, (size_t)h->n_branches * sizeof(mech_real));
+    memcpy(e->held + first, e->held_new + first, (size_t)(last - first) * sizeof(mech_real));
     return MECH_RUNNING;
 }

@@ -54,23 +54,42 @@ static int turn(mech_solver *s, int k)
     return follow(s, before);
 }
 
-/* Turns every switch whose indicator is, or is about to be, on the wrong side. */
-static int turn_switches(mech_solver *s, int *changed)
+/* Turns every switch from first to last - 1 whose indicator is, or is about to be, on the wrong side. */
+static int turn_switches(mech_solver *s, int first, int last, int *changed)
 {
     mech_event_state *e = s->events;
-    const int n = s->model->hybrid->n_switches;
-    if (!n) return MECH_RUNNING;
+    if (first == last) return MECH_RUNNING;
     mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
-    for (int k = 0; k < n; k++) {
+    for (int k = first; k < last; k++) {
         mech_widen(e->rate_scale + k, e->rate[k]);
         const int zero = mech_indicator_at_zero(s, k, e->w[k]);
         const int leaves = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
-        if (zero ? !leaves || !(e->fresh[k] > 0) : e->w[k] >= 0) continue;
+        const int known = e->fresh[k] > 0 || k < s->model->hybrid->n_leading_switches;
+        if (zero ? !leaves || !known : e->w[k] >= 0) continue;
         const int status = turn(s, k);
         if (status) return status;
         *changed = k + 1;
     }
     return MECH_RUNNING;
+}
+
+/* What was exactly zero while a friction held may be zero but for the rounding of its terms now. */
+static void widen_others(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    for (int k = h->n_leading_switches; k < h->n_switches; k++)
+        mech_indicator_widen_by_terms(s, k, s->run->report.t, s->y);
+}
+
+/* Lets frictions on what has no mass stick or slide. What asks for a rate is asked after that: it does not go through zero where
+ * a slip ends. */
+static int lead(mech_solver *s, int scheduled, int *changed)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int status = turn_switches(s, 0, h->n_leading_switches, changed);
+    if (!status) status = mech_branches_fire(s, 0, h->n_leading_branches, scheduled, changed);
+    if (*changed) widen_others(s);
+    return status;
 }
 
 /* Impacts until nothing approaches, then the modes that fit. */
@@ -104,8 +123,9 @@ static int rounds(mech_solver *s, int hit, int ticks)
         status = changed && h->n_times ? follow(s, before) : MECH_RUNNING;
         if (!status) status = settle(s, row >= 0 ? row : -1, &changed);
         row = -1;
-        if (!status) status = turn_switches(s, &turned);
-        if (!status) status = mech_branches_fire(s, scheduled, &fired);
+        if (!status) status = lead(s, scheduled, &turned);
+        if (!status) status = turn_switches(s, h->n_leading_switches, h->n_switches, &turned);
+        if (!status) status = mech_branches_fire(s, h->n_leading_branches, h->n_branches, scheduled, &fired);
         if (status) return status;
         if (!changed && !turned && !fired) return MECH_RUNNING;
         turns = turned && !fired ? turns + 1 : 0;
@@ -245,10 +265,17 @@ static int may_stick(mech_solver *s)
 static int turn_hit(mech_solver *s, int hit)
 {
     mech_event_state *e = s->events;
-    if (may_stick(s)) {
-        int changed = 0;
-        const int status = settle(s, -1, &changed);
-        if (status) return status;
+    int changed = 0, status = MECH_RUNNING;
+    if (hit < s->model->hybrid->n_leading_switches) {
+        status = turn(s, hit);
+        widen_others(s);
+        return status;
+    }
+    const int sticks = may_stick(s);
+    if (sticks) status = settle(s, -1, &changed);
+    if (!status) status = lead(s, 0, &changed);
+    if (status) return status;
+    if (sticks || changed) {
         mech_indicators_read(s, s->run->report.t, s->y, e->w, e->rate);
         const int known = e->rate_scale[hit] > 0, leaves = e->rate[hit] < -MECH_C(1e-12) * e->rate_scale[hit];
         if (mech_indicator_at_zero(s, hit, e->w[hit]) ? known && !leaves : e->w[hit] >= 0) return MECH_RUNNING;
@@ -289,7 +316,7 @@ int mech_instant_happen(mech_solver *s, int hit, int ticks)
     if (hit >= 0) e->fresh[hit] = 1;
     if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn_hit(s, hit);
     if (!status) status = rounds(s, hit, ticks);
-    if (!status && e->n_rows && turn_equal(s)) status = rounds(s, -1, 0);
+    if (!status && (e->n_rows || s->model->hybrid->n_leading_switches) && turn_equal(s)) status = rounds(s, -1, 0);
     if (s->history) mech_history_look(s, s->run->report.t);
     for (int i = 0; i < e->n_rows; i++) /* what touches now may open within rounding of zero */
         if (mech_row_touches(s, i)) e->fresh[s->model->hybrid->n_switches + i] = 1;
