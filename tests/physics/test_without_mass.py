@@ -781,6 +781,36 @@ def test_a_gear_between_nodes_leaves_the_load_at_rest(ratio: float, start: str) 
     assert [found[name][-1] for name in names] == pytest.approx(expected.tolist(), abs=1e-8)
 
 
+@pytest.mark.parametrize("speeds", [(3.0, 2.0), (-2.5, -3.5), (0.8, 1.1), (4.0, 4.5)])
+def test_a_law_that_falls_behind_its_peak_is_solved_near_the_speeds_beside_it(
+    speeds: tuple[float, float],
+) -> None:
+    """A brake of 2 N.m x/(1 + x^2) pulls the hub along: of several rates with balance the run takes the one with little slip. SciPy."""
+    model = mechc.loads(f"""
+    import mech.rotational.*;
+    Rotor driver(J = 0.1 kg.m^2);
+    Rotor load(J = 0.03 kg.m^2);
+    Node hub(angle ~ 0 rad);
+    EddyCurrentBrake brake(driver.angle -> hub.angle);
+    SpringDamper belt(hub.angle -> load.angle, c = 0.2 N.m.s/rad);
+    initial der(driver.angle) = {speeds[0]} rad/s;
+    initial der(load.angle) = {speeds[1]} rad/s;
+    """)
+
+    def carried(w: float, u: float) -> float:
+        return float(brentq(lambda x: 2 * x / (1 + x * x) - 0.2 * (w - x - u), -0.7, 0.7, xtol=1e-14))
+
+    def motion(_: float, y: Array) -> list[float]:
+        x = carried(y[0], y[1])
+        torque = 2 * x / (1 + x * x)
+        return [-torque / 0.1, torque / 0.03, y[0] - x]
+
+    expected = solve_ivp(motion, (0, 0.5), [*speeds, 0], "DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+    found = model.simulate(stop=0.5, tolerance=1e-10)
+    names = ("der(driver.angle)", "der(load.angle)", "hub.angle")
+    assert [found[name][-1] for name in names] == pytest.approx(expected.tolist(), abs=1e-8)
+
+
 def test_a_start_moves_what_has_no_mass_onto_a_constraint() -> None:
     gear = "constraint mesh: mid.angle = hub.angle - 0.1 rad;"
     found = mechc.loads(GEARED.format(gear=gear, start="~")).simulate()

@@ -395,12 +395,12 @@ class _Work:
             return
         moved = [system.rate(n) for n in balances]
         moved = substitute(graph, moved, self.state_rates)
-        begun = [system.start_v[m.v].value for m in block]
-        ahead = self._solved([*(rows[i] for i in resisted), *moved], rates, begun, block)
+        laws = [*(rows[i] for i in resisted), *moved]
+        ahead = self._solved(laws, rates, lambda: self._carried_along(laws, rates, block), block)
         sought = [places[k] for k in algebraic]
         first = [system.start_q[block[k].q].value for k in algebraic]
         guesses = self._guesses([block[k] for k in algebraic], [ahead[k] for k in algebraic], first)
-        values = self._solved(balances, sought, guesses, [block[k] for k in algebraic])
+        values = self._solved(balances, sought, lambda: guesses, [block[k] for k in algebraic])
         self._told(balances, sought, values, guesses, [block[k] for k in algebraic])
         known = dict(
             zip(algebraic, zip(values, self._followed(values, guesses, first), strict=True), strict=True)
@@ -412,6 +412,34 @@ class _Work:
             origin = scalar.variable.origin
             drive = DriveRow((scalar.of,), q, (m.v,), found, (ahead[k],), origin, True, self.combined, guess)
             self.drives.append(drive)
+
+    def _carried_along(
+        self, laws: Sequence[Node], rates: Sequence[Node], block: Sequence[Massless]
+    ) -> list[Node]:
+        """Return rates from which steps begin: those with which what has mass would carry a block along if the dampings were those for
+        small rates. The starts where these are stated, or where no damping is left of small rates."""
+        graph, system = self.graph, self.system
+        begun = [system.start_v[m.v] for m in block]
+        first = [start.value for start in begun]
+        if any(start.start is not None for start in begun):
+            return first
+        moving = [s.node for s in system.v]
+        resting = dict.fromkeys(moving, graph.zero)
+        try:
+            slopes = [
+                dict(zip(row, substitute(graph, list(row.values()), resting), strict=True))
+                for row in jacobian(graph, laws, moving)
+            ]
+            linear = [graph.dot(list(row.values()), [moving[j] for j in row]) for row in slopes]
+            linear = [linear[i] for i in self._matched(linear, rates)]
+            found, _ = self._eliminated(linear, rates)
+        except (DivisionByZero, NotAffine, ZeroPivot):
+            return first
+        largest = graph.constant(Fraction(LARGEST))
+        return [
+            graph.select(graph.less_equal(graph.abs(n), largest), n, other)
+            for n, other in zip(found, first, strict=True)
+        ]
 
     def _told(
         self,
@@ -614,7 +642,7 @@ class _Work:
         self,
         rows: Sequence[Node],
         unknowns: Sequence[Node],
-        guesses: Sequence[Node],
+        guesses: Callable[[], Sequence[Node]],
         block: Sequence[Massless],
     ) -> tuple[Node, ...]:
         """Return formulas of the unknowns that make the rows vanish."""
@@ -625,7 +653,7 @@ class _Work:
             ordered = [rows[i] for i in order]
             solutions, pivots = self._by_shares(ordered, unknowns) or self._eliminated(ordered, unknowns)
         except NotAffine:
-            return self._by_steps(rows, unknowns, guesses, block)
+            return self._by_steps(rows, unknowns, guesses(), block)
         except ZeroPivot:
             raise self._undecided(block) from None
         self._assert_decided(pivots, block)
