@@ -64,6 +64,27 @@ _PYTHON: Mapping[str, str] = {
 }
 
 
+# Words of mechanics that begin no statement, with what to write.
+_MECHANICS: Mapping[str, str] = {
+    "spring": "write its energy, 'potential 1/2*k*x^2;', or a part, 'Spring s(world -> bar.a, k = 3 N/m);' from 'mech.planar'",
+    "damper": "write 'damping c on x;', or a part, 'Damper d(world -> bar.a, c = 3 N.s/m);' from 'mech.planar'",
+    "rod": "write 'mass' and 'inertia' on a frame, or a part, 'Bar bar(length = 1 m, m = 1 kg);' from 'mech.planar'",
+    "joint": "a joint is a part: 'Revolute pin(world -> bar.a);' from 'mech.planar' or 'mech.spatial'",
+    "motor": "write 'torque 3 N.m on th;', or 'drive th = ..;' for a given motion",
+    "velocity": "write 'initial der(x) = 1 m/s;'",
+    "energy": "write 'kinetic ..;' and 'potential ..;'",
+}
+
+
+def mechanics(s: Situation) -> Finding | None:
+    """A word of mechanics with a value, as if it were a statement: ``spring 3 N/m on x;``."""
+    first = s.tokens[s.first]
+    help = _MECHANICS.get(first.text)
+    if help is None or s.index != s.first + 1 or s.token.kind in ("NAME", "DOT"):
+        return None
+    return error("E0120", f"no statement begins with '{first.text}'", s.span(first), help=help), Panic()
+
+
 def python(s: Situation) -> Finding | None:
     """Words of Python at the beginning of a statement."""
     first, second = s.tokens[s.first], s.tokens[min(s.first + 1, len(s.tokens) - 1)]

@@ -175,6 +175,9 @@ def test_no_message_shows_a_terminal_or_begins_with_a_capital() -> None:
         ("x.start = 3;", "'initial x = ..;' for a known value, 'initial x ~ ..;' for a guess"),
         ("part.x.start = 3;", "'initial part.x = ..;'"),
         ("let a = tip[i][2];", "'x[1, 2]'"),
+        ("spring 3 N/m on x;", "'potential 1/2*k*x^2;'"),
+        ("damper(x);", "'damping c on x;'"),
+        ("joint = pin;", "'Revolute pin(world -> bar.a);'"),
     ],
 )
 def test_habits_of_python_and_modelica_are_translated(statement: str, advice: str) -> None:
