@@ -249,6 +249,6 @@ def _changes(
         if mode is not None:  # released: no impulse; its pivot is known when those of all others are
             condition, after[k] = graph.select(mode.flag, condition, row.multiplier), range(k)
         conditions.append(condition)
-    equations = [*weighted(graph, balance, rows, conditions), *conditions]
+    equations = [*weighted(graph, balance, rows, conditions, jumps), *conditions]
     found = solve(graph, equations, [*jumps, *multipliers], after=after or None)
     return list(found.solutions[: len(jumps)])

@@ -219,7 +219,7 @@ def _correction(
         for c, row in zip(changes, rows, strict=True)
     ]
     conditions = [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
-    equations = [*weighted(graph, equations, rows, conditions), *conditions]
+    equations = [*weighted(graph, equations, rows, conditions, corrections), *conditions]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}
     found = solve(graph, equations, unknowns, after=after)
@@ -233,19 +233,40 @@ def _correction(
 
 
 def weighted(
-    graph: Graph, equations: Sequence[Node], rows: Sequence[Row], conditions: Sequence[Node]
+    graph: Graph,
+    equations: Sequence[Node],
+    rows: Sequence[Row],
+    conditions: Sequence[Node],
+    unknowns: Sequence[Node],
 ) -> list[Node]:
-    """Return M a - K^T lam + ... with lam - w (K a + ...) instead of each multiplier whose row has a weight w.
+    """Return M a - K^T lam + ... with mu - w K a instead of each multiplier whose row has a weight w.
 
-    ``conditions``: what vanishes of each row, K a + ...; so the solution is the same, and its matrix M + K^T w K is positive
-    definite wherever the constraints decide what M leaves open (weights.py).
+    ``conditions``: what vanishes of each row, K a + gamma in the ``unknowns`` a. So a is the same, and its matrix M + K^T w K is
+    positive definite wherever the constraints decide what M leaves open (weights.py); the symbols lam stand for mu = lam - w gamma
+    then. What a compliant row demands holds its multiplier, so lam - w (K a + ...) stands there, and mu is lam.
     """
+    weights = {k: row.weight for k, row in enumerate(rows) if row.weight is not None}
+    plain = [k for k in weights if rows[k].give is None]
+    moved = {k: conditions[k] for k in weights}
+    moved |= zip(plain, jvp(graph, [conditions[k] for k in plain], {n: n for n in unknowns}), strict=True)
     replacements = {
-        row.multiplier: graph.sub(row.multiplier, graph.mul(row.weight, condition))
-        for row, condition in zip(rows, conditions, strict=True)
-        if row.weight is not None
+        rows[k].multiplier: graph.sub(rows[k].multiplier, graph.mul(weight, moved[k]))
+        for k, weight in weights.items()
     }
     return substitute(graph, equations, replacements)
+
+
+def carried(
+    graph: Graph, rows: Sequence[Row], conditions: Sequence[Node], unknowns: Sequence[Node]
+) -> dict[Node, Node]:
+    """Return lam = mu + w gamma for each multiplier that ``weighted`` replaced by mu - w K a."""
+    weights = {k: row.weight for k, row in enumerate(rows) if row.weight is not None and row.give is None}
+    gamma = substitute(graph, [conditions[k] for k in weights], dict.fromkeys(unknowns, graph.zero))
+    multipliers = [rows[k].multiplier for k in weights]
+    return {
+        mu: graph.add(mu, graph.mul(weight, rest))
+        for mu, weight, rest in zip(multipliers, weights.values(), gamma, strict=True)
+    }
 
 
 def give_way(graph: Graph, change: Node, row: Row, size: Node) -> Node:

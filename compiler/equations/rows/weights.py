@@ -2,8 +2,8 @@
 
 A massless rod in a loop, or a moment of inertia of zero, leaves M singular at some states or at all of them, while the
 matrix [[M, -K^T], [K, 0]] of accelerations and multipliers is regular. Pivots are chosen once for all states, so they must
-not vanish at any. Each multiplier lam is therefore replaced by lam - w (K a + gamma) with w > 0: the solution stays the
-same, as K a + gamma = 0, and M is replaced by M + K^T w K. This is positive definite exactly where the problem is well
+not vanish at any. Each multiplier lam is therefore replaced by mu - w K a with w > 0 and mu = lam - w gamma: the solution stays
+the same, as K a + gamma = 0, and M is replaced by M + K^T w K. This is positive definite exactly where the problem is well
 posed, and then no pivot vanishes, whatever their order (augmented Lagrangian; G. H. Golub, C. Greif, On solving
 block-structured indefinite linear systems, SIAM J. Sci. Comput. 24, 2003; in mechanics E. Bayo et al. 1988).
 

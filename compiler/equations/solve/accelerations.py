@@ -15,8 +15,9 @@ from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.elimination.clashes import clash
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
+from ...graph.rewrite import substitute
 from ...mechanics.system import AssertionRow, MechanicalSystem
-from ..rows.constraints import Row, settle, weighted
+from ..rows.constraints import Row, carried, settle, weighted
 from ..rows.residual import constraint_rates
 from .unknown_forces import UnknownForces, report_circle
 
@@ -63,10 +64,13 @@ def accelerations(
     its square. The other rows are switched: where they are off, the multiplier is in its own row with a factor that
     vanishes in other modes, so it comes last but for ``forces``, on which any equation may depend. ``whole`` factorises the matrix without looking at the structure.
     """
-    unknowns = [*(system.a[i] for i in free), *(row.multiplier for row in rows), *forces.symbols]
+    sought = [system.a[i] for i in free]
+    unknowns = [*sought, *(row.multiplier for row in rows), *forces.symbols]
     conditions = [row.equation for row in rows]
-    balance = weighted(system.graph, [residual[i] for i in free], rows, conditions)
-    equations = [*balance, *conditions, *forces.equations]
+    balance = weighted(system.graph, [residual[i] for i in free], rows, conditions, sought)
+    reactions = carried(system.graph, rows, conditions, sought)
+    laws = substitute(system.graph, [*conditions, *forces.equations], reactions)
+    equations = [*balance, *laws]
     after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
     after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
     try:
@@ -78,8 +82,11 @@ def accelerations(
             raise report_circle(system, forces.symbols, reporter, contrary=contrary) from None
         raise Undetermined(partial(massless, system, residual, free, rows, singular, reporter)) from None
     count, total = len(free), len(free) + len(rows)
-    known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
     asked = len(forces.symbols)
+    known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
+    solution = dict(zip((*unknowns[total:], *unknowns[:total]), known, strict=True))
+    solution |= zip(reactions, substitute(system.graph, list(reactions.values()), solution), strict=True)
+    known = tuple(solution.values())
     weighing = any(row.weight is not None for row in rows)
     asserted = determined(system, balance, free, found) if weighing else ()
     return Accelerations(known[asked : asked + count], known[asked + count :], known[:asked], found, asserted)

@@ -23,7 +23,7 @@ def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[
     along: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(solved.free, jumps, strict=True)}
     held = jvp(graph, [row.rate for row in solved.rows], along)
     equations = [graph.sub(graph.add(m, f), p) for m, f, p in zip(inertia, forces, impulses, strict=True)]
-    equations = weighted(graph, equations, solved.rows, held)
+    equations = weighted(graph, equations, solved.rows, held, jumps)
     unknowns = [*jumps, *(row.multiplier for row in solved.rows)]
     found = solve(graph, [*equations, *held], unknowns)
     return found.solutions[: len(jumps)]

@@ -48,6 +48,12 @@ def test_a_regular_mass_matrix_gets_no_weights() -> None:
     assert weighted(equations(four_bars(2, 0)))
 
 
+def test_what_weights_cost() -> None:
+    """Counted: 108 operations more than 199, and 122 where weights multiply gamma, too."""
+    massless, massive = (operations(equations(four_bars(1, mass))) for mass in (0, 0.3))
+    assert massive < massless <= massive + 112
+
+
 def test_the_cost_of_many_massless_links_is_linear() -> None:
     """Measured: twice the operations of links with mass, and 1 950 more for every five loops."""
     five, ten, fifteen = (operations(equations(four_bars(n, 0))) for n in (5, 10, 15))
@@ -85,14 +91,42 @@ experiment(stop = 1 s);
 """
 
 
+def slopes(a: float, b: float, da: float, db: float) -> tuple[Any, list[float]]:
+    """Return K and gamma of LINKS."""
+    k = np.array([[np.sin(a), 0.5 * np.sin(b), 1.0], [np.cos(a), -0.7 * np.cos(b), 0.0]])
+    gamma = [np.cos(a) * da**2 + 0.5 * np.cos(b) * db**2, -np.sin(a) * da**2 + 0.7 * np.sin(b) * db**2]
+    return k, gamma
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4])
+def test_multipliers_are_those_of_the_whole_matrix(share: float) -> None:
+    """At random states off the constraints, also where a force of the equations is a share of a multiplier."""
+    text = LINKS + "output along_it = multiplier(along); output across_it = multiplier(across);"
+    if share:
+        text += f"force {share}*multiplier(along) on x;"
+    model = mechc.loads(text)
+    random = np.random.default_rng(2)
+    for _ in range(20):
+        a, b, x, da, db, dx = random.uniform(0.2, 1.2, 6)
+        k, gamma = slopes(a, b, da, db)
+        forces = -k.T
+        forces[2, 0] -= share
+        whole = np.block([[np.diag([0.0, 0.0, 2.0]), forces], [k, np.zeros((2, 2))]])
+        exact = np.linalg.solve(whole, [0, 0, 0, -gamma[0], -gamma[1]])
+        state = np.zeros(len(model.functions.states))
+        state[:6] = a, b, x, da, db, dx
+        assert model.functions.accelerations(state) == pytest.approx(exact[:3], rel=1e-10, abs=1e-10)
+        found = [model.functions.output[name](state) for name in ("along_it", "across_it")]
+        assert found == pytest.approx(exact[3:], rel=1e-10, abs=1e-10)
+
+
 def test_accelerations_are_those_of_the_whole_matrix() -> None:
     """Against numpy: [[M, -K^T], [K, 0]] (a, lam) = (0, -gamma) at random states off the constraints, M = diag(0, 0, 2)."""
     functions = mechc.loads(LINKS).functions
     random = np.random.default_rng(1)
     for _ in range(20):
         a, b, x, da, db, dx = random.uniform(0.2, 1.2, 6)
-        k = np.array([[np.sin(a), 0.5 * np.sin(b), 1.0], [np.cos(a), -0.7 * np.cos(b), 0.0]])
-        gamma = [np.cos(a) * da**2 + 0.5 * np.cos(b) * db**2, -np.sin(a) * da**2 + 0.7 * np.sin(b) * db**2]
+        k, gamma = slopes(a, b, da, db)
         whole = np.block([[np.diag([0.0, 0.0, 2.0]), -k.T], [k, np.zeros((2, 2))]])
         exact = np.linalg.solve(whole, [0, 0, 0, -gamma[0], -gamma[1]])[:3]
         found = functions.accelerations(np.array([a, b, x, da, db, dx]))
