@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from functools import cached_property
 from typing import ClassVar
 
 from msgspec import Struct
+
+_LINE_END = re.compile("\n")
 
 
 class SourceFile(Struct, frozen=True, dict=True):
@@ -20,7 +23,7 @@ class SourceFile(Struct, frozen=True, dict=True):
 
     @cached_property
     def _line_starts(self) -> tuple[int, ...]:
-        return (0, *(i + 1 for i, c in enumerate(self.text) if c == "\n"))
+        return (0, *(match.end() for match in _LINE_END.finditer(self.text)))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return (line, column) of a character offset, both counted from 1."""

@@ -80,14 +80,16 @@ def tokenise(
 
     Slips are recorded in ``reporter`` and mended. Raises CompileError for characters that reorder what is shown.
     """
-    _refuse_reordering(source, reporter)
+    piece = piece or (0, len(source.text))
+    if not source.text.isascii():
+        _refuse_reordering(source, piece, reporter)
     lexer = _Lexer(source, tables, reporter)
-    lexer.run(*(piece or (0, len(source.text))))
+    lexer.run(*piece)
     return lexer.tokens, tuple(lexer.comments)
 
 
-def _refuse_reordering(source: SourceFile, reporter: Reporter) -> None:
-    found = [*_REORDERING.finditer(source.text)][:MOST_ERRORS]
+def _refuse_reordering(source: SourceFile, piece: tuple[int, int], reporter: Reporter) -> None:
+    found = [*_REORDERING.finditer(source.text, *piece)][:MOST_ERRORS]
     for match in found:
         name = unicodedata.name(match[0])
         reporter.error(
