@@ -184,8 +184,17 @@ def expand(instance: Instance) -> list[Expanded]:
     instance.expanding = True
     result: list[Expanded] = []
     scopes = _Scopes(instance)
+    named: dict[int, list[Expanded]] = {}  # conditions and loops before them may ask for them
     for stated in instance.cls.statements:
         statement = stated.statement
+        if isinstance(statement, ast.Shape | ast.ContactOfShapes) and statement.label is not None:
+            found = named[id(statement)] = []
+            _expand(instance, statement, scopes.of(stated), found)
+    for stated in instance.cls.statements:
+        statement = stated.statement
+        if id(statement) in named:
+            result += named[id(statement)]
+            continue
         if isinstance(statement, ast.Declaration):
             if instance.cls.declarations[statement.name].statement is statement:
                 result.append(Expanded(statement, instance.members[statement.name].scope))

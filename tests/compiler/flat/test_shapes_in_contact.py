@@ -311,3 +311,30 @@ def test_one_pair_of_a_named_contact_is_asked_about_and_released() -> None:
     (event,) = model.events
     assert event.switched == {"c[1].touch[1]"}
     assert wrong("contact c: ball with floor; output load = multiplier(c[4]);") == ["E0314"]
+
+
+def test_conditions_and_loops_may_stand_before_the_shape_they_ask_for() -> None:
+    """As 'if' and 'for' of a base do, whose statements come first."""
+    model = """
+import mech.planar.*;
+import mech.shapes.*;
+model Slides
+  Particle one(m = 1 kg);
+  Prismatic guide(world -> one.a, position = 1 m);
+  if body.size[1] > 20 cm then
+    coordinate Real more = size(body.size, 1);
+  end if;
+  for i in 1:size(body.size, 1) loop
+    damping i*1 N.s/m on guide.position;
+  end for;
+  shape body: Long() on one.a;
+  kinetic 1/2*1 kg.m^2*der(more)^2;
+end Slides;
+shape model Long
+  frame a;
+  structural parameter Length size[2] = {30 cm, 10 cm};
+end Long;
+"""
+    found = flat(model)
+    assert [v.name for v in found.variables if v.name == "more"] == ["more"]
+    assert len(found.dampings) == 2
