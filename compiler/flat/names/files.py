@@ -54,6 +54,11 @@ class LibraryFile(Mapping[str, Definition]):
             self._read[name] = definition
         return self._read[name]
 
+    def mentioning(self, word: str) -> Iterator[str]:
+        """Yield the names of the definitions whose text has this word; none is parsed for it."""
+        sought = re.compile(rf"\b{re.escape(word)}\b")
+        return (name for name, place in self._places.items() if sought.search(self._source.text, *place))
+
     def __contains__(self, name: object) -> bool:
         return name in self._places
 

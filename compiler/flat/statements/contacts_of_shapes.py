@@ -297,12 +297,15 @@ def _part_for(scope: Scope, statement: ast.ContactOfShapes, a: Class, b: Class) 
     """Return the part for two shapes and whether it wants them in the other order: that for the most special ones, the nearest."""
     ranked: list[tuple[int, int, _Part, bool]] = []
     every: list[str] = []
-    for tier, part, wanted in _parts(scope, (a, b)):
-        every.append(" with ".join(sorted(model.name for model in wanted)))
+    for tier, offer in _offers(scope, (a, b)):
+        one, other = offer.wanted
+        every.append(" with ".join(sorted((one.name, other.name))))
         for turned, (first, second) in enumerate(((a, b), (b, a))):
-            steps = first.lineage.get(id(wanted[0])), second.lineage.get(id(wanted[1]))
+            steps = first.lineage.get(id(one)), second.lineage.get(id(other))
             if steps[0] is not None and steps[1] is not None:
-                ranked.append((steps[0] + steps[1], tier, part, bool(turned)))
+                cls = scope.flattening.classes.of(offer.model, offer.namespace)
+                if not cls.broken:
+                    ranked.append((steps[0] + steps[1], tier, _Part(cls, offer.free), bool(turned)))
                 break
     if not ranked:
         raise scope.fail(
@@ -328,23 +331,30 @@ def _part_for(scope: Scope, statement: ast.ContactOfShapes, a: Class, b: Class) 
     return best[2], best[3]
 
 
-def _parts(
-    scope: Scope, shapes: tuple[Class, Class]
-) -> Iterator[tuple[int, _Part, tuple[ast.Model, ast.Model]]]:
-    """Yield the models in reach that leave two shapes open, and which; the number says how far they are."""
+class _Offer(Struct, frozen=True, eq=False):
+    """A model that leaves two shapes open, and the shape models that it wants there."""
+
+    model: ast.Model
+    namespace: Namespace
+    free: tuple[ast.Shape, ast.Shape]
+    wanted: tuple[ast.Model, ast.Model]
+
+
+def _offers(scope: Scope, shapes: tuple[Class, Class]) -> Iterator[tuple[int, _Offer]]:
+    """Yield the models in reach that leave two shapes open; the number says how far they are."""
     seen: set[int] = set()
     places: list[tuple[int, Namespace]] = [(0, scope.namespace)]
     places += [(3, cls.namespace) for cls in shapes]
     for further, place in places:
-        for tier, model, namespace in place.models_in_reach():
+        for tier, model, namespace in place.models_in_reach("shape"):
             if id(model) in seen:
                 continue
             seen.add(id(model))
             free = tuple(s for s in model.body if isinstance(s, ast.Shape) and s.on is None and s.label)
             if len(free) != 2 or model.partial:
                 continue
-            cls = scope.flattening.classes.of(model, namespace)
-            wanted = [cls.namespace.look_up_shape(s.type, s.span) for s in free]
+            inside = namespace.inside(model.body)
+            wanted = [inside.look_up_shape(s.type, s.span) for s in free]
             models = [w.definition for w in wanted if w is not None and isinstance(w.definition, ast.Model)]
-            if len(models) == 2 and not cls.broken:
-                yield tier + further, _Part(cls, (free[0], free[1])), (models[0], models[1])
+            if len(models) == 2:
+                yield tier + further, _Offer(model, namespace, (free[0], free[1]), (models[0], models[1]))
