@@ -78,27 +78,54 @@ def _operands(graph: Graph, n: int) -> list[int]:
     return [a for a in (graph._left[n], graph._right[n], third) if a != NONE]
 
 
+def _to_look_at(graph: Graph) -> list[int]:
+    """Return the nodes to look at one by one: leaves, and what is not plainly an operation whose operands are older, in order and as many
+    as it takes, and whose traits are theirs."""
+    import numpy as np
+
+    at, codes = np.arange(len(graph)), np.array(graph._code)
+    known = (codes >= 0) & (codes < len(OPERATIONS))
+    safe = np.where(known, codes, CONST)
+    third, has_third = np.full(len(graph), NONE), np.zeros(len(graph), bool)
+    for n, operand in graph._third.items():
+        if 0 <= n < len(graph):
+            third[n], has_third[n] = operand, True
+    operands = (np.array(graph._left), np.array(graph._right), third)
+    there = [operand != NONE for operand in operands]
+    older = [~a | ((operand >= 0) & (operand < at)) for a, operand in zip(there, operands, strict=True)]
+    right = known & np.logical_and.reduce(older)
+    right &= np.array([op.arity for op in OPERATIONS])[safe] == sum(a.astype(int) for a in there)
+    right &= there[0] & (has_third == (codes == SELECT)) & ~np.isin(codes, (CONST, SYMBOL))
+    right &= ~np.isin(codes, list(SYMMETRIC)) | (operands[0] <= operands[1])
+    first = codes[np.where(right, operands[0], 0)]
+    right &= (codes != NEG) | ~np.isin(first, (NEG, CONST))
+    traits = np.frombuffer(bytes(graph._traits), np.uint8)
+    expected = np.where(np.isin(codes, list(PARTIAL)), SINGULAR, 0)
+    for a, operand in zip(there, operands, strict=True):
+        expected |= np.where(right & a, traits[np.where(right & a, operand, 0)], 0)
+    right &= (traits == expected) & np.isin(codes, list(graph._used))
+    found: list[int] = np.flatnonzero(~right).tolist()
+    return found
+
+
 class _Check:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
-        self.operands: list[list[int]] = []
 
     def run(self) -> None:
         graph = self.graph
         columns = (graph._left, graph._right, graph._values, graph._traits)
         if any(len(column) != len(graph) for column in columns):
             raise Malformed("graph", f"its columns have {len(graph)} and {[len(c) for c in columns]} rows")
-        self.operands = [_operands(graph, n) for n in range(len(graph))]
-        for n in range(len(graph)):
+        for n in _to_look_at(graph):
             self.operation(n)
             self.traits(n)
         self.leaves()
         self.fixed()
         self.unique()
         if graph.by_value:
-            for n in range(len(graph)):
-                if not self.has_its_value(n):
-                    self.fail(n, "has another value in the field than its operation gives")
+            for n in self.of_other_value():
+                self.fail(n, "has another value in the field than its operation gives")
             self.interned()
         self.indices()
 
@@ -106,7 +133,7 @@ class _Check:
         raise Malformed(f"graph, node {n}", what, nearby(self.graph, n))
 
     def operation(self, n: int) -> None:
-        graph, operands = self.graph, self.operands[n]
+        graph, operands = self.graph, _operands(self.graph, n)
         code = graph._code[n]
         if not 0 <= code < len(OPERATIONS):
             self.fail(n, f"there is no operation {code}")
@@ -127,7 +154,7 @@ class _Check:
         graph = self.graph
         traits = graph._traits
         expected = SINGULAR if graph._code[n] in PARTIAL else 0
-        for a in self.operands[n]:
+        for a in _operands(graph, n):
             expected |= traits[a]
         if (traits[n] ^ expected) & SINGULAR:
             self.fail(
@@ -186,29 +213,35 @@ class _Check:
                     self.fail(n, f"is node {first} once more")
 
     def key(self, n: int) -> object:
-        return self.graph._code[n], *self.operands[n], self.graph._lookups.get(Node(n))
+        return self.graph._code[n], *_operands(self.graph, n), self.graph._lookups.get(Node(n))
 
-    def has_its_value(self, n: int) -> bool:
-        graph, at, code = self.graph, Node(n), self.graph._code[n]
-        values = graph._values
-        v, operands = values[n], [values[a] for a in self.operands[n]]
-        if code == MUL:
-            return v == operands[0] * operands[1] % P
-        if code == ADD:
-            return v == (operands[0] + operands[1]) % P
-        if code == SUB:
-            return v == (operands[0] - operands[1]) % P
-        if code == NEG:
-            return v == -operands[0] % P
-        if code == DIV:
-            return v * operands[1] % P == operands[0]
-        if code == CONST:
-            return v == of_fraction(graph._constants[at])
-        if code == SYMBOL:
-            return v == hashed("symbol", graph._names[at], graph.seed)
-        if code in (COS, SIN):
-            return v == point_of(graph, graph._left[n])[code == SIN]
-        return v == hashed(OPERATIONS[code].name, operands, graph._lookups.get(at, ()), graph.seed)
+    def of_other_value(self) -> Iterator[int]:
+        """Yield the nodes whose values in the field are not those of their operations."""
+        graph, values = self.graph, self.graph._values
+        for n, (code, a, b, v) in enumerate(zip(graph._code, graph._left, graph._right, values, strict=True)):
+            if code == MUL:
+                right = v == values[a] * values[b] % P
+            elif code == ADD:
+                right = v == (values[a] + values[b]) % P
+            elif code == SUB:
+                right = v == (values[a] - values[b]) % P
+            elif code == NEG:
+                right = v == -values[a] % P
+            elif code == DIV:
+                right = v * values[b] % P == values[a]
+            elif code == CONST:
+                right = v == of_fraction(graph._constants[Node(n)])
+            elif code == SYMBOL:
+                right = v == hashed("symbol", graph._names[Node(n)], graph.seed)
+            elif code in (COS, SIN):
+                right = v == point_of(graph, a)[code == SIN]
+            else:
+                operands = [values[k] for k in _operands(graph, n)]
+                right = v == hashed(
+                    OPERATIONS[code].name, operands, graph._lookups.get(Node(n), ()), graph.seed
+                )
+            if not right:
+                yield n
 
     def interned(self) -> None:
         """A further node of one value is there only where the one before may not stand for it."""

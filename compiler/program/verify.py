@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from functools import cache
+from typing import TYPE_CHECKING
+
 from ..graph.operations import LOOKUP, OPERATIONS, SYMBOL
 from ..graph.table import answers
 from ..malformed import Malformed, excerpt
 from .model import (
+    STORE,
     Body,
     Literal,
     Load,
+    LongBody,
     Lookup,
     Operate,
     Program,
@@ -19,6 +25,10 @@ from .model import (
 )
 from .series import NEXT, padded
 from .show import line
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 READABLE = ("t", "y", "u", "z", "p", "g")
 
@@ -33,6 +43,35 @@ def verify(program: Program) -> None:
         _Check(program, function).run()
 
 
+@cache
+def _arities() -> NDArray[np.int64]:
+    """Return how many operands each operation takes; -1 for what is none."""
+    import numpy as np
+
+    arities = [op.arity for op in OPERATIONS]
+    return np.array([-1 if k <= SYMBOL or k == LOOKUP else arity for k, arity in enumerate(arities)])
+
+
+def _to_look_at(body: Body) -> Iterable[int]:
+    """Return the positions to look at one by one: not those of operations in columns that read as many values as they take,
+    all computed before."""
+    if not isinstance(body, LongBody):
+        return range(len(body))
+    import numpy as np
+
+    kinds, at = np.frombuffer(body.kinds, np.int8), np.arange(len(body))
+    arities = _arities()
+    counts = np.where((kinds >= 0) & (kinds < len(arities)), arities[kinds % len(arities)], -1)
+    right = counts >= 0
+    for k, column in enumerate((body.first, body.second, body.third)):
+        operand = np.frombuffer(column, np.intc)
+        computed = (operand >= 0) & (operand < at)
+        computed &= kinds[np.where(computed, operand, 0)] != STORE
+        right &= computed | (k >= counts)
+    found: list[int] = np.flatnonzero(~right).tolist()
+    return found
+
+
 class _Check:
     def __init__(self, program: Program, function: ProgramFunction) -> None:
         self.program = program
@@ -44,10 +83,14 @@ class _Check:
     def run(self) -> None:
         for body in self.function.bodies:
             self.body = body
-            for position, statement in enumerate(body):
+            stores = set[int]()
+            for position in _to_look_at(body):
+                statement = body[position]
                 for operand in operands_of(statement):
-                    if not 0 <= operand < position or isinstance(body[operand], Store):
+                    if not 0 <= operand < position or operand in stores:
                         self.fail(position, "reads a value that is not computed before")
+                if isinstance(statement, Store):
+                    stores.add(position)
                 self.check(position, statement)
         missing = [i for i in range(self.function.n_out) if ("out", i) not in self.stored]
         if missing:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from mechc.compiler.graph import Graph, Node, Table
 from mechc.compiler.graph import operations as ops
+from mechc.compiler.graph import verify as verification
 from mechc.compiler.graph.verify import verify
 from mechc.compiler.malformed import Malformed
 
@@ -69,6 +71,15 @@ def descending(g: Graph) -> None:
 def twice_negative(g: Graph) -> None:
     n = find(g, ops.NEG)
     g._left[n] = Node(1)
+
+
+def negative_of_a_negative(g: Graph) -> None:
+    n = find(g, ops.NEG)
+    g._left[g.neg(g.cos(g.symbol("x")))] = n
+
+
+def needless_third(g: Graph) -> None:
+    g._third[find(g, ops.ADD)] = Node(-1)
 
 
 def whole(g: Graph) -> None:
@@ -148,6 +159,8 @@ BREAKS: list[tuple[Callable[[Graph], None], str]] = [
     (no_third, "has 2 operands, select takes 3"),
     (descending, "mul is symmetric"),
     (twice_negative, "minus a constant"),
+    (negative_of_a_negative, "minus a negative"),
+    (needless_third, "a third operand where its operation has none"),
     (whole, "undefined, but says otherwise"),
     (another_kind, "depends on other kinds of symbols"),
     (no_kind, "a symbol of no kind"),
@@ -201,3 +214,34 @@ def test_a_message_shows_the_neighbourhood() -> None:
         "       %12 = div %5 %6\n"
         "       ..."
     )
+
+
+def test_what_columns_tell_is_what_nodes_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One number changed at random: the same is found where every node is looked at by itself."""
+    random = np.random.default_rng(1)
+    found = 0
+    for _ in range(600):
+        graph = sample()
+        column = (graph._code, graph._left, graph._right, graph._traits)[random.integers(4)]
+        column[random.integers(5, len(graph))] = int(random.integers(0, len(graph)))  # type: ignore[index]
+        with monkeypatch.context() as patch:
+            said = [wrong_of(graph)]
+            patch.setattr(verification, "_to_look_at", lambda graph: range(len(graph)))
+            said.append(wrong_of(graph))
+        assert said[0] == said[1]
+        found += "operands" in said[0] or "undefined" in said[0] or "negative" in said[0]
+    assert found > 50
+
+
+def wrong_of(graph: Graph) -> str:
+    try:
+        verify(graph)
+    except Malformed as malformed:
+        return str(malformed)
+    except (
+        KeyError,
+        ZeroDivisionError,
+        ValueError,
+    ) as other:  # a leaf that an operation became, once nodes are found right
+        return repr(other)
+    return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from fractions import Fraction
 
 import numpy as np
@@ -18,13 +19,13 @@ from mechc.compiler.malformed import Malformed
 from mechc.compiler.program import Program, ProgramFunction, chunk, lower, show, verify
 from mechc.compiler.program.chunk import split
 from mechc.compiler.program.hoist import hoistable, rule_order
-from mechc.compiler.program.model import Load, Operate, Statement, Store
+from mechc.compiler.program.model import LITERAL, LOAD, STORE, Body, Load, LongBody, Operate, Statement, Store
 from mechc.compiler.program.names import identifiers
 from mechc.compiler.program.schedule import schedule
 from mechc.runtime.interface import Quantity
 
 
-def with_rhs(program: Program, *bodies: tuple[Statement, ...], n_out: int = 1, workspace: int = 0) -> Program:
+def with_rhs(program: Program, *bodies: Body, n_out: int = 1, workspace: int = 0) -> Program:
     return replace(program, functions=(ProgramFunction("rhs", "", n_out, bodies, workspace),))
 
 
@@ -307,6 +308,35 @@ def test_malformed_programs_are_found(message: str, body: tuple[Statement, ...])
     program = lower(pendulum())
     with pytest.raises(Malformed, match=message):
         verify(with_rhs(program, body))
+
+
+def test_columns_are_verified_as_statements_are() -> None:
+    """A number changed in a column is found where it is wrong among statements, and nowhere else."""
+    program = lower(chain(3))
+    (rhs,) = (f for f in program.functions if f.name == "rhs")
+    right = LongBody.of(rhs.bodies[0])
+    random = np.random.default_rng(1)
+    found = 0
+    for _ in range(400):
+        columns = [array(c.typecode, c) for c in (right.kinds, right.first, right.second, right.third)]
+        column = columns[random.integers(1, 4)]
+        at = int(random.integers(len(column)))
+        if right.kinds[at] in (LITERAL, LOAD, STORE):
+            continue
+        column[at] = int(random.integers(-1, len(column)))
+        body = LongBody(*columns, right.numbers)
+        said = [wrong_of(with_rhs(program, written, n_out=rhs.n_out)) for written in (body, tuple(body))]
+        assert said[0] == said[1]
+        found += bool(said[0])
+    assert found > 50
+
+
+def wrong_of(program: Program) -> str:
+    try:
+        verify(program)
+    except Malformed as malformed:
+        return str(malformed)
+    return ""
 
 
 def test_parameters_read_hoisted_constants_only_after_writing_them() -> None:
