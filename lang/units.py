@@ -32,12 +32,10 @@ class Dimension(Struct, frozen=True):
     exponents: tuple[Exponent, Exponent, Exponent, Exponent, Exponent, Exponent, Exponent]
 
     def __mul__(self, other: Dimension) -> Dimension:
-        a, b = self.exponents, other.exponents
-        return _dimension([x + y for x, y in zip(a, b, strict=True)])
+        return _product(self, other)
 
     def __truediv__(self, other: Dimension) -> Dimension:
-        a, b = self.exponents, other.exponents
-        return _dimension([x - y for x, y in zip(a, b, strict=True)])
+        return _quotient(self, other)
 
     def __pow__(self, power: Exponent) -> Dimension:
         return _raised(self, power)
@@ -62,6 +60,16 @@ class Dimension(Struct, frozen=True):
 def _dimension(exponents: list[Exponent]) -> Dimension:
     kg, m, s, A, K, mol, cd = (_exponent(e) for e in exponents)
     return Dimension((kg, m, s, A, K, mol, cd))
+
+
+@lru_cache(maxsize=1024)
+def _product(a: Dimension, b: Dimension) -> Dimension:
+    return _dimension([x + y for x, y in zip(a.exponents, b.exponents, strict=True)])
+
+
+@lru_cache(maxsize=1024)
+def _quotient(a: Dimension, b: Dimension) -> Dimension:
+    return _dimension([x - y for x, y in zip(a.exponents, b.exponents, strict=True)])
 
 
 @lru_cache(maxsize=1024)

@@ -299,6 +299,8 @@ def _types(model: FlatModel) -> dict[str, Type]:
     """Return the types of all names: variables, definitions, those of curves that are drawn, ``world``, ``time``."""
     found = {d.name: d.type for d in model.definitions} | {v.name: v.type for v in model.variables}
     found |= {s.variable: s.type for draw in model.draws for s in draw.samples}
+    if model.independent in ("", "time") and not model.dimensionless:
+        return found | {"world": types.FRAME, "time": types.real(types.TIME)}
     pending: list[object] = [model]
     while pending:  # the type of an independent variable that is no time stands where it is used
         at = pending.pop()
