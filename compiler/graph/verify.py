@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ..malformed import Malformed, excerpt
 from . import operations as ops
@@ -32,6 +32,10 @@ from .table import answers
 
 SYMMETRIC = frozenset({ADD, MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
 """Operations whose operands stand in ascending order, so that both orders are one node."""
+
+
+FEW = 200
+"""Nodes up to which columns take longer than one by one."""
 
 
 def verify(graph: Graph) -> None:
@@ -78,18 +82,20 @@ def _operands(graph: Graph, n: int) -> list[int]:
     return [a for a in (graph._left[n], graph._right[n], third) if a != NONE]
 
 
-def _to_look_at(graph: Graph) -> list[int]:
+def _to_look_at(graph: Graph) -> Sequence[int]:
     """Return the nodes to look at one by one: leaves, and what is not plainly an operation whose operands are older, in order and as many
     as it takes, and whose traits are theirs."""
+    if len(graph) <= FEW:
+        return range(len(graph))
     import numpy as np
 
     at, codes = np.arange(len(graph)), np.array(graph._code)
     known = (codes >= 0) & (codes < len(OPERATIONS))
     safe = np.where(known, codes, CONST)
     third, has_third = np.full(len(graph), NONE), np.zeros(len(graph), bool)
-    for n, operand in graph._third.items():
+    for n, last in graph._third.items():
         if 0 <= n < len(graph):
-            third[n], has_third[n] = operand, True
+            third[n], has_third[n] = last, True
     operands = (np.array(graph._left), np.array(graph._right), third)
     there = [operand != NONE for operand in operands]
     older = [~a | ((operand >= 0) & (operand < at)) for a, operand in zip(there, operands, strict=True)]

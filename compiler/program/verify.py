@@ -89,7 +89,7 @@ class _Check:
                 for operand in operands_of(statement):
                     if not 0 <= operand < position or operand in stores:
                         self.fail(position, "reads a value that is not computed before")
-                if isinstance(statement, Store):
+                if type(statement) is Store:
                     stores.add(position)
                 self.check(position, statement)
         missing = [i for i in range(self.function.n_out) if ("out", i) not in self.stored]
@@ -97,16 +97,18 @@ class _Check:
             self.fail(None, f"does not store out{missing}")
 
     def check(self, position: int, statement: Statement) -> None:
+        if type(statement) is Operate:  # most are, and a match takes long
+            code, count = statement.code, len(statement.operands)
+            if not SYMBOL < code < len(OPERATIONS) or code == LOOKUP:
+                self.fail(position, f"has no operation {code}")
+            elif count != OPERATIONS[code].arity:
+                self.fail(position, f"gives {count} operands to {OPERATIONS[code].name}")
+            return
         match statement:
             case Load(array, index):
                 self.check_load(position, array, index)
             case Store(array, index, _, guarded):
                 self.check_store(position, array, index, guarded)
-            case Operate(code, operands):
-                if not SYMBOL < code < len(OPERATIONS) or code == LOOKUP:
-                    self.fail(position, f"has no operation {code}")
-                elif len(operands) != OPERATIONS[code].arity:
-                    self.fail(position, f"gives {len(operands)} operands to {OPERATIONS[code].name}")
             case Lookup(table, order, _):
                 if not 0 <= table < len(self.program.tables) or not answers(
                     self.program.tables[table], order

@@ -59,6 +59,11 @@ def too_few_operands(g: Graph) -> None:
     g._right[find(g, ops.ADD)] = Node(-1)
 
 
+def first_missing(g: Graph) -> None:
+    n = find(g, ops.SIN)
+    g._left[n], g._right[n] = g._right[n], g._left[n]
+
+
 def no_third(g: Graph) -> None:
     del g._third[find(g, ops.SELECT)]
 
@@ -156,6 +161,7 @@ BREAKS: list[tuple[Callable[[Graph], None], str]] = [
     (later_operand, "not older"),
     (unknown_operation, "there is no operation"),
     (too_few_operands, "has 1 operands, add takes 2"),
+    (first_missing, "has 1 operands, sin takes 1"),
     (no_third, "has 2 operands, select takes 3"),
     (descending, "mul is symmetric"),
     (twice_negative, "minus a constant"),
@@ -180,8 +186,12 @@ BREAKS: list[tuple[Callable[[Graph], None], str]] = [
 ]
 
 
+@pytest.mark.parametrize("few", [verification.FEW, 0], ids=["one by one", "in columns"])
 @pytest.mark.parametrize(("spoil", "message"), BREAKS, ids=lambda b: getattr(b, "__name__", ""))
-def test_broken_graphs_are_found(spoil: Callable[[Graph], None], message: str) -> None:
+def test_broken_graphs_are_found(
+    spoil: Callable[[Graph], None], message: str, few: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(verification, "FEW", few)
     graph = sample()
     spoil(graph)
     with pytest.raises(Malformed, match=message):
@@ -223,10 +233,10 @@ def test_what_columns_tell_is_what_nodes_tell(monkeypatch: pytest.MonkeyPatch) -
     for _ in range(600):
         graph = sample()
         column = (graph._code, graph._left, graph._right, graph._traits)[random.integers(4)]
-        column[random.integers(5, len(graph))] = int(random.integers(0, len(graph)))  # type: ignore[index]
+        column[int(random.integers(5, len(graph)))] = Node(int(random.integers(0, len(graph))))
         with monkeypatch.context() as patch:
             said = [wrong_of(graph)]
-            patch.setattr(verification, "_to_look_at", lambda graph: range(len(graph)))
+            patch.setattr(verification, "FEW", 0)
             said.append(wrong_of(graph))
         assert said[0] == said[1]
         found += "operands" in said[0] or "undefined" in said[0] or "negative" in said[0]

@@ -319,12 +319,13 @@ def test_columns_are_verified_as_statements_are() -> None:
     found = 0
     for _ in range(400):
         columns = [array(c.typecode, c) for c in (right.kinds, right.first, right.second, right.third)]
+        kinds, first, second, third = columns
         column = columns[random.integers(1, 4)]
         at = int(random.integers(len(column)))
         if right.kinds[at] in (LITERAL, LOAD, STORE):
             continue
         column[at] = int(random.integers(-1, len(column)))
-        body = LongBody(*columns, right.numbers)
+        body = LongBody(kinds, first, second, third, right.numbers)
         said = [wrong_of(with_rhs(program, written, n_out=rhs.n_out)) for written in (body, tuple(body))]
         assert said[0] == said[1]
         found += bool(said[0])
