@@ -5,10 +5,10 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..case import Case, inputs_at
@@ -32,24 +32,18 @@ def evaluate_rows(
     rows = np.empty((t.size, size))
     if function is None or t.size == 0:
         return rows
-    if z is not None:
-        begins = np.flatnonzero(np.r_[True, (z[1:] != z[:-1]).any(axis=1)])
-        for i, j in zip(begins, (*begins[1:], t.size), strict=True):
-            part = replace(case, z=np.ascontiguousarray(z[i]))
-            rows[i:j] = evaluate_rows(part, name, t[i:j], y[i:j])
-        return rows
-    t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
+    t, y, held = (np.ascontiguousarray(values) for values in (t, y, case.z[None] if z is None else z))
+    begins = [0] if z is None else np.flatnonzero(np.r_[True, (z[1:] != z[:-1]).any(axis=1)]).tolist()
     tables, _alive = table_structs(case.tables)
     u = np.empty(len(problem.inputs))
-    native.kernel_for(functions.struct, bool(case.asked and case.asked.reproducible)).mech_evaluate(
-        ctypes.addressof(functions.struct),
-        getattr(functions.struct, name),
-        size,
-        ctypes.addressof(tables),
-        len(tables),
-        t.size,
-        *(values.ctypes.data for values in (t, y, case.z, case.p, u, rows)),
-    )
+    kernel = native.kernel_for(functions.struct, bool(case.asked and case.asked.reproducible))
+    model = ctypes.addressof(functions.struct), getattr(functions.struct, name), size
+    given = ctypes.addressof(tables), len(tables)
+    places = [(values.ctypes.data, values.strides[0]) for values in (t, y, held, rows)]
+    p_and_u = case.p.ctypes.data, u.ctypes.data
+    for i, j in pairwise([*begins, t.size]):
+        at_t, at_y, at_z, at_rows = (place + i * step for place, step in places)
+        kernel.mech_evaluate(*model, *given, j - i, at_t, at_y, at_z, *p_and_u, at_rows)
     return rows
 
 
