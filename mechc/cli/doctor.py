@@ -7,6 +7,7 @@ import platform
 import sys
 import tempfile
 from collections.abc import Iterator
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -23,6 +24,8 @@ OPTIONAL = {
     "pin": "comparison with Pinocchio: pip install pin",
     "mujoco": "comparison with MuJoCo: pip install mujoco",
 }
+MODULES = {"pin": "pinocchio"}
+"""What packages are imported as, where that is another name."""
 
 
 class DoctorLine(Struct, frozen=True):
@@ -38,7 +41,7 @@ class DoctorLine(Struct, frozen=True):
     cls=Command, name="doctor", short_help="Say what this installation can use, and what is missing."
 )
 def command() -> int:
-    """Print versions, the C compiler and the cache folder; exit with 1 if something needed is missing."""
+    """Print versions, the C compiler and the cache folder; exit with 1 if something needed is missing or fails."""
     from ..presentation.style import style_for
     from .failures import COMPLETED, FAILED
 
@@ -69,10 +72,17 @@ def examine() -> Iterator[DoctorLine]:
 
 
 def _package(name: str, missing: str, help: str) -> DoctorLine:
+    """Import a package, as what is installed may still lack a library of the system."""
     try:
-        return DoctorLine(name, version(name))
+        found = version(name)
     except PackageNotFoundError:
         return DoctorLine(name, "not installed", missing, help)
+    try:
+        import_module(MODULES.get(name, name))
+    except Exception as error:  # whatever a package raises while it is loaded
+        said = str(error).strip().split("\n", 1)[0]
+        return DoctorLine(name, f"{found}, but its import fails: {said or type(error).__name__}", missing, help)
+    return DoctorLine(name, found)
 
 
 def _compiler() -> DoctorLine:

@@ -258,6 +258,15 @@ def test_doctor_tells_of_a_compiler_that_does_not_answer(
     assert "CC=/no/such/compiler" in out
 
 
+def test_doctor_tells_of_a_package_that_cannot_be_imported(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "scipy", None)
+    code, out, _ = call(capsys, "doctor")
+    assert code == 1
+    assert re.search(r"!!  scipy +[\d.]+, but its import fails: import of scipy halted", out)
+
+
 def test_our_own_bug_is_called_so(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
