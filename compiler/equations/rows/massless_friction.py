@@ -166,7 +166,7 @@ def _by_cases(
 ) -> tuple[Node, ...]:
     """Return rates with the force ``lam`` of each case, so that they are exactly zero where nothing slips. Places hold no forces."""
     chosen = substitute(graph, rates, {lam: otherwise})
-    for case, force in reversed(cases.items()):
+    for case, force in reversed(list(cases.items())):
         there = substitute(graph, rates, {lam: force})
         chosen = [graph.select(case, a, b) for a, b in zip(there, chosen, strict=True)]
     return tuple(chosen)
