@@ -42,7 +42,8 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     builtin = BUILTINS.get(name)
     if builtin is None:
         return own_function(scope, node, name)
-    if scope.namespace.exported(name) is not None:  # reported where it is defined
+    own = scope.namespace.exported(name)
+    if own is not None and isinstance(own.definition, ast.Function):  # reported where it is defined
         raise Poisoned
     if any(part.indices for part in node.function.parts):
         raise scope.fail("E0209", f"there is no array of functions '{name}'", node.function.span)

@@ -372,3 +372,12 @@ def test_what_follows_from_a_name_of_two_imports_is_not_told() -> None:
     end P;
     """
     assert codes(text) == ["E0208"]
+
+
+@pytest.mark.parametrize("named", ["model sin  parameter k = 1; end sin;", 'type sin = unit "1/m";'])
+def test_a_model_or_type_may_be_called_as_a_function_of_the_language(named: str) -> None:
+    model = flat(
+        f"{named} model M  coordinate Angle a = 1 rad; kinetic 1/2*1 kg.m^2*der(a)^2; potential 1 J*sin(a); output y = sin(a); end M;"
+    )
+    assert [value(e.value) for e in model.energies][1:] == ["1*sin(a)"]
+    assert [d.name for d in model.definitions if d.name == "y"] == ["y"]
