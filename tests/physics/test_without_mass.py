@@ -497,6 +497,9 @@ def test_a_stated_start_is_a_condition_on_the_others() -> None:
 def test_an_initial_value_of_what_is_no_state_is_refused() -> None:
     with pytest.raises(mechc.UsageMistake, match="'z' has no mass: the balance of forces decides it"):
         mechc.loads(SERIES).simulate(set={"z": "0.3 m"})
+    for start in ("z = 0.3 m", "z in {0.3, 0.4} m"):
+        with pytest.raises(mechc.CompileError, match="it has no mass: the balance of forces decides it"):
+            mechc.loads(SERIES + f"experiment moved({start});")
     moved = run(MAXWELL, set={"z": "0.3 m"})
     assert moved["z"][0] == 0.3
 

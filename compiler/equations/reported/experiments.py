@@ -52,7 +52,10 @@ def _plan(
             continue
         swept = _find(system, layout, sweep.target, sweep.indices, rate=sweep.rate)
         if not swept:
-            reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
+            caption, help = _why_not(system, sweep.target, rate=sweep.rate)
+            reporter.error(
+                "E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span, caption=caption, help=help
+            )
             continue
         constants = tuple(evaluate(system.graph, [lowering.scalar(v) for v in sweep.values], {}))
         sweeps.append((interface.Setting(*swept[0], False), constants))
@@ -76,13 +79,30 @@ def _targets(
 ) -> list[tuple[str, int]]:
     found = _find(system, layout, setting.target, setting.indices, rate=setting.rate)
     if not found:
+        caption, help = _why_not(system, setting.target, rate=setting.rate)
         reporter.error(
             "E0822",
             f"'{setting.target}' has no initial value to set",
             setting.origin.span,
-            caption="its motion is prescribed, or its joint closes a loop",
+            caption=caption,
+            help=help,
         )
     return found
+
+
+def _why_not(system: MechanicalSystem, name: str, *, rate: bool) -> tuple[str, str]:
+    """Say why a quantity has no initial value of its own, and what to do where that is known."""
+    scalars = system.v if rate else system.q
+    for row in system.drives:
+        if all(scalars[k].variable.name != name for k in (row.v if rate else row.q)):
+            continue
+        if not row.balanced:
+            return "its motion is prescribed", "change what the drive is formed of"
+        return (
+            "it has no mass: the balance of forces decides it",
+            "set those of the others, or say in the model where it starts: the others follow",
+        )
+    return "its joint closes a loop, and computes it", ""
 
 
 def _find(
