@@ -127,3 +127,30 @@ def test_a_run_without_constants_says_so() -> None:
     assert any(
         "no constants of the motion were found" in remark for remark in solution.motion.judged().remarks
     )
+
+
+IN_ARRAYS = """\
+model Swing
+  parameter l = 1 m;
+  coordinate Angle a = 0.3 rad;
+  kinetic 1/2*1 kg*l^2*der(a)^2;
+  potential -9 N*l*cos(a);
+end Swing;
+model Row
+  Swing s[2](l = {1, 2} m);
+  experiment(stop = 1 s);
+end Row;
+"""
+
+
+def test_formulas_of_arrays_of_parts() -> None:
+    """The names of members of array elements, ``s[1].l``, could not be read again: the studies ended with an assertion."""
+    model = mechc.loads(IN_ARRAYS)
+    (found,) = model.study("symmetries").summary()["symmetries"]
+    terms = found["conserved"].replace(" - ", " + -").split(" + ")
+    assert sorted(terms) == sorted(
+        [f"1/2*s[{k}].l^2*der(s[{k}].a)^2" for k in (1, 2)] + [f"-9*s[{k}].l*cos(s[{k}].a)" for k in (1, 2)]
+    )
+    assert model.study("invariants").summary()["independent"] == 2
+    rows: Any = model.hamilton().summary()
+    assert "1/2*p_s[2].a^2/s[2].l^2" in rows["H"]

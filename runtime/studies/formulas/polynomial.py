@@ -20,6 +20,7 @@ Polynomial = Mapping[Monomial, Number]
 
 _NUMBER = re.compile(r"(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"[A-Za-z_][\w.]*")
+_MEMBER = re.compile(r"\.[A-Za-z_][\w.]*")
 
 
 class _TooLong(Exception):
@@ -95,8 +96,13 @@ def _atom(text: str, at: int) -> tuple[Polynomial, int]:
     name = _NAME.match(text, at)
     assert name, (text, at)
     end = name.end()
-    while text[end : end + 1] in ("(", "["):  # der(R)[3], f(x)
-        end = _closing(text, end) + 1
+    while True:
+        if text[end : end + 1] in ("(", "["):  # der(R)[3], f(x)
+            end = _closing(text, end) + 1
+        elif member := _MEMBER.match(text, end):  # part[2].angle
+            end = member.end()
+        else:
+            break
     written = re.sub(r"(?<=[\w)\]])([+-])(?=[\w(])", r" \1 ", text[at:end])
     return {((written, Fraction(1)),): Fraction(1)}, end
 
