@@ -13,7 +13,8 @@ from ..outcome import SimulationError
 from ..problem import Array
 
 MOST_TWICE = 0.25
-"""Share of rows that may repeat the time before them: more are no events, but a clock with too few digits."""
+"""Share of rows that may repeat the time before them with other values of all columns: more are no events, but a clock with too few
+digits."""
 
 SAME = 1e-9
 """What differs by less, in the largest value of its column, does not jump."""
@@ -66,21 +67,33 @@ def measured(
     if not np.isfinite(times).all():
         raise SimulationError(f"{place(int(np.argmin(np.isfinite(times))))} has no time")
     steps = np.diff(times)
-    again = int((steps == 0).sum())
-    if (falls := steps < 0).any() or again > MOST_TWICE * times.size:
-        row = int(np.argmax(falls if falls.any() else steps == 0)) + 1
-        raise SimulationError(
-            f"measured times must rise, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
-        )
+    if (falls := steps < 0).any():
+        raise SimulationError(_not_rising(times, int(np.argmax(falls)) + 1, place))
     for name, values in arrays.items():
         if values.shape != times.shape:
             raise SimulationError(f"'{name}' of {source} has {values.size} values at {times.size} times")
         if (endless := np.isinf(values)).any():
             raise SimulationError(f"{place(int(np.argmax(endless)))} has an infinite value of '{name}'")
-    if again:
+    if (again := steps == 0).any():
+        moved = again & _all_jump(arrays)
+        if moved.sum() > MOST_TWICE * times.size:
+            raise SimulationError(
+                f"{_not_rising(times, int(np.argmax(moved)) + 1, place)}; with other values in {int(moved.sum())} of"
+                f" {times.size} rows these are no events, but a clock with too few digits"
+            )
         times, arrays, told = _one_side(source, times, arrays)
         remarks = (*remarks, told)
     return Measured(source, times, arrays, inputs or {}, units or {}, remarks)
+
+
+def _not_rising(times: Array, row: int, place: Callable[[int], str]) -> str:
+    return f"measured times must rise, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
+
+
+def _all_jump(columns: Mapping[str, Array]) -> Array:
+    """Tell of each row but the first whether no value is that of the row before: at an event something does not jump."""
+    jumps = [np.abs(np.diff(v)) <= SAME * np.nanmax(np.abs(v), initial=0.0) for v in columns.values()]
+    return ~np.any(jumps, axis=0)
 
 
 def _one_side(source: str, times: Array, columns: Mapping[str, Array]) -> tuple[Array, dict[str, Array], str]:

@@ -451,9 +451,26 @@ def test_what_a_run_writes_at_events_is_fitted(tmp_path: Path) -> None:
     assert any("two rows, the sides of an event: der(h) jump" in note for note in found.remarks)
 
 
+def test_samples_more_often_than_rows_are_no_clock_with_too_few_digits() -> None:
+    """A controller that samples between most rows writes both sides of each sample, at which what it holds jumps and the motion does
+    not."""
+    model = mechc.loads(
+        "parameter k = 9 N/m; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*k*x^2; output Length held = seen;"
+        "discrete Length seen = 0 m; when sample(50 ms) then seen := x; end when; experiment(stop = 1 s);"
+    )
+    samples = np.arange(20) * 0.05
+    times = np.concatenate([np.repeat(samples, 2), samples + 0.02])
+    held = np.cos(3.5 * np.concatenate([np.stack([samples - 0.05, samples], axis=1).ravel(), samples]))
+    rising = np.argsort(times, kind="stable")
+    data = {"time": times[rising], "x": np.cos(3.5 * times[rising]), "held": held[rising]}
+    found = model.fit(data, "k")
+    assert found["k"] == pytest.approx(3.5**2, rel=1e-7)
+    assert any("held jump there" in note for note in found.remarks)
+
+
 def test_a_clock_with_too_few_digits_is_no_event(tmp_path: Path) -> None:
     (path := tmp_path / "t.csv").write_text(
         "time [s],theta [rad]\n0,1\n0,0.9\n1,0.8\n1,0.7\n2,0.6\n2,0.5\n", encoding="utf-8"
     )
-    with pytest.raises(SimulationError, match="must rise, but in line 3 of"):
+    with pytest.raises(SimulationError, match="must rise, but in line 3 of .* a clock with too few digits"):
         mechc.loads(PENDULUM).fit(path, "l")
