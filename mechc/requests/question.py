@@ -102,6 +102,12 @@ def _names(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[str,
     """Read names of quantities; that of a vector stands for its elements."""
     wanted = names_in(given) if isinstance(given, str) else [tidy(name) for name in given]
     known = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs) if q.kind != "account"]
+    for name in wanted:
+        if elements_of(name, [q.name for q in problem.discretes]) and not elements_of(name, known):
+            raise UsageMistake(
+                f"'{name}' is discrete, and '{setting.name}' takes coordinates, states, outputs and inputs",
+                f"declare an output of the model: 'output y = {name};'",
+            )
     return chosen_names(wanted, known)
 
 
