@@ -21,6 +21,8 @@ Display = Callable[[str, str], tuple[str, float]]
 
 
 _INDEX = re.compile(r"\[(\d+(?:, ?\d+)*)\]")
+_PART = re.compile(r"(?P<part>[A-Za-z_]\w*+(?!\()|\))(?P<index>\[[^\]]*\])?|.")
+_ANY = r"(?:\[(\d+(?:, ?\d+)*)\])?"
 
 
 class Values(dict[str, Array]):
@@ -52,8 +54,10 @@ class LazyValues(Mapping[str, Array]):
 
 def _whole(known: Mapping[str, Array], name: str) -> Array:
     """Put a vector or matrix together. Raises KeyError where a name is none of these."""
-    names = elements(known, name)
-    places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
+    pattern = _elements_of(name)
+    found = {one: match for one in known if one != name and (match := pattern.fullmatch(one))}
+    names = [*found]
+    places = [tuple(int(i) for part in m.groups() if part for i in part.split(",")) for m in found.values()]
     if not names:
         raise KeyError(f"there is no '{name}'{suggest(name, names_of(known))}")
     shape = tuple(max(axis) for axis in zip(*places, strict=False))
@@ -70,8 +74,15 @@ def names_of(known: Iterable[str]) -> list[str]:
 
 
 def elements(known: Iterable[str], name: str) -> list[str]:
-    """Give the elements of a vector in their order: ``joint.angle`` has ``joint[1].angle``, ``joint[2].angle``."""
-    return [one for one in known if one != name and _INDEX.sub("", one) == name]
+    """Give the elements of a vector in their order: ``joint.angle`` has ``joint[1].angle``, ``joint[2].angle``, and
+    ``joint[1].position`` has ``joint[1].position[1]``."""
+    pattern = _elements_of(name)
+    return [one for one in known if one != name and pattern.fullmatch(one)]
+
+
+def _elements_of(name: str) -> re.Pattern[str]:
+    """Return what the names of elements look like: with any index after each part that has none."""
+    return re.compile(_PART.sub(lambda m: re.escape(m[0]) + (_ANY if m["part"] and not m["index"] else ""), name))
 
 
 class Results(Mapping[str, Array]):

@@ -324,6 +324,30 @@ def test_elements_of_several_units_have_none_together() -> None:
         found.unit("k.y")
 
 
+def test_vectors_of_one_element_of_an_array_of_parts() -> None:
+    """``flight[2].r`` was unknown, though ``flight[2].r[1]`` and ``flight.r`` are known."""
+    found = mechc.loads("""
+    model Flight
+      coordinate Length r[2] = {1, 2} m;
+      coordinate Rotation R = rotz(0 rad);
+      initial der(R) = {1, 2, 3} rad/s;
+      kinetic 1/2*1 kg*dot(der(r), der(r));
+      inertia identity(3)*1 kg.m^2 on world * R;
+    end Flight;
+    model M
+      Flight flight[2](r = {{1, 2}, {3, 4}} m);
+      experiment(stop = 1 s);
+    end M;
+    """).simulate()
+    assert found["flight[2].r"][-1] == pytest.approx([3.0, 4.0])
+    assert found["flight.r"][-1] == pytest.approx(np.array([[1.0, 2.0], [3.0, 4.0]]))
+    assert found["der(flight[1].R)"][-1] == pytest.approx([1.0, 2.0, 3.0])
+    assert found["flight[1].R"].shape[1] == 4 and found["der(flight.r)"].shape[1:] == (2, 2)
+    assert found.unit("flight[2].r") == "m" and found.unit("der(flight.r)") == "m/s"
+    with pytest.raises(KeyError, match=r"there is no 'flight\[3\].r'"):
+        found["flight[3].r"]
+
+
 def test_parts_of_several_sizes_are_named_one_by_one() -> None:
     found = mechc.loads("""
     model Part
