@@ -38,6 +38,7 @@ from ..formulas.combination import (
 from ..formulas.null_space import (
     CONFIRMED,
     Null,
+    Refining,
     confirmed,
     independent_columns,
     null_space,
@@ -107,7 +108,8 @@ class Symmetries(Study, frozen=True, kw_only=True):
         costs = np.array([span.cost(span.terms[k]) for k in kept])
         basis = np.zeros((len(vectors), len(span.terms)))
         if len(vectors):
-            basis[:, kept] = sparse_basis(vectors, costs, sizes)
+            refining = Refining(columns[1][:, kept], check, sizes)
+            basis[:, kept] = sparse_basis(vectors, costs, sizes, refining=refining)
         chance = Chance(case)
         track = tracked(case, self)
         typical = np.sqrt((columns[0] ** 2).mean(axis=0))
