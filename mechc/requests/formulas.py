@@ -30,9 +30,11 @@ def in_momenta(text: str, names: Sequence[str], taken: Collection[str]) -> str:
         del known[short]
 
     def written(match: re.Match[str]) -> str:
-        return f"momentum({known[match[0]]})" if match[0] in known else match[0]
+        name = "".join(match[0].split())
+        return f"momentum({known[name]})" if name in known else match[0]
 
-    return re.sub(r"(?<![\w.])[A-Za-z_]\w*(?:\.\w+)*", written, text)
+    part = r"[A-Za-z_]\w*(?:\[[\d, ]+\])?"
+    return re.sub(rf"(?<![\w.]){part}(?:\.{part})*", written, text)
 
 
 def is_value(text: str) -> bool:

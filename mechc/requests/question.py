@@ -240,7 +240,7 @@ def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = (
         if setting.kind == "formulas":
             for k, one in enumerate(apart(given), start=1):
                 formula = in_momenta(one.rpartition("=")[2], problem_names, taken)
-                if tidy(formula) not in problem_names or "=" in one:
+                if tidy(one) not in problem_names:
                     found[f"{output_of(setting)}_{k}"] = formula
             continue
         if setting.kind == "condition":

@@ -72,6 +72,19 @@ def test_rate_of_a_quantity_is_its_bracket_with_h() -> None:
     assert rate == pytest.approx(middle, abs=(2 * math.sqrt(2.5) * (t[1] - t[0])) ** 2 / 6 * 5 * 1.01)
 
 
+def test_momenta_of_vectors_of_parts_in_arrays_and_of_cyclic_coordinates() -> None:
+    """The formula p_x[1] was an unknown name, and p_phi of a cyclic coordinate 'a vector'."""
+    model = mechc.loads(
+        "model Mass  coordinate Length x[2] = {1, 2} m; coordinate Angle phi = 0 rad;"
+        "kinetic 1/2*1 kg*(der(x[1])^2 + der(x[2])^2) + 1/2*1 kg.m^2*der(phi)^2; potential 1/2*1 N/m*x[1]^2*x[2]^2/(1 m^2); end Mass;"
+        "model M  Mass m[2]; end M;"
+    )
+    table = brackets(model, "m[2].x[1]*p_m[2].x[2], m[2].x[2], p_m[1].phi, m[1].phi, m[2].x[1], p_m[2].x[ 2 ]")
+    assert table["m[2].x[1]*p_m[2].x[2]", "m[2].x[2]"] == "-(m[2].x[1])"
+    assert table["p_m[1].phi", "m[1].phi"] == "-1" and table["p_m[1].phi", "H"] == "0"
+    assert table["m[2].x[1]", "p_m[2].x[ 2 ]"] == "0" and table["m[2].x[2]", "p_m[2].x[ 2 ]"] == "1"
+
+
 def test_angular_momenta_in_four_dimensions() -> None:
     """T17: of J_ij = p_i x_j - p_j x_i, here {J_ij, J_jk} = J_ik in Goldstein's sign, as {M_x, M_y} = M_z; those without a common index
     commute, and all are constant in a central field."""
