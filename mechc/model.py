@@ -259,7 +259,17 @@ class CompiledModel:
                     f"'{name}' has no mass: the balance of forces decides it, and it has no initial value of its own",
                     "set those of the others, or say in the model where it starts: the others follow",
                 )
-        return settings_in_si(settings, units, self.compilation.rotations)
+        return settings_in_si(self._truths_as_numbers(settings), units, self.compilation.rotations)
+
+    def _truths_as_numbers(self, settings: Mapping[str, Given]) -> Mapping[str, Given]:
+        """Write 1 and 0 for true and false where a parameter is one of these."""
+        if not any(what in ("true", "false") for what in settings.values() if isinstance(what, str)):
+            return settings
+        truths = [q.name for q in self.compilation.equations.parameters if q.type == "boolean"]
+        return {
+            name: float(what == "true") if what in ("true", "false") and elements_of(name, truths) else what
+            for name, what in settings.items()
+        }
 
     def problem(
         self,

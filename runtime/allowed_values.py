@@ -14,8 +14,10 @@ from .settings import Free
 
 @once
 def _bounded(problem: Problem) -> bool:
-    """Whether a parameter has a smallest or a largest value."""
-    return any(q.minimum is not None or q.maximum is not None for q in problem.parameters)
+    """Whether a parameter has a smallest or a largest value, or takes whole numbers or truth values alone."""
+    return any(
+        q.minimum is not None or q.maximum is not None or q.type in _ALLOWED for q in problem.parameters
+    )
 
 
 def check_parameters(problem: Problem, p: Array) -> None:
@@ -33,6 +35,23 @@ def check_parameters(problem: Problem, p: Array) -> None:
         if math.isinf(value):
             raise SimulationError(f"the parameter '{quantity.name}' is infinite", quantity.origin)
         _check_range(quantity, value, "the parameter")
+        check_type(quantity, value)
+
+
+_ALLOWED = {"integer": "a whole number", "boolean": "true or false, 1 or 0"}
+"""What a quantity of a type can be, if not any number."""
+
+
+def check_type(quantity: Quantity, *values: float) -> None:
+    """Refuse a fraction where a whole number belongs, and what is neither true nor false. Raises ``SimulationError``."""
+    if quantity.type not in _ALLOWED:
+        return
+    for value in values:
+        if value not in (0.0, 1.0) if quantity.type == "boolean" else not value.is_integer():
+            raise SimulationError(
+                f"the parameter '{quantity.name}' is {_ALLOWED[quantity.type]}, not {value:g}",
+                quantity.origin,
+            )
 
 
 SLACK = 1e-9

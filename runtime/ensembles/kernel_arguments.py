@@ -12,6 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from ..allowed_values import check_type
 from ..case import (
     NUMBERS,
     Case,
@@ -89,6 +90,7 @@ class Posed:
         device: tuple[str, MakeItems] | None = None,
     ) -> None:
         self.problem, self.options, self.members = problem, options, members
+        _check_types(problem, members)
         self.functions = load_functions(problem)
         self.case = self._case()
         self.method = choose_method(self.case, options.reproducible)
@@ -394,6 +396,16 @@ class Posed:
         struct.members, struct.threads = into.members.ctypes.data, threads
         struct.done, struct.stopped = ctypes.pointer(done), ctypes.pointer(stopped)
         return struct
+
+
+def _check_types(problem: Problem, members: Members) -> None:
+    """Raises SimulationError for members with a fraction where a whole number belongs."""
+    columns = {axis.name: axis.values for axis in members.axes}
+    if members.cloud is not None:
+        columns |= dict(zip(members.cloud.names, members.cloud.rows.T, strict=True))
+    for quantity in problem.parameters:
+        if quantity.type != "real" and quantity.name in columns:
+            check_type(quantity, *columns[quantity.name].tolist())
 
 
 def _bounds(quantities: Sequence[Quantity]) -> tuple[list[float], list[float]]:

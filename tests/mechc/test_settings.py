@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+import mechc
 from mechc.requests.in_si import settings_in_si
 from mechc.requests.parse_values import (
     Given,
@@ -222,3 +223,39 @@ def test_ranges_have_units_and_may_have_a_number_of_values() -> None:
     ):
         with pytest.raises(UsageMistake, match=message):
             _read("ranges", wrong)
+
+
+COUNTED = """\
+parameter Integer n = 3;
+parameter Boolean soft = true;
+coordinate x = 1 m;
+kinetic 1/2*1 kg*der(x)^2;
+potential 1/2*n*1 N/m*x^2*(if soft then 1 else 4);
+experiment(stop = 1 s);
+"""
+
+
+def test_whole_numbers_and_truth_values_are_set_as_such() -> None:
+    """x = cos(w t), w^2 = n or 4 n; 3.5 and 0.5 were taken without a word, and 'false' was no number."""
+    model = mechc.loads(COUNTED)
+    for given, stiffness in (
+        ({"n": 4}, 4),
+        ({"soft": "false"}, 12),
+        ({"soft": False, "n": 1}, 4),
+        ({"soft": "true"}, 3),
+    ):
+        assert model.simulate(set=given)["x"][-1] == pytest.approx(np.cos(np.sqrt(stiffness)), abs=1e-7)
+    for name, value, words in (
+        ("n", 3.5, "a whole number, not 3.5"),
+        ("soft", 0.5, "true or false, 1 or 0, not 0.5"),
+    ):
+        with pytest.raises(mechc.SimulationError, match=words):
+            model.simulate(set={name: value})
+    with pytest.raises(mechc.UsageMistake, match="'true' is not a number"):
+        model.simulate(set={"n": "true"})
+    assert model.ensemble({"n": [1, 2]}, keep="final(x)")["final(x)"] == pytest.approx(
+        np.cos(np.sqrt([1, 2])), abs=1e-7
+    )
+    for vary in ("n = 1 .. 2, 3", "n ~ uniform(1, 2)"):
+        with pytest.raises(mechc.SimulationError, match="the parameter 'n' is a whole number"):
+            model.ensemble(vary, keep="final(x)", samples=4 if "~" in vary else None)
