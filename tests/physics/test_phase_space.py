@@ -223,3 +223,14 @@ def test_a_lagrangian_with_accelerations_has_no_such_equations() -> None:
     model = mechc.loads("dimensionless; coordinate q = 1; lagrangian -1/2*2*q*der(q, 2) - 1/2*3*q^2;")
     with pytest.raises(mechc.SimulationError, match="holds accelerations"):
         model.study("hamilton")
+
+
+def test_momenta_that_are_constant_beside_large_terms() -> None:
+    """Their rates are zero at all states, and were divided by 1e-300: the study ended with an overflow."""
+    model = mechc.loads(
+        "parameter Mass m[2] = {20, 10} kg; coordinate Length x[2] = {0, 1000} m;"
+        "kinetic 1/2*m[1]*der(x[1])^2 + 1/2*m[2]*der(x[2])^2; potential 1/2*1 N/m*x[1]^2;"
+    )
+    found = model.hamilton().summary()
+    assert found["H"] == "1/2*x[1]^2 + 1/2*p_x[1]^2/m[1] + 1/2*p_x[2]^2/m[2]"
+    assert found["equations"]["der(p_x[2])"] == "0" and found["equations"]["der(p_x[1])"] == "-x[1]"

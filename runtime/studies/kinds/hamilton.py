@@ -187,7 +187,9 @@ class _Fit:
 
     def _solve(self, wanted: Wanted, terms: Terms, sample: PhaseSample) -> tuple[Array, float]:
         values, target = self._columns(terms, sample), wanted(sample)
-        rows = np.maximum(np.abs(target), 1e-3 * np.abs(target).max() + 1e-300)
+        if not target.any():  # as the rate of the momentum of a cyclic coordinate
+            return np.zeros(values.shape[1]), 0.0
+        rows = np.maximum(np.abs(target), 1e-3 * np.abs(target).max())
         scale = np.abs(values / rows[:, None]).max(axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         solution = solve(values / rows[:, None] / scale, target / rows, FORMULAS)
