@@ -107,6 +107,21 @@ def test_over_a_quantity() -> None:
     assert len(found) == sum(2 if 4 + k / 4 < math.sqrt(2 * 9.81) else 4 for k in range(5))
 
 
+def test_over_a_rate_that_only_gives_the_momentum() -> None:
+    """The governor starts at 0.5 rad: the rate of the steady motion at that momentum is another, and the table showed that of the
+    start alone, under the name of both."""
+    model = mechc.load(EXAMPLES / "governor.mech")
+    answer = model.study("steady", over="der(phi) = 6 .. 8, 2")
+    head, *_ = answer.tables[0].head
+    assert head[0] == "der(phi) at the start" and ("der(phi)", "rad/s") in answer.tables[0].head
+    p = 0.2 + 0.5 * math.sin(0.5) ** 2
+    for row in answer.tables[0].rows:
+        start, theta, w = row[:3]
+        assert (0.2 + 0.5 * math.sin(theta) ** 2) * w == pytest.approx(p * start, rel=1e-12)
+    held = model.study("steady", vary="theta", over="der(phi) = 6 .. 8, 2").tables[0].head
+    assert held[0] == ("der(phi)", "rad/s") and held.count(("der(phi)", "rad/s")) == 1
+
+
 def test_friction_on_the_shaft_leaves_only_rest() -> None:
     text = (EXAMPLES / "governor.mech").read_text(encoding="utf-8")
     model = mechc.loads(text.replace("experiment", "damping 0.1 N.m.s on phi; experiment"))

@@ -199,6 +199,8 @@ def _followed(
 ) -> Findings:
     problem, units = search.site.problem, search.units
     records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
+    held = all(np.isclose(r["values"].get(over.name, v), v) for r in records for v in r["parameter"].values())
+    title = over.name if held else f"{over.name} at the start"
     panels = []
     for k in search.columns():
         name = search.names[k]
@@ -212,9 +214,9 @@ def _followed(
             if points:
                 x, y = np.array(points).T
                 curves.append(Curve(WORDS[stable], x, y, "points", colour))
-        panels.append(Panel(name, over.name, over.unit, name, search.units[k], tuple(curves)))
-    columns = [k for k in search.columns() if search.names[k] != over.name]
-    head = ((over.name, over.unit), *((search.names[k], units[k]) for k in columns), ("error", ""), ("", ""))
+        panels.append(Panel(name, title, over.unit, name, search.units[k], tuple(curves)))
+    columns = [k for k in search.columns() if search.names[k] != title]
+    head = ((title, over.unit), *((search.names[k], units[k]) for k in columns), ("error", ""), ("", ""))
     rows = tuple((value, *_cells(one, columns)) for value, motions in found for one in motions)
     counts = sorted({len(motions) for _, motions in found})
     between = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
@@ -222,7 +224,7 @@ def _followed(
         study="steady",
         model=problem.name,
         outcome=Outcome.COMPLETED,
-        message=f"{between} steady motion{'' if between == '1' else 's'} at each of {len(found)} values of {over.name}",
+        message=f"{between} steady motion{'' if between == '1' else 's'} at each of {len(found)} values of {title}",
         values=(),
         errors_from="residual and rounding times the condition of the equations",
         remarks=(*remarks, *_changes(over, found)),
