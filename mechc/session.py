@@ -136,7 +136,8 @@ def _about_members(model: CompiledModel, asked: Asked) -> Asked:
 
 def answered(model: CompiledModel, asked: Asked) -> tuple[CompiledModel, Answer]:
     """Answer a question; return the model that was asked in the end, too: with compliant multipliers if it took those."""
-    refuse_sweep(model.swept_structural(asked.experiment))  # others than ``Sweep`` would take the default
+    swept = model.swept_structural(asked.experiment)
+    refuse_sweep(swept, structural=True)  # others than ``Sweep`` would take the default
     ran, _, found = _solve(model, asked)
     return ran, _shown(found, asked) if isinstance(found, Run) else found
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from .options import Compiling, ending, model_argument, model_option, set_option
+
+if TYPE_CHECKING:
+    from ..compiler.outline import StatedStudy
 
 
 @click.command(cls=Compiling, name="FILE", short_help="Answer the studies that a file states.")
@@ -58,13 +62,12 @@ def command(
     if not as_json:
         show_warnings(loaded)
         for one in chosen:
-            given = ", ".join(f"{name} = {value}" for name, value in one.settings.items())
+            given = ", ".join(f"{name} = {value}" for name, value in _as_written(one).items())
             click.echo(f"study {one.name} = {one.kind}({given})" + (f"  {one.doc}" if one.doc else ""))
     if only_list:
         if as_json:
             told = {
-                one.name: {"study": one.kind, "settings": dict(one.settings), "doc": one.doc}
-                for one in chosen
+                one.name: {"study": one.kind, "settings": _as_written(one), "doc": one.doc} for one in chosen
             }
             click.echo(
                 json.dumps({"model": loaded.name, "studies": told}, indent=1, ensure_ascii=False, default=str)
@@ -89,3 +92,12 @@ def command(
     if as_json:
         click.echo(written)
     return code_of(outcomes)
+
+
+def _as_written(study: StatedStudy) -> dict[str, object]:
+    """Return the settings of a study by the words of the language."""
+    from ..runtime.settings import settings_of
+    from ..runtime.studies.table import STUDIES
+
+    words = {setting.name: setting.option for setting in settings_of(STUDIES[study.kind].question())}
+    return {words.get(name, name): value for name, value in study.settings.items()}

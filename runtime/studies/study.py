@@ -127,11 +127,12 @@ def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[
     return {name: values for name, values in axes.items() if name not in options.values}
 
 
-def refuse_sweep(names: Iterable[str]) -> None:
-    """Raise SimulationError if there are names of what an experiment sweeps."""
+def refuse_sweep(names: Iterable[str], *, structural: bool = False) -> None:
+    """Raise SimulationError if there are names of what an experiment sweeps; ``structural``: of what makes several models."""
     if swept := list(names):
+        answering = "'sweep' answers" if structural else "'sweep' and 'section' answer"
         raise SimulationError(
             f"the experiment sweeps {', '.join(swept)}: it is several runs, and this question is about one",
             help=f"give it one value, as in --set {swept[0]}=..., or take an experiment that sweeps nothing; "
-            "'sweep' and 'section' answer for each value",
+            f"{answering} for each value{' of what is structural' if structural else ''}",
         )

@@ -64,6 +64,33 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert "did you mean 'swing'" in capsys.readouterr().err
 
 
+def test_studies_are_listed_by_the_words_of_the_language(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """'inputs' was listed as 'driven', by which the settings are called inside."""
+    file = tmp_path / "cart.mech"
+    file.write_text(
+        "model Cart  input Force F = 0 N; coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2; force F on x;"
+        "study l = linearize(inputs = {F}, outputs = {x}); end Cart;",
+        encoding="utf-8",
+    )
+    assert run_command(["study", str(file), "--list"]) == 0
+    assert capsys.readouterr().out == "study l = linearize(inputs = F, outputs = x)\n"
+    assert run_command(["study", str(file), "--list", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["studies"]["l"]["settings"] == {"inputs": "F", "outputs": "x"}
+
+
+def test_a_section_of_several_models_names_what_answers() -> None:
+    """It was sent to 'section' itself."""
+    model = mechc.loads(
+        "structural parameter Integer n = 2; coordinate x[n] = 1 m; kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:n);"
+        "experiment(n in {1, 2}, stop = 1 s);"
+    )
+    with pytest.raises(mechc.SimulationError) as refused:
+        model.study("section", where="x[1] = 0", count=2)
+    assert "'sweep' answers for each value" in refused.value.help and "section" not in refused.value.help
+
+
 def test_the_printer_keeps_them() -> None:
     def printed(text: str) -> str:
         return format_file(parse(SourceFile("swing.mech", text), Reporter()))
