@@ -328,6 +328,14 @@ def parse_written_unit(text: str) -> Unit:
         return parse_unit(meant)
 
 
+_TURNS = re.compile(r"Hz|\bmin\b|\bh\b")
+
+
+def may_count_turns(unit: Unit, wanted: Unit) -> bool:
+    """Tell whether hertz or something per minute is given for a rate of an angle: they have its dimension, but a turn is 2 pi rad."""
+    return wanted.angle and not unit.angle and _TURNS.search(unit.symbol) is not None
+
+
 def is_written_unit(text: str) -> bool:
     """Tell whether a text is a unit, as instruments write them."""
     try:

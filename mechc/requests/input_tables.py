@@ -8,7 +8,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from ..lang.units import UnitError, parse_unit, parse_written_unit
+from ..lang.units import UnitError, may_count_turns, parse_unit, parse_written_unit
 from ..runtime.inputs import Signal, Table, read_tables, time_column
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
@@ -32,6 +32,11 @@ def factor_of(source: str, name: str, wanted: str, unit: str) -> float:
         raise UsageMistake(f"{column} is in {unit}: {error}", help) from None
     if given.dimension != known.dimension:
         raise UsageMistake(f"{column} is in {unit}, the model has it in {wanted or '1'}")
+    if may_count_turns(given, known):
+        raise UsageMistake(
+            f"{column} is in {unit}, the model has it in {wanted}, of an angle: a turn is 2 pi rad",
+            f"head it '{name} [rpm]' or '{name} [rev/s]' where it counts turns, '{name} [rad/s]' where it is an angular frequency",
+        )
     return float(given.factor)
 
 

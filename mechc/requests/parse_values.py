@@ -10,7 +10,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
 
-from ..lang.units import Unit, UnitError, parse_unit
+from ..lang.units import Unit, UnitError, may_count_turns, parse_unit
 from ..suggest import closest
 
 Scalar = float | int | bool | str
@@ -60,6 +60,11 @@ class GivenValue(Struct, frozen=True):
             raise UsageMistake(
                 f"'{name}' is given in {self.unit.symbol}; "
                 + (f"it has the unit {unit}" if unit not in ("", "1") else "it is a pure number")
+            )
+        if may_count_turns(self.unit, wanted):
+            raise UsageMistake(
+                f"'{name}' is given in {self.unit.symbol}, and its unit {unit} is of an angle: a turn is 2 pi rad",
+                "turns are counted in rev/s or rpm; rad/s is the unit of angular frequencies",
             )
         factor = float(self.unit.factor)
         return tuple(number * factor for number in self.numbers)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import mechc
 from mechc.requests.in_si import settings_in_si
+from mechc.requests.input_tables import factor_of
 from mechc.requests.parse_values import (
     Given,
     UsageMistake,
@@ -259,3 +260,17 @@ def test_whole_numbers_and_truth_values_are_set_as_such() -> None:
     for vary in ("n = 1 .. 2, 3", "n ~ uniform(1, 2)"):
         with pytest.raises(mechc.SimulationError, match="the parameter 'n' is a whole number"):
             model.ensemble(vary, keep="final(x)", samples=4 if "~" in vary else None)
+
+
+@pytest.mark.parametrize("unit", ["Hz", "kHz", "min^-1", "1/min"])
+def test_a_turn_is_no_radian(unit: str) -> None:
+    """3000 1/min was read as 50 rad/s, where 3000 turns are 314 rad/s."""
+    with pytest.raises(UsageMistake, match="a turn is 2 pi rad") as told:
+        settings_in_si({"der(theta)": f"3000 {unit}"}, UNITS)
+    assert "rpm" in told.value.help
+    assert settings_in_si({"der(theta)": "3000 rpm"}, UNITS)["der(theta)"] == pytest.approx(100 * math.pi)
+    assert settings_in_si({"der(theta)": "3000 s^-1"}, UNITS) == {"der(theta)": 3000.0}
+    assert settings_in_si({"f": f"3000 {unit}"}, {"f": "1/s"})["f"] > 0
+    with pytest.raises(UsageMistake, match=r"the column 'n' of log.csv is in .*: a turn is 2 pi rad"):
+        factor_of("log.csv", "n", "rad/s", unit)
+    assert factor_of("log.csv", "f", "Hz", unit) == pytest.approx({"Hz": 1, "kHz": 1000}.get(unit, 1 / 60))

@@ -9,7 +9,7 @@ from mechc.lang.units import Dimension, parse_unit
 
 from ..names.instance import Instance, VariableMember
 from ..names.scope import Flattening
-from ..values.angles import warn_of_degrees
+from ..values.angles import hertz_for_angles, warn_of_degrees
 from .inside import Inside
 
 _ANGULAR = ("omega", "w", "spin", "Omega", "w0", "omega0")
@@ -41,14 +41,9 @@ def lint(instance: Instance, inside: Sequence[Inside]) -> None:
 def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None:
     if not isinstance(statement, ast.Parameter) or not isinstance(statement.value, ast.Quantity):
         return
-    angular = statement.type == "AngularVelocity" or (not statement.type and statement.name in _ANGULAR)
-    if angular and statement.value.unit.endswith("Hz"):
-        flattening.reporter.warning(
-            "W0301",
-            f"'{statement.name}' looks like an angular velocity, and 1 Hz is 1/s, not 2 pi rad/s",
-            statement.value.span,
-            help=f"write '2*pi*{statement.value.text}' or 'rev/s' for turns per second",
-        )
+    if not statement.type and statement.name in _ANGULAR and statement.value.unit.endswith("Hz"):
+        what = f"'{statement.name}' looks like an angular velocity"
+        hertz_for_angles(statement.value.span, what, flattening.reporter)
 
 
 def _unit_names(

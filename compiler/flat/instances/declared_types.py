@@ -16,7 +16,7 @@ from ..model import Array, Expression, Kind, Literal, Type
 from ..names.instance import Pick
 from ..names.scope import Poisoned, Scope
 from ..operands import free_names
-from ..values.angles import warn_of_bare_angle
+from ..values.angles import warn_of_bare_angle, warn_of_hertz
 from ..values.evaluate import pick
 
 PLAIN_TYPES = {
@@ -116,6 +116,8 @@ def fit(
         )
     if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
         warn_of_bare_angle(expression, scope.flattening, declared)
+    elif target.angle and not expression.type.angle and not scope.flattening.dimensionless:
+        warn_of_hertz(expression, target, scope.flattening, declared)
     if target.kind is Kind.REAL and expression.type.dimension != target.dimension:
         expression = types.retyped_zero(expression, target.dimension, target.angle)
     return broadcast(scope, expression, target, span, name, declared)

@@ -10,12 +10,15 @@ from fractions import Fraction
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.source import Span
+from mechc.lang.units import Unit, may_count_turns, parse_unit
 
-from ..model import Apply, Array, Element, Expression, Literal, Name
+from ..model import Apply, Array, Element, Expression, Literal, Name, Type
 from ..names.scope import Flattening
 
 _OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
 _UNTYPED = ("", "Real")
+_QUANTITY = re.compile(r"-?\s*[\d.]+(?:[eE][-+]?\d+)?\s+(?P<unit>[^\s\d]\S*)")
+"""A number with its unit as written."""
 _TURN = 2 * math.pi
 """Bare numbers above this are hardly radians, in a formula that takes any number."""
 _WRITTEN = re.compile(r"-?\s*[\d.]+([eE][-+]?\d+)?")
@@ -36,6 +39,41 @@ def warn_of_bare_angle(expression: Expression, flattening: Flattening, declared:
                 _warn(number.span, number.value, flattening.reporter, labels)
         case _:
             pass
+
+
+def warn_of_hertz(
+    expression: Expression, target: Type, flattening: Flattening, declared: Span | None
+) -> None:
+    """Warn where hertz, or something per minute, is given for the rate of an angle."""
+    labels = (Label(declared, "this is a rate of an angle"),) if declared is not None else ()
+    match expression:
+        case Array(elements=inner) | Apply(function="negate", arguments=inner):
+            for element in inner:
+                warn_of_hertz(element, target, flattening, declared)
+        case Literal() if written := _QUANTITY.fullmatch(expression.span.text):
+            unit = parse_unit(written["unit"])
+            if may_count_turns(unit, Unit("", target.dimension, Fraction(1), angle=True)):
+                what = f"a rate of an angle is given in {unit.symbol}"
+                hertz_for_angles(expression.span, what, flattening.reporter, labels)
+        case _:
+            pass
+
+
+def hertz_for_angles(span: Span, what: str, reporter: Reporter, labels: tuple[Label, ...] = ()) -> None:
+    """Warn that a unit counts no turns, once for each place."""
+    if any(d.code == "W0301" and d.span == span for d in reporter.diagnostics):
+        return
+    number, _, symbol = span.text.rpartition(" ")
+    unit = parse_unit(symbol)
+    per = f"{float(unit.factor):.5g} rad/s" if unit.factor != 1 else "1/s"
+    turn = "2 pi rad/s" if unit.factor == 1 else "2 pi times that"
+    reporter.warning(
+        "W0301",
+        f"{what}, and 1 {symbol} is {per}, not {turn}",
+        span,
+        labels=labels,
+        help=f"write '2*pi*{number} {symbol}', or 'rev/s' or 'rpm' for turns",
+    )
 
 
 def _stated(name: str, flattening: Flattening) -> ast.Expression | None:

@@ -504,6 +504,10 @@ def test_the_moment_of_a_joint_is_a_torque_in_all_components(value: str) -> None
     [
         ("parameter omega = 2 Hz;", "W0301"),
         ("parameter AngularVelocity turn = 2 Hz;", "W0301"),
+        ("parameter AngularVelocity turns = 3000 min^-1;", "W0301"),
+        ("input AngularVelocity turns = -3 kHz;", "W0301"),
+        ("coordinate Angle a = 0 rad; initial der(a) = 50 Hz; kinetic 1/2*1 kg.m^2*der(a)^2;", "W0301"),
+        ("parameter spin_rate = 10 rpm; experiment fast(spin_rate = 50 Hz, stop = 1 s);", "W0301"),
         ("parameter s = 1 s; parameter v = 2 m/s;", "W0302"),
         ("coordinate Angle a = -30; kinetic 1/2*1 kg.m^2*der(a)^2;", "W0303"),
         ("parameter Angle a[2] = {0, 1};", "W0303"),
