@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from msgspec.structs import replace
 
@@ -288,17 +289,27 @@ def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> In
     for node, size in zip(part.indices, sizes, strict=True):
         position = positions(scope, node, size, part.span)
         if not isinstance(position, int):
-            name = member.declaration.name
             raise scope.fail(
-                "E0316",
-                "a range of components has no value",
-                node.span,
-                help=f"a name without an index stands for all of them, as in '{name}.{_inner(member)}'"
-                if node.span.text.strip() in (":", "*")
-                else f"list what is meant, as in '{{{name}[i].{_inner(member)} for i in {node.span.text}}}'",
+                "E0316", "a range of components has no value", node.span, help=_listed(member, part, sizes)
             )
         chosen.append(position)
     return tuple(chosen)
+
+
+def _listed(member: ComponentMember, part: ast.Part, sizes: Sequence[int]) -> str:
+    """Say how the values of a range of components are written."""
+    name, inner = member.declaration.name, _inner(member)
+    texts = [node.span.text.strip() for node in part.indices]
+    if all(text in (":", "*") for text in texts):
+        return f"a name without an index stands for all of them, as in '{name}.{inner}'"
+    letters = iter("ijkl")
+    indices, ranges = [], []
+    for text, size in zip(texts, sizes, strict=True):
+        if ":" in text or text == "*":
+            letter = next(letters)
+            ranges.append(f"{letter} in {text if text not in (':', '*') else f'1:{size}'}")
+        indices.append(letter if ":" in text or text == "*" else text)
+    return f"list what is meant, as in '{{{name}[{', '.join(indices)}].{inner} for {', '.join(ranges)}}}'"
 
 
 # ---------------------------------------------------------------- names that are nothing here

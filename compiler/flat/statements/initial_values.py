@@ -253,9 +253,10 @@ def _stronger(first: StatedStart | None, second: StatedStart) -> StatedStart:
         return second
     if second.rank == first.rank:
         member = second.member
+        name = f"der({member.name})" if second.rate else member.name
         raise member.scope.fail(
             "E0409",
-            f"'{member.name}' is given two initial values at the same level",
+            f"'{name}' is given two initial values at the same level",
             second.span,
             caption="second",
             labels=(Label(first.span, "first"),),

@@ -299,6 +299,31 @@ def test_two_initial_values_at_one_level_contradict() -> None:
     ]
 
 
+def test_two_initial_rates_are_called_rates() -> None:
+    (found,) = said(
+        STARTED.format(
+            base="", extends="", heir="initial der(x) = 3 m/s; initial der(x) = 2 m/s;", modified="", outer=""
+        )
+    )
+    assert found.message == "'der(h.x)' is given two initial values at the same level"
+
+
+@pytest.mark.parametrize(
+    ("given", "help"),
+    [
+        ("w[2, :].x", "{w[2, i].x for i in 1:3}"),
+        ("w[1:2, 2].x", "{w[i, 2].x for i in 1:2}"),
+        ("w[1:2, :].x", "{w[i, j].x for i in 1:2, j in 1:3}"),
+        ("w[:, :].x", "a name without an index stands for all of them, as in 'w.x'"),
+    ],
+)
+def test_ranges_of_components_of_two_indices(given: str, help: str) -> None:
+    """Of one row, the name without index was recommended, which stands for all rows."""
+    part = "model P  coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2; end P;"
+    (found,) = said(f"{part} model M  P w[2, 3]; let a = {given}; end M;")
+    assert found.code == "E0316" and help in found.help
+
+
 def test_rates_and_elements() -> None:
     model = flat(
         "coordinate Length r[2] = 0; coordinate Rotation R = rotz(1 rad); kinetic 1/2*1 kg*dot(der(r), der(r));"
