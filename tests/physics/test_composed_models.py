@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import pytest
 from composed_loops import composed_loop, forces_at_rest, unbalanced
+from scipy.integrate import solve_ivp
 
 import mechc
 
@@ -186,3 +189,112 @@ def test_a_joint_that_holds_nothing_in_a_loop_is_refused(closure: str) -> None:
             f"import mech.planar.*; {HINGE.format(closure=closure)} model M gravity {{0, -9.81}} m/s^2; Bar bar; Hinge A(world -> bar.a); "
             "Hinge B(world * trans({1, 0} m) -> bar.b); experiment(stop = 1 s); end M;"
         )
+
+
+TRAIN = """
+model Cart
+  input Force f = 0 N;
+  coordinate Length x = 0 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  damping 0.3 N.s/m on x;
+  force f on x;
+  output Length seen = x;
+end Cart;
+model Controller
+  input Length target;
+  input Length measured;
+  parameter Ts = 20 ms;
+  discrete Force u = 0 N;
+  discrete Length last = 0 m;
+  when sample(Ts) then
+    u := 30 N/m*(target - measured) - 3 N.s/m*(measured - last)/Ts;
+    last := measured;
+  end when;
+end Controller;
+model Unit
+  input Length target;
+  parameter Ts = 20 ms;
+  Controller control(target = target, Ts = Ts, measured = cart.seen);
+  Cart cart(f = control.u);
+  output Length place = cart.seen;
+end Unit;
+model Train
+  structural parameter Integer n = 3;
+  Unit unit[i in 1:n](Ts = {20, 30, 50}[i]*1 ms, target = if i == 1 then 1 m else delay(unit[i-1].place, 70 ms));
+  experiment(stop = 2 s, tolerance = 1e-10);
+end Train;
+"""
+
+
+def test_sampled_carts_follow_the_delayed_place_of_the_one_before() -> None:
+    """Each cart between samples: v relaxes to u/c. Samples and delays fall on multiples of 10 ms, between which that is exact."""
+    solution = solved(TRAIN)
+    step, c = 0.01, 0.3
+    fade = np.exp(-c * step)
+    x, v, u, last = np.zeros((4, 3))
+    past = [x]
+    for k in range(201):
+        for i, period in enumerate((2, 3, 5)):
+            if k % period == 0:
+                target = 1.0 if i == 0 else past[max(k - 7, 0)][i - 1]
+                u[i], last[i] = 30 * (target - x[i]) - 3 * (x[i] - last[i]) / (period * step), x[i]
+        if k < 200:
+            rest = u / c
+            x, v = x + rest * step + (v - rest) * (1 - fade) / c, rest + (v - rest) * fade
+            past.append(x)
+    assert [solution[f"unit[{i}].place"][-1] for i in (1, 2, 3)] == pytest.approx(x, rel=1e-12)
+
+
+CRANES = """
+import mech.planar.*;
+model Crane "a driven crab from which a bar hangs"
+  frame from;
+  input Length want = 0 m;
+  Particle crab(m = 10 kg);
+  Bar load(m = 5 kg, l = 2 m);
+  Prismatic rail(from -> crab.a, position ~ 0 m);
+  Revolute pivot(crab.a -> load.a, angle ~ -90 deg);
+  constraint hold: rail.position = want by force on rail.position;
+  output Force F = multiplier(hold);
+end Crane;
+model Gain
+  input Force u;
+  parameter k = 1;
+  output y = k*u;
+end Gain;
+model Two
+  gravity {0, -9.81} m/s^2;
+  Crane c[2](from = {world, world*trans({0, 3} m)*rot(10 deg)},
+    want = {0.1 m*time^2/(1 s^2), 0.2 m*sin(time/1 s)}, pivot.angle ~ {-90, -100} deg);
+  Gain first(u = c[1].F - 0.5*second.y, k = 2);
+  Gain second(u = first.y + c[2].F, k = 0.5);
+  output Force signal = first.y;
+  experiment(stop = 2 s, tolerance = 1e-10);
+end Two;
+"""
+
+
+def crane(want2: Callable[[float], float], slope: float, angle: float) -> float:
+    """Return the force along the rail at 2 s, from Lagrange's equation of the bar under the given acceleration of the crab."""
+    m, whole, g = 5.0, 15.0, 9.81
+    along = np.array([np.cos(slope), np.sin(slope)])
+
+    def rates(t: float, y: Sequence[float]) -> list[float]:
+        a = y[0] + slope
+        across = np.array([-np.sin(a), np.cos(a)]) @ along
+        return [y[1], -(m * g * np.cos(a) + m * across * want2(t)) / (m * 4 / 3)]
+
+    end = solve_ivp(rates, (0, 2), [angle, 0], method="DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
+    a = end[0] + slope
+    across, out = np.array([-np.sin(a), np.cos(a)]) @ along, np.array([np.cos(a), np.sin(a)]) @ along
+    inertial = m * (rates(2.0, end)[1] * across - end[1] ** 2 * out)
+    return float(whole * want2(2.0) + inertial + whole * g * np.sin(slope))
+
+
+def test_servo_forces_of_parts_in_an_array_go_round_a_circle_of_signals() -> None:
+    """first = 2 (F1 - second/2), second = (first + F2)/2: first = (2 F1 - F2/2)/1.5."""
+    solution = solved(CRANES)
+    f1 = crane(lambda t: 0.2, 0.0, np.radians(-90))
+    f2 = crane(lambda t: -0.2 * np.sin(t), np.radians(10), np.radians(-100))
+    assert [solution["c[1].F"][-1], solution["c[2].F"][-1]] == pytest.approx([f1, f2], abs=1e-7)
+    assert solution["signal"][-1] == pytest.approx((2 * f1 - f2 / 2) / 1.5, abs=1e-7)
