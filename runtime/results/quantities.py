@@ -82,7 +82,9 @@ def elements(known: Iterable[str], name: str) -> list[str]:
 
 def _elements_of(name: str) -> re.Pattern[str]:
     """Return what the names of elements look like: with any index after each part that has none."""
-    return re.compile(_PART.sub(lambda m: re.escape(m[0]) + (_ANY if m["part"] and not m["index"] else ""), name))
+    return re.compile(
+        _PART.sub(lambda m: re.escape(m[0]) + (_ANY if m["part"] and not m["index"] else ""), name)
+    )
 
 
 class Results(Mapping[str, Array]):

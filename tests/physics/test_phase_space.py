@@ -79,7 +79,9 @@ def test_momenta_of_vectors_of_parts_in_arrays_and_of_cyclic_coordinates() -> No
         "kinetic 1/2*1 kg*(der(x[1])^2 + der(x[2])^2) + 1/2*1 kg.m^2*der(phi)^2; potential 1/2*1 N/m*x[1]^2*x[2]^2/(1 m^2); end Mass;"
         "model M  Mass m[2]; end M;"
     )
-    table = brackets(model, "m[2].x[1]*p_m[2].x[2], m[2].x[2], p_m[1].phi, m[1].phi, m[2].x[1], p_m[2].x[ 2 ]")
+    table = brackets(
+        model, "m[2].x[1]*p_m[2].x[2], m[2].x[2], p_m[1].phi, m[1].phi, m[2].x[1], p_m[2].x[ 2 ]"
+    )
     assert table["m[2].x[1]*p_m[2].x[2]", "m[2].x[2]"] == "-(m[2].x[1])"
     assert table["p_m[1].phi", "m[1].phi"] == "-1" and table["p_m[1].phi", "H"] == "0"
     assert table["m[2].x[1]", "p_m[2].x[ 2 ]"] == "0" and table["m[2].x[2]", "p_m[2].x[ 2 ]"] == "1"

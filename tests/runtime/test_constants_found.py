@@ -179,4 +179,3 @@ experiment(stop = 1 s);
         "der(a) + 38/11*der(c)",
         "time*der(a) - a + 38/11*time*der(c) - 38/11*c",
     ]
-    assert (4 + 2 / 9) / (1 + 2 / 9) == pytest.approx(38 / 11)

@@ -470,7 +470,9 @@ def test_samples_more_often_than_rows_are_no_clock_with_too_few_digits() -> None
 
 def test_a_discrete_variable_is_compared_as_an_output() -> None:
     """It was told that the model has no such variable."""
-    sampled = "discrete Angle seen = 0 rad; when sample(0.1 s) then seen := theta; end when; output Length tip"
+    sampled = (
+        "discrete Angle seen = 0 rad; when sample(0.1 s) then seen := theta; end when; output Length tip"
+    )
     model = mechc.loads(PENDULUM.replace("output Length tip", sampled))
     with pytest.raises(UsageMistake, match=r"'seen' is discrete.*") as told:
         model.fit({"time": [0.0, 1.0, 2.0], "theta": [1.0, 0.9, 0.8]}, "l", outputs="seen")
@@ -481,5 +483,5 @@ def test_a_clock_with_too_few_digits_is_no_event(tmp_path: Path) -> None:
     (path := tmp_path / "t.csv").write_text(
         "time [s],theta [rad]\n0,1\n0,0.9\n1,0.8\n1,0.7\n2,0.6\n2,0.5\n", encoding="utf-8"
     )
-    with pytest.raises(SimulationError, match="must rise, but in line 3 of .* a clock with too few digits"):
+    with pytest.raises(SimulationError, match=r"must rise, but in line 3 of .* a clock with too few digits"):
         mechc.loads(PENDULUM).fit(path, "l")
