@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ..inputs import Table
 from ..outcome import SimulationError
@@ -90,10 +91,11 @@ def _not_rising(times: Array, row: int, place: Callable[[int], str]) -> str:
     return f"measured times must rise, but in {place(row)} the time {times[row]:g} follows {times[row - 1]:g}"
 
 
-def _all_jump(columns: Mapping[str, Array]) -> Array:
+def _all_jump(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Tell of each row but the first whether no value is that of the row before: at an event something does not jump."""
-    jumps = [np.abs(np.diff(v)) <= SAME * np.nanmax(np.abs(v), initial=0.0) for v in columns.values()]
-    return ~np.any(jumps, axis=0)
+    same = [np.abs(np.diff(v)) <= SAME * np.nanmax(np.abs(v), initial=0.0) for v in columns.values()]
+    jumping: NDArray[np.bool_] = ~np.any(same, axis=0)
+    return jumping
 
 
 def _one_side(source: str, times: Array, columns: Mapping[str, Array]) -> tuple[Array, dict[str, Array], str]:

@@ -11,6 +11,7 @@ import pytest
 
 import mechc
 from mechc.runtime.outcome import SimulationError
+from mechc.runtime.studies.findings import Findings
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -112,13 +113,16 @@ def test_over_a_rate_that_only_gives_the_momentum() -> None:
     start alone, under the name of both."""
     model = mechc.load(EXAMPLES / "governor.mech")
     answer = model.study("steady", over="der(phi) = 6 .. 8, 2")
+    assert isinstance(answer, Findings)
     head, *_ = answer.tables[0].head
     assert head[0] == "der(phi) at the start" and ("der(phi)", "rad/s") in answer.tables[0].head
     p = 0.2 + 0.5 * math.sin(0.5) ** 2
     for row in answer.tables[0].rows:
         start, theta, w = row[:3]
         assert (0.2 + 0.5 * math.sin(theta) ** 2) * w == pytest.approx(p * start, rel=1e-12)
-    held = model.study("steady", vary="theta", over="der(phi) = 6 .. 8, 2").tables[0].head
+    other = model.study("steady", vary="theta", over="der(phi) = 6 .. 8, 2")
+    assert isinstance(other, Findings)
+    held = other.tables[0].head
     assert held[0] == ("der(phi)", "rad/s") and held.count(("der(phi)", "rad/s")) == 1
 
 
