@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 REGULAR = 0.05
-"""Least singular value of the balances by the places that they decide at the start, over the largest, that suffices."""
+"""Least singular value of the balances by the places that they decide at the start, over the largest by all, that suffices."""
 CLASSES = """model Node
   dimensionless;
   coordinate z ~ 0;
@@ -167,10 +167,12 @@ def network(r: Random, masses: int) -> Network:
     null, k = made.spaces()[0], made.matrices()[0]
     ways = [*itertools.combinations(range(m), null.shape[1])]
     r.shuffle(ways)
-    guessed = max(ways, key=lambda w: min(REGULAR, _regular(null.T @ k[:, w])))
+    guessed = max(ways, key=lambda w: min(REGULAR, _regular(null.T @ k, w)))
     return Network(start, made.edges, made.forces, frozenset(guessed), made.parts)
 
 
-def _regular(balances: Array) -> float:
-    sizes = np.linalg.svd(balances, compute_uv=False)
-    return float(sizes.min() / (sizes.max() or 1.0)) if sizes.size else 1.0
+def _regular(balances: Array, places: tuple[int, ...]) -> float:
+    if not places:
+        return 1.0
+    every, some = (np.linalg.svd(rows, compute_uv=False) for rows in (balances, balances[:, places]))
+    return float(some.min() / (every.max() or 1.0))
