@@ -8,8 +8,9 @@ noise, what comes again after a delay), with nodes eliminated by hand and the pa
 
 from __future__ import annotations
 
+import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from random import Random
 from typing import Any
@@ -17,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 from scipy.special import ndtri
 
 import mechc
@@ -53,7 +53,7 @@ def _number(seed: int, k: int) -> float:
 
 def noise(t: float, seed: int, period: float, known: dict[tuple[int, int], float]) -> float:
     """The cubic of Catmull and Rom through four numbers, as a sum of Hermite's cubics."""
-    k = int(np.floor(t / period))
+    k = math.floor(t / period)
     p = []
     for n in range(k - 1, k + 3):
         if (seed, n) not in known:
@@ -116,14 +116,13 @@ class Element:
         """The force that draws a back."""
         if self.kind != "series":
             return self.stiffness() * (xa - z)
-        stretch = xa - xb
-
-        def off(u: float) -> float:
-            return self.k * (stretch - u) - self.l * u - self.c * u**3
-
-        reach = abs(stretch) + 1e-9
-        u = float(brentq(off, -reach, reach, xtol=1e-15, rtol=1e-14))
-        u -= off(u) / (-self.k - self.l - 3 * self.c * u**2)
+        stretch = (
+            xa - xb
+        )  # c u^3 + (k + l) u = k stretch, by Viete's formula for one real root, and a step of Newton's method
+        stiff = self.k + self.l
+        size = 2 * math.sqrt(stiff / (3 * self.c))
+        u = size * math.sinh(math.asinh(3 * self.k * stretch / (stiff * size)) / 3)
+        u += (self.k * stretch - stiff * u - self.c * u**3) / (stiff + 3 * self.c * u**2)
         return self.k * (stretch - u)
 
     def rate(self, pull: float, va: float, vb: float, mode: int) -> float:
@@ -230,7 +229,7 @@ class Machine:
                     return np.asarray(sol(t))
             raise AssertionError(t)
 
-        def pulls(y: Array) -> list[float]:
+        def pulls(y: Sequence[float]) -> list[float]:
             return [
                 e.pull(y[e.a], y[e.b] if e.b >= 0 else 0.0, y[place[e.name]] if e.remembers else 0.0)
                 for e in self.elements
@@ -238,15 +237,16 @@ class Machine:
 
         count = 0
 
-        def rates(t: float, y: Array, modes: dict[str, int]) -> Array:
+        def rates(t: float, state: Array, modes: dict[str, int]) -> list[float]:
             nonlocal count
             count += 1
             if count > most:
                 raise TimeoutError
-            if np.abs(y).max() > BOUNDLESS:  # a step that is too long may come there, and is made again
-                return np.full(len(y), np.nan)
-            x, v, found = y[:n], y[n : 2 * n], np.zeros(len(y))
-            force = -np.array(self.k) * x - np.array(self.c) * v
+            y: list[float] = state.tolist()  # whose numbers compute faster than those of arrays
+            if not max(map(abs, y)) <= BOUNDLESS:  # a step that is too long may come there, and is made again
+                return [math.nan] * len(y)
+            x, v, found = y[:n], y[n : 2 * n], [0.0] * len(y)
+            force = [-k * a - c * b for k, c, a, b in zip(self.k, self.c, x, v, strict=True)]
             for e, pull in zip(self.elements, pulls(y), strict=True):
                 force[e.a] -= pull
                 if e.b >= 0:
@@ -256,15 +256,15 @@ class Machine:
                     found[place[e.name]] = e.rate(pull, v[e.a], vb, modes.get(e.name, 0))
             if self.net is not None:
                 nodes = 2 * n + len(kept)
-                found[nodes:], pulled = self.net.motion(t, x, v, y[nodes:])
-                force += pulled
+                found[nodes:], pulled = self.net.motion(t, state[:n], state[n : 2 * n], state[nodes:])
+                force = [a + b for a, b in zip(force, pulled, strict=True)]
             for i, coefficients, form in self.laws:
                 force[i] += _LAWS[form][2](x[i], v[i], coefficients)
             for i, factor, what, delay in self.late:
                 force[i] += factor * _PAST[what](past, t, delay, y)
             for i, factor, seed, period, delay in self.noises:
                 force[i] += factor * noise(max(t - delay, 0.0), seed, period, known)
-            found[:n], found[n : 2 * n] = v, force / np.array(self.m)
+            found[:n], found[n : 2 * n] = v, [f / m for f, m in zip(force, self.m, strict=True)]
             return found
 
         modes = {e.name: 0 for e in kept if e.kind in ("rubbing", "jenkins")}
@@ -313,11 +313,11 @@ class Machine:
         return np.array([past(at) for at in times])
 
 
-_PAST: dict[str, Callable[[Callable[[float], Array], float, float, Array], float]] = {
+_PAST: dict[str, Callable[[Callable[[float], Array], float, float, Sequence[float]], float]] = {
     "delay(x0, LATE)": lambda past, t, d, y: float(past(t - d)[0]),
-    "delay(sin(x0), LATE)": lambda past, t, d, y: float(np.sin(past(t - d)[0])),
+    "delay(sin(x0), LATE)": lambda past, t, d, y: math.sin(past(t - d)[0]),
     "delay(delay(x0, LATE), LATE)": lambda past, t, d, y: float(past(t - 2 * d)[0]),
-    "cos(x0)*delay(x0^2, LATE)": lambda past, t, d, y: float(np.cos(y[0]) * past(t - d)[0] ** 2),
+    "cos(x0)*delay(x0^2, LATE)": lambda past, t, d, y: math.cos(y[0]) * float(past(t - d)[0]) ** 2,
     "delay(time*x0, LATE)": lambda past, t, d, y: max(t - d, 0.0) * float(past(t - d)[0]),
 }
 """What looks back: how it is written, for the delay LATE, and its value from the past and the present."""
@@ -333,7 +333,7 @@ def _polynomial(x: float, v: float, c: list[float]) -> float:
 def _both(x: float, v: float, c: list[float]) -> float:
     f = e = 0.0
     for i, one in enumerate(c, 1):
-        u = np.tanh(i * x)
+        u = math.tanh(i * x)
         f, e = f + one * u, e + one * u * u
     return -f - 0.05 * e * v
 
