@@ -131,7 +131,7 @@ static int rounds(mech_solver *s, int hit, int ticks)
         turns = turned && !fired ? turns + 1 : 0;
         if (turns == MOST_TURNS) {
             if (s->project && is_jolted(s)) s->run->report.failed_part = 3;
-            return mech_fail(s, MECH_CHATTER, turned - 1);
+            return mech_fail_to_settle(s, MECH_CHATTER, turned - 1);
         }
         if (round == MOST_ROUNDS) {
             s->run->report.failed_part = !fired;
@@ -148,12 +148,12 @@ static int fail_to_progress(mech_solver *s, int hit, mech_real moment)
     if (row >= 0) {
         if ((counters[MECH_RATTLES] += 1) <= MOST_ROUNDS) return MECH_RUNNING;
         s->run->report.failed_part = 1;
-        return mech_fail(s, MECH_NO_MODE, row);
+        return mech_fail_to_settle(s, MECH_NO_MODE, row);
     }
     if (counters[MECH_BRANCH] > 0 && s->run->report.t - counters[MECH_BRANCH_TIME] <= moment)
         return mech_fail(s, MECH_ZENO, (int)counters[MECH_BRANCH] - 1);
     if (counters[MECH_JOLTS] > MOST_ROUNDS / 2) s->run->report.failed_part = s->events->n_rows ? 1 : 3;
-    return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
+    return mech_fail_to_settle(s, MECH_CHATTER, hit < 0 ? 0 : hit);
 }
 
 /* Many instants without a step between them, or crowds of them with steps that lead nowhere: a thousand bounces may be about to

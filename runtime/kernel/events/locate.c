@@ -306,7 +306,7 @@ int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
         const mech_real found = locate_one(s, k, h, *part, &looks);
         if (looks > MOST_LOOKS) {
             s->run->report.failed_part = 2;
-            return mech_fail(s, MECH_CHATTER, k);
+            return mech_fail_to_settle(s, MECH_CHATTER, k);
         }
         if (found < *part) {
             *part = found;

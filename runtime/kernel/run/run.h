@@ -81,4 +81,8 @@ int mech_fail(mech_solver *s, int status, int index);
    are. */
 int mech_fail_not_finite(mech_solver *s, const mech_real *first, int n);
 
+/* The same for what switches without end at an instant. Where a state passes through all of its size within a thousand
+   roundings of the time, the motion goes to infinity: what switches there does so by rounding, and MECH_STEP_TOO_SMALL blames the state. */
+int mech_fail_to_settle(mech_solver *s, int status, int index);
+
 #endif
