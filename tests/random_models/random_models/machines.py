@@ -268,7 +268,7 @@ class Machine:
             return found
 
         modes = {e.name: 0 for e in kept if e.kind in ("rubbing", "jenkins")}
-        begun = dict(zip((e.name for e in self.elements), pulls(y), strict=True))
+        begun = dict(zip((e.name for e in self.elements), pulls(y.tolist()), strict=True))
         for e in kept:
             if e.kind == "rubbing":
                 modes[e.name] = 1 if begun[e.name] > e.forward else -1 if begun[e.name] < -e.backward else 0
@@ -284,7 +284,7 @@ class Machine:
                         t: float, y: Array, modes: Any, e: Element = e, j: int = j, what: str = what, limit: float = limit
                     ) -> float:  # fmt: skip
                         if what == "pull":
-                            return pulls(y)[j] - limit
+                            return pulls(y.tolist())[j] - limit
                         return float(y[n + e.a] - (y[n + e.b] if e.b >= 0 else 0.0))
 
                     end.terminal, end.direction = True, direction  # type: ignore[attr-defined]
