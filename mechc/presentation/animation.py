@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,8 @@ LONGEST, SHORTEST, SHOWN = 30.0, 1.0, 10.0
 """A motion of another duration than between the first two takes as many seconds as the last."""
 SIZE = (6.4, 4.8)
 DOTS = 100
+COLOURS, LOOKED_AT = 64, 6
+"""Of a gif; pictures from which they are chosen."""
 
 
 def frame_times(solution: Solution, rate: float = FRAMES_PER_SECOND) -> Array:
@@ -54,11 +57,9 @@ def animate(solution: Solution, path: str | Path) -> int:
     if path.suffix == ".mp4":
         _write_mp4(path, frames, rate)
         return len(times)
-    from PIL import Image
-
-    images = [Image.fromarray(frame) for frame in frames]
+    images = list(frames)
     if path.suffix == ".gif":
-        images = [image.quantize(64) for image in images]
+        images = _in_few_colours(images)
     options: dict[str, Any] = {"lossless": False, "quality": 80} if path.suffix == ".webp" else {}
     images[0].save(
         path, save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, **options
@@ -78,33 +79,52 @@ def snapshot(solution: Solution, path: str | Path, times: Sequence[float]) -> No
     painter = Painter(solution, np.array(sorted(times), dtype=float))
     for k in range(len(times)):
         painter.paint(k, opacity=1.0 if len(times) == 1 else 0.25 + 0.75 * k / (len(times) - 1), clear=k == 0)
-    unit = solution.problem.time.unit
-    painter.axes.set_title(
-        f"{', '.join(f'{t:.3g}' for t in sorted(times))} {unit}".rstrip(), fontsize=9, loc="right"
-    )
+    painter.tell(", ".join(f"{t:.3g}" for t in sorted(times)))
     painter.figure.savefig(path, dpi=1.5 * DOTS)
 
 
 def _frames(solution: Solution, times: Array) -> Iterator[Any]:
-    """Yield each frame as pixels [height, width, 3]."""
+    """Yield each frame as a picture of Pillow: scales and grid, which stand still, are drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
 
     painter = Painter(solution, times)
-    canvas: Any = FigureCanvasAgg(painter.figure)
+    axes, canvas = painter.axes, FigureCanvasAgg(painter.figure)
+    painter.prepare()
+    canvas.draw()
+    ground = canvas.copy_from_bbox(painter.figure.bbox)
+    axes.set_axis_off()
+    axes.patch.set_visible(False)
+    still = set(axes.get_children())
     for k in range(len(times)):
-        painter.paint(k)
-        canvas.draw()
-        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+        canvas.restore_region(ground)
+        painter.paint(k, clear=False)
+        painter.tell(f"{times[k]:.3g}")
+        axes.draw(canvas.get_renderer())
+        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        for artist in set(axes.get_children()) - still:
+            artist.remove()
+
+
+def _in_few_colours(images: Sequence[Any]) -> list[Any]:
+    """Return pictures of the same 64 colours, which are chosen from some of them."""
+    from PIL import Image
+
+    chosen = images[:: max(1, len(images) // LOOKED_AT)]
+    width, height = chosen[0].size
+    strip = Image.new("RGB", (width, height * len(chosen)))
+    for k, image in enumerate(chosen):
+        strip.paste(image, (0, k * height))
+    palette = strip.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE)
+    return [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
 
 
 def _write_mp4(path: Path, frames: Iterator[Any], rate: int) -> None:
     import imageio_ffmpeg
 
     first = next(frames)
-    size = (first.shape[1], first.shape[0])
-    writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, quality=7)
+    writer = imageio_ffmpeg.write_frames(str(path), first.size, fps=rate, quality=7)
     writer.send(None)
-    writer.send(np.ascontiguousarray(first))
-    for frame in frames:
-        writer.send(np.ascontiguousarray(frame))
+    for frame in itertools.chain([first], frames):
+        writer.send(frame.tobytes())
     writer.close()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.presentation.letters import axis_label
 from mechc.presentation.surfaces import drawn_triangles
 from mechc.requests.parse_values import UsageMistake
 
@@ -24,8 +25,8 @@ GAUGES = ("bead", "dial")
 """Shapes without a place."""
 ROADS = 6
 """Of more bodies no paths are drawn."""
-TICKS = 8
-"""Numbers along the longest side."""
+TICKS, TICKS_IN_SPACE = 8, 5
+"""Numbers along the longest side, in the plane and in space."""
 SMALL = 0.012
 """Of the whole picture: radius of what has no size of its own."""
 
@@ -74,13 +75,22 @@ class Painter:
             or (INKS[1] if s.kind == "trail" else INKS[(names.index(s.name) + 6 * s.relative) % len(INKS)])
             for s in scene.shapes
         ]
-        self.axes: Any = axes if axes is not None else self._own_axes()
+        self.whole = axes is None
+        self.axes: Any = self._own_axes() if axes is None else axes
 
     def _own_axes(self) -> Any:
         from matplotlib.figure import Figure
 
         self.figure = Figure(figsize=(6.4, 4.8), dpi=100)
-        return self.figure.add_subplot(projection=None if self.flat else "3d")
+        if not self.flat:
+            return self.figure.add_axes((0.04, 0.04, 0.9, 0.94), projection="3d")
+        axes = self.figure.add_axes((0.09, 0.1, 0.89, 0.84))
+        wide, high = axes.get_window_extent().size
+        spans = np.maximum(self.high - self.low, 1e-12 * self.size)[:2]
+        room = np.maximum(spans, spans[::-1] * (wide / high, high / wide)) - spans  # what fills the figure
+        self.low[:2] -= room / 2
+        self.high[:2] += room / 2
+        return axes
 
     def _box(self, also: Sequence[Array]) -> tuple[Array, Array]:
         """Return two corners [3] that hold all that is drawn."""
@@ -115,10 +125,8 @@ class Painter:
 
     def paint(self, k: int, *, opacity: float = 1.0, clear: bool = True) -> None:
         """Paint the scene at the time number ``k``; ``clear`` what was painted before."""
-        axes = self.axes
         if clear:
-            axes.clear()
-            self._prepare()
+            self.prepare()
         gauges = [s for s in self.scene.shapes if s.kind in GAUGES]
         for shape, ink in zip(self.scene.shapes, self.inks, strict=True):
             values = self.rows[k, list(shape.numbers)]
@@ -131,8 +139,14 @@ class Painter:
             elif np.isfinite(values).all():
                 self._shape(shape, values, ink, opacity)
         if clear:
-            unit = self.solution.problem.time.unit
-            axes.set_title(f"{self.times[k]:.3g} {unit}".rstrip(), fontsize=9, loc="right")
+            self.tell(f"{self.times[k]:.3g}")
+
+    def tell(self, times: str) -> None:
+        """Write times above the picture."""
+        unit = self.solution.problem.time.unit
+        self.axes.set_title(
+            f"{times} {unit}".rstrip(), fontsize=9, loc="right", y=1.01 if self.flat else 0.95
+        )
 
     def trails(self) -> list[Array]:
         """Return the paths [n, 3] that are drawn."""
@@ -143,13 +157,23 @@ class Painter:
         balls = [s for s in self.scene.shapes if s.kind in ("mass", "sphere")]
         return [self.paths[:, list(s.numbers[:3])] for s in balls] if len(balls) <= ROADS else []
 
-    def _prepare(self) -> None:
+    def prepare(self) -> None:
+        """Clear the axes; draw scales and grid."""
         axes = self.axes
+        axes.clear()
         axes.set_xlim(self.low[0], self.high[0])
         axes.set_ylim(self.low[1], self.high[1])
         spans = self.high - self.low
         for axis, span in zip("xy" if self.flat else "xyz", spans, strict=False):  # numbers that have room
-            axes.locator_params(axis=axis, nbins=max(1, round(TICKS * span / max(spans))), min_n_ticks=1)
+            most = TICKS if self.flat else TICKS_IN_SPACE
+            axes.locator_params(axis=axis, nbins=max(1, round(most * span / max(spans))), min_n_ticks=1)
+        if self.whole:
+            unit = "" if all(q.unit in ("", "1") for q in self.solution.problem.states) else "m"
+            for axis in "xy" if self.flat else "xyz":
+                getattr(axes, f"set_{axis}label")(axis_label(axis, unit), fontsize=9)
+            axes.tick_params(labelsize=8)
+        if any(shape.kind in GAUGES for shape in self.scene.shapes):
+            axes.set_axis_off()
         if self.flat:
             axes.set_aspect("equal", adjustable="box")
             axes.grid(color="#e5e7eb", linewidth=0.6)
@@ -158,7 +182,9 @@ class Painter:
                 side.set_color("#9ca3af")
             return
         axes.set_zlim(self.low[2], self.high[2])
-        axes.set_box_aspect(np.maximum(self.high - self.low, 0.2 * self.size))
+        axes.set_box_aspect(
+            np.maximum(self.high - self.low, 0.2 * self.size), zoom=1.1 if self.whole else 1.0
+        )
         axes.view_init(elev=18, azim=-60)
 
     # ------------------------------------------------------------ shapes
@@ -245,7 +271,6 @@ class Painter:
     def _gauge(self, shape: ShapeEntry, value: float, ink: str, opacity: float, height: float) -> None:
         """Paint a value as a bead between its smallest and largest one, or as a hand on a dial, in a row of the picture."""
         axes, place = self.axes, self.axes.transAxes
-        axes.set_axis_off()
         axes.text(0.02, height, shape.text, transform=place, va="center", fontsize=9)
         if shape.kind == "dial":
             box = axes.get_window_extent()
@@ -269,13 +294,31 @@ class Painter:
     # ------------------------------------------------------------ strokes
 
     def _line(self, points: Array, ink: str, width: float, opacity: float) -> None:
-        columns = points.T[:2] if self.flat else points.T
-        self.axes.plot(*columns, color=ink, linewidth=width, alpha=opacity, solid_capstyle="round")
+        looks: dict[str, Any] = {
+            "color": ink,
+            "linewidth": width,
+            "alpha": opacity,
+            "solid_capstyle": "round",
+        }
+        if self.flat:
+            from matplotlib.lines import Line2D
+
+            self.axes.add_artist(Line2D(*points.T[:2], **looks))
+        else:
+            self.axes.plot(*points.T, **looks)
 
     def _faces(self, faces: Array, ink: str, opacity: float) -> None:
         if self.flat:
+            from matplotlib.patches import Polygon
+
+            looks: dict[str, Any] = {
+                "facecolor": ink + "66",
+                "edgecolor": ink,
+                "linewidth": 1.2,
+                "alpha": opacity,
+            }
             for face in faces:
-                self.axes.fill(*face.T[:2], facecolor=ink + "66", edgecolor=ink, linewidth=1.2, alpha=opacity)
+                self.axes.add_artist(Polygon(face[:, :2], **looks))
             return
         from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -296,12 +339,9 @@ class Painter:
         fine = 2 if radius > 3 * self.small else 1
         angle = np.linspace(0, 2 * np.pi, 12 * fine + 1)
         if self.flat:
-            self.axes.fill(
-                centre[0] + radius * np.cos(angle),
-                centre[1] + radius * np.sin(angle),
-                color=ink,
-                alpha=opacity,
-            )
+            from matplotlib.patches import Circle
+
+            self.axes.add_artist(Circle(centre[:2], radius, color=ink, alpha=opacity))
             return
         up = np.linspace(0, np.pi, 6 * fine + 1)[:, None]
         unit = np.stack(

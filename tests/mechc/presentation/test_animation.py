@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
 import mechc
 from mechc.cli.main import run
-from mechc.presentation.animation import animate, frame_times, snapshot
+from mechc.presentation.animation import _frames, animate, frame_times, snapshot
 from mechc.presentation.painting import Painter
 from mechc.requests.parse_values import UsageMistake
 
@@ -59,6 +60,23 @@ def test_frames_are_those_of_the_motion(ending: str, tmp_path: Path) -> None:
         picture.seek(count - 1)
         last = red(picture.copy())
     assert np.allclose([first, last], places(found), rtol=0, atol=2 / 640), "within two pixels"
+
+
+def test_what_stands_still_is_drawn_once() -> None:
+    """Frames drawn over one ground are those that are drawn whole, in the plane and in space."""
+    turned = "coordinate Angle a = 0 rad; initial der(a) = 3 rad/s; frame f = world * rotx(a) * trans({0, 0, 1} m); mass 1 kg at f; experiment(stop = 1 s);"
+    for text in (BALL, turned):
+        found = solution(text)
+        times = np.array([0.0, 0.4, 0.9])
+        frames = [np.asarray(frame, dtype=int) for frame in _frames(found, times)]
+        for k, frame in enumerate(frames):
+            painter = Painter(found, times)
+            painter.paint(k)
+            canvas = FigureCanvasAgg(painter.figure)
+            canvas.draw()
+            whole = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+            assert np.abs(frame - whole).max() <= 2 and whole.std() > 1
+        assert np.abs(frames[0] - frames[2]).max() > 100, "it moves"
 
 
 @pytest.mark.filterwarnings(

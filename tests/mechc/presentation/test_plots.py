@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
+from matplotlib.figure import Figure
 from slow_params import slow_but
 
 import mechc
@@ -270,11 +271,16 @@ def test_shafts_show_their_speeds() -> None:
 
 
 def test_a_narrow_picture_has_few_numbers_on_its_short_side() -> None:
-    """At most two where a tall one is as wide as a word."""
+    """At most two where a tall one is as wide as a word; a picture of its own is filled."""
     text = "import mech.planar.*; gravity {0, -9.81} m/s^2; Particle p(m = 1 kg); Prismatic s(world -> p.a, axis = {0, 1}, position = 10 m); draw line(world, p.a);"
     solution = mechc.loads(text).simulate(stop=0.1)
-    painter = Painter(solution, solution.time[[0, -1]])
+    painter = Painter(solution, solution.time[[0, -1]], Figure().add_subplot())
     painter.paint(0)
     low, high = painter.axes.get_xlim()
     seen = [x for x in painter.axes.get_xticks() if low <= x <= high]
     assert len(seen) <= 2 < len(painter.axes.get_yticks())
+    own = Painter(solution, solution.time[[0, -1]])
+    own.paint(0)
+    (left, right), (down, up) = own.axes.get_xlim(), own.axes.get_ylim()
+    box = own.axes.get_window_extent()
+    assert (right - left) / (up - down) == pytest.approx(box.width / box.height, rel=1e-3)
