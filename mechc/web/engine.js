@@ -1,11 +1,37 @@
 // One model and its kernel as WebAssembly: settings in, a whole run out. Runs in a worker, or here where there is none.
-const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'other', 'zs', 'numbers'];
+const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'other', 'zs', 'numbers', 'sides'];
 
 const STARTS = ['', 'no position near these fulfils the constraints: the parts do not reach; move the slider back, or press reset', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
 
 const DOUBTED = 0.01;  // of nominal + |value|: an error from which on a curve is drawn pale
 
 const shortest = v => String(+v.toPrecision(6));
+
+/** The rows of a run with both `sides` of each instant in their order in time: what curves and tables show. A row of the grid at the
+ * time of an instant is one of its sides. `row` has for each the row of the grid that it is, or that follows. */
+function whole({n, ny, nOut, t, y, out}, sides) {
+  const width = 1 + 2 * (ny + nOut), m = sides.length / width, met = new Set();
+  if (!m) return {n, t, y, out, row: null};
+  for (let j = 0; j < m; j++) met.add(sides[j * width]);
+  const kept = [];
+  for (let i = 0; i < n; i++) if (!met.has(t[i])) kept.push(i);
+  const count = kept.length + 2 * m, all = {n: count, t: new Float64Array(count), y: new Float64Array(count * ny), out: new Float64Array(count * nOut), row: new Int32Array(count)};
+  for (let to = 0, i = 0, j = 0; to < count;) {
+    const at = j < m ? sides[j * width] : Infinity;
+    if (i < kept.length && !(at < t[kept[i]])) {
+      const k = kept[i++];
+      all.t[to] = t[k]; all.row[to] = k;
+      all.y.set(y.subarray(k * ny, (k + 1) * ny), to * ny); all.out.set(out.subarray(k * nOut, (k + 1) * nOut), to * nOut);
+      to++;
+      continue;
+    }
+    for (let side = 0, from = j++ * width + 1; side < 2; side++, from += ny + nOut, to++) {
+      all.t[to] = at; all.row[to] = i < kept.length ? kept[i] : n - 1;
+      all.y.set(sides.subarray(from, from + ny), to * ny); all.out.set(sides.subarray(from + ny, from + ny + nOut), to * nOut);
+    }
+  }
+  return all;
+}
 
 /** The x of least sum x^2/weight with columns x = wanted, as far as `damping` allows; null where no column moves anything. */
 function least(columns, weights, wanted, damping) {
@@ -33,7 +59,7 @@ async function makeEngine(module, info) {
   e._initialize?.();
   e.web_open(info.rows);
   const [ny, all, np, nu, nz, nOut, nScene] = new Int32Array(e.memory.buffer, e.web_sizes(), 12);
-  const where = Object.fromEntries(ARRAYS.map((name, k) => [name, e.web_array(k)]));
+  const where = Object.fromEntries(ARRAYS.map((name, k) => [name, e.web_array(k)]));  // but of those that grow
   // views are made anew: memory may grow
   const reals = (name, n) => new Float64Array(e.memory.buffer, where[name], n);
   const flags = (name, n) => new Uint8Array(e.memory.buffer, where[name], n);
@@ -189,6 +215,9 @@ async function makeEngine(module, info) {
         scene: reals('scenes', n * nScene).slice(), nominal: reals('nominal', ny).slice(), y0: reals('y0', ny).slice(), p: reals('p', np).slice(),
         u: reals('u', nu).map((v, k) => flags('uSet', nu)[k] ? v : NaN),
       };
+      const sides = new Float64Array(e.memory.buffer, e.web_array(ARRAYS.indexOf('sides')), e.web_n_sides() * (1 + 2 * (ny + nOut)));
+      run.all = whole(run, sides);
+      if (e.web_sides_full()) run.cut = sides.length ? sides[sides.length - (1 + 2 * (ny + nOut))] : span.start;
       if (status !== 1 && status !== 3) run.failed = why(status);
       return run;
     },
@@ -210,7 +239,7 @@ function startWorker(text) {
   return new Worker(URL.createObjectURL(new Blob([text, `
 let engine; onmessage = async ({data}) => {
   if (data.module) { engine = await makeEngine(data.module, data.info); postMessage({ready: true}); return; }
-  const run = engine.run(data.settings), moved = run.n ? [run.t.buffer, run.y.buffer, run.out.buffer, run.scene.buffer] : [];
+  const run = engine.run(data.settings), moved = run.n ? [...new Set([run, run.all].flatMap(r => [r.t.buffer, r.y.buffer, r.out.buffer])), run.scene.buffer] : [];
   postMessage({id: data.id, run}, moved);
   if (run.n && !data.dragging) postMessage({id: data.id, error: engine.error(run.n)});
 };`], {type: 'text/javascript'})));

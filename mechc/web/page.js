@@ -172,11 +172,23 @@ async function start(info, parts) {
     const list = state.error?.trusted;
     return !list ? state.run.n : q.of === 'y' && info.states[q.k].kind !== 'account' ? list[q.k] : Math.min(...list.filter((_, k) => info.states[k].kind !== 'account'), state.run.n);
   }
+  /** The same among all rows, with those of events. */
+  function trustedRows(q) {
+    const {row, n} = state.run.all, last = trusted(q);
+    if (!row) return last;
+    const at = last < state.run.n ? row.findIndex(k => k >= last) : -1;
+    return at < 0 ? n : at;
+  }
   function column(name) { const c = columns.find(q => q.name === name); return c; }
   function series(q) {
-    const {run} = state, stride = q.of === 'y' ? run.ny : run.nOut, data = q.of === 'y' ? run.y : run.out, values = new Float64Array(run.n);
-    for (let i = 0; i < run.n; i++) values[i] = data[i * stride + q.k] / q.factor;
+    const {run} = state, {all} = run, stride = q.of === 'y' ? run.ny : run.nOut, data = q.of === 'y' ? all.y : all.out, values = new Float64Array(all.n);
+    for (let i = 0; i < all.n; i++) values[i] = data[i * stride + q.k] / q.factor;
     return values;
+  }
+  /** A quantity between the rows of the grid at which the picture stands. */
+  function placed(q, {i, s}) {
+    const {run} = state, [data, stride] = q.of === 'y' ? [run.y, run.ny] : [run.out, run.nOut], of = k => data[Math.min(k, run.n - 1) * stride + q.k];
+    return (of(i) + (s ? s * (of(i + 1) - of(i)) : 0)) / q.factor;
   }
   state.series = name => Array.from(series(column(name)), v => v * column(name).factor);
   function energy(run) {
@@ -193,12 +205,13 @@ async function start(info, parts) {
   function show(run) {
     fail(run);
     if (!run.n) return;
+    run.all ??= {n: run.n, t: run.t, y: run.y, out: run.out, row: null};  // a recorded page has the rows of its grid alone
     state.run = run; state.runs++;
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: run.stop});
     moving = motion(run, plan);
     if (scene && !hand?.holds()) scene.fit(moving.box());
-    note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
+    note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
     state.energy = balance;
@@ -219,9 +232,9 @@ async function start(info, parts) {
   function draw() {
     const {run} = state, names = [...shown];
     if (!run) return;
-    curves.set(run.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0, trusted: trusted(q)}; }), run.events.map(e => e.t), info.second);
+    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second);
     const a = column($('across').value), b = column($('up').value);
-    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`, Math.min(trusted(a), trusted(b)));
+    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`, Math.min(trustedRows(a), trustedRows(b)));
     $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
   }
 
@@ -237,7 +250,7 @@ async function start(info, parts) {
       if (arrows) { const found = moving.speeds(), fast = Math.max(1e-300, ...found.map(([, v]) => Math.hypot(...v))), size = moving.size ??= moving.box().size; moving.arrows = found.map(([p, v]) => [p, v.map(x => x / fast * size * 0.15)]); }
       scene.draw(moving);
     }
-    curves.mark(time); phase.mark(at.i + at.s);
+    curves.mark(time); phase.mark(placed(column($('across').value), at), placed(column($('up').value), at));
     $('time').value = time; $('clock').textContent = `${time.toFixed(info.digits)} ${info.second}`;
     $('time').setAttribute('aria-valuetext', $('clock').textContent);
     const w = performance.now() - begun;
@@ -288,8 +301,8 @@ async function start(info, parts) {
   const save = (blob, name) => { const a = Object.assign(document.createElement('a'), {href: URL.createObjectURL(blob), download: name}); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };
   state.csv = () => {
     const head = ['time', ...columns.map(q => q.name)].map((n, k) => { const unit = k ? columns[k - 1].unit : info.second; const text = unit ? `${n} [${unit}]` : n; return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text; });
-    const {run} = state, lines = [head.join(',')];
-    if (run) for (let i = 0; i < run.n; i++) lines.push([run.t[i], ...columns.map(q => q.of === 'y' ? run.y[i * run.ny + q.k] : run.out[i * run.nOut + q.k])].join(','));
+    const {run} = state, {all} = run ?? {}, lines = [head.join(',')];
+    if (run) for (let i = 0; i < all.n; i++) lines.push([all.t[i], ...columns.map(q => q.of === 'y' ? all.y[i * run.ny + q.k] : all.out[i * run.nOut + q.k])].join(','));
     return lines.join('\n') + '\n';
   };
   $('csv').onclick = () => save(new Blob([state.csv()], {type: 'text/csv'}), info.name + '.csv');

@@ -90,7 +90,7 @@ const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) <
 function makePhase(canvas, {ink}) {
   const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
   dot.className = 'dot';
-  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0, w = 0, h = 0, trusted = 0;
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (w - 64);
   const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 50);
@@ -112,12 +112,11 @@ function makePhase(canvas, {ink}) {
     inTwo(c, a.length, trusted, i => c.lineTo(px(a[i]), py(b[i])));
     c.lineWidth = 1;
   }
-  function mark(k) {
-    at = k;
-    const i = Math.min(Math.floor(k), a.length - 1), j = Math.min(i + 1, a.length - 1), s = k - i;
-    dot.style.transform = `translate(${px(a[i] + s * (a[j] - a[i]))}px, ${py(b[i] + s * (b[j] - b[i]))}px)`;
+  function mark(x, y) {
+    at = [x, y];
+    dot.style.transform = `translate(${px(x)}px, ${py(y)}px)`;
   }
   const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } if (!(h >= l)) return [0, 1]; const pad = (h - l || Math.abs(h) || 1) * 0.06; return [l - pad, h + pad]; };
-  new ResizeObserver(() => { if (a.length) { still(); mark(at); } }).observe(canvas);
+  new ResizeObserver(() => { if (a.length) { still(); mark(...at); } }).observe(canvas);
   return {mark, set(x, y, across, up, until) { a = x; b = y; trusted = until; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
 }

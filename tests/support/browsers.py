@@ -93,10 +93,11 @@ class Opened:
 
 
 def off(opened: Opened, solution: mechc.Solution, until: float = np.inf) -> float:
-    """Return the largest difference of coordinates, rates and states, over nominal + |value|."""
+    """Return the largest difference of coordinates, rates and states between events, over nominal + |value|."""
     found = opened.columns()
     times = found["time"]
-    kept = times <= until
+    same = np.diff(times) == 0
+    kept = (times <= until) & ~np.append(same, False) & ~np.append(False, same)
     native, nominal = solution(times[kept]), opened.ask("page.info.nominal")
     return max(
         float((np.abs(found[q.name][kept] - native[q.name]) / (size + np.abs(native[q.name]))).max())

@@ -17,7 +17,8 @@
 
 double mech_clock(void) { return 0; } /* the page has its own */
 
-enum { EVENTS = 4096, INSTANTS = 256 }; /* places of events to begin with; of instants, which nobody reads */
+enum { EVENTS = 4096, INSTANTS = 256 }; /* places of events and of instants, to begin with and to go on */
+enum { MOST_SIDES = 4000000 };          /* numbers of both sides of instants: later ones are not kept */
 
 const web_plan *web_slot;
 
@@ -27,10 +28,11 @@ static long n_rows;
 static double begin_time, stop_time;
 static mech_real *p, *u, *given_u, *z, *y0, *plain, *nominal, *atol_, *grid, *rows, *zs, *outs, *scenes, *instants, *other, *last;
 static unsigned char *set, *u_set, *y_given;
-static mech_real *numbers, *chosen;
+static mech_real *numbers, *chosen, *sides;
 static unsigned char *fixed;
 static mech_event *events;
-static long event_room, n_events;
+static long event_room, n_events, instant_room, n_instants, n_sides;
+static int instants_full; /* later ones were written over each other */
 static mech_table *tables, *held; /* held: those that the page was written with, by input; n is 0 where there is none */
 static mech_real zero, *stops;
 static int n_tables, n_stops;
@@ -39,12 +41,15 @@ static int sizes[12];
 
 static void *take(size_t n, size_t size) { return calloc(n > 0 ? n : 1, size); }
 
+/* Numbers of an instant: its time, states and discretes on both sides (journal.c). */
+static size_t instant_width(void) { return 1 + 2 * (size_t)(ny + model->nz); }
+
 /* Numbers of: states, parameters with constants, parameters, inputs, discretes, outputs, numbers of the picture. */
 int *EXPORT(web_sizes)(void) { return sizes; }
 
 void *EXPORT(web_array)(int which)
 {
-    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, other, zs, numbers};
+    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, other, zs, numbers, sides};
     return arrays[which];
 }
 
@@ -70,7 +75,7 @@ int EXPORT(web_open)(int row_count)
     tables = take((size_t)model->nu, sizeof *tables), held = take((size_t)model->nu, sizeof *held);
     if (model->hybrid) {
         events = take(event_room = EVENTS, sizeof *events);
-        instants = take((size_t)(INSTANTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
+        instants = take((size_t)(instant_room = INSTANTS) * instant_width(), sizeof *instants);
     }
     return 0;
 }
@@ -175,6 +180,17 @@ static int room_for_events(long count)
     return 1;
 }
 
+/* Whether there is room for so many instants, of which those that were kept stay. */
+static int room_for_instants(long count)
+{
+    if (count <= instant_room) return 1;
+    if (2 * (size_t)count * instant_width() > MOST_SIDES) return 0;
+    mech_real *larger = realloc(instants, 2 * (size_t)count * instant_width() * sizeof *instants);
+    if (!larger) return 0;
+    instants = larger, instant_room = 2 * count;
+    return 1;
+}
+
 static int run(double tolerance, int method, double step, double dt_max, mech_real *into)
 {
     mech_options o;
@@ -184,14 +200,15 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
     o.dt_max = dt_max, o.dt = step, o.rtol = tolerance, o.halves = into == other;
     o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
     if (model->hybrid)
-        o.events = events, o.event_capacity = event_room, o.instants = instants, o.instant_capacity = INSTANTS;
+        o.events = events, o.event_capacity = event_room, o.instants = instants, o.instant_capacity = instant_room;
     for (int i = 0; i < ny; i++)
         atol_[i] = tolerance * nominal[i];
     mech_solver *solver = mech_create(model, &o);
     if (!solver)
         return -100;
     int status;
-    long calls = 2000, before = 0;
+    long calls = 2000, before = 0, kept = 0;
+    int full = 0;
     do {
         status = mech_advance(solver, stop_time, 10000);
         if (status == MECH_RUNNING) calls--;
@@ -199,12 +216,17 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
             mech_read(solver, &report, last);
             before += report.n_events;
             if (!room_for_events(before + EVENTS)) break;
-            mech_set_events(solver, events + before, event_room - before, instants, INSTANTS);
+            if (!full && room_for_instants(kept + report.n_instants + INSTANTS))
+                kept += report.n_instants;
+            else
+                full = 1;
+            mech_set_events(solver, events + before, event_room - before, instants + (size_t)kept * instant_width(),
+                            instant_room - kept);
             status = MECH_RUNNING;
         }
     } while (status == MECH_RUNNING && calls > 0);
     mech_read(solver, &report, last);
-    n_events = before + report.n_events;
+    n_events = before + report.n_events, n_instants = full ? kept : kept + report.n_instants, instants_full = full;
     mech_free(solver);
     return status;
 }
@@ -221,7 +243,33 @@ void EXPORT(web_picture)(void)
     if (n_scene) scene(begin_time, y0, z, scenes);
 }
 
-/* From the state of web_begin: rows, outputs and the picture; the status of the solver. */
+/* Both sides of each instant: its time, states and outputs before it, states and outputs after it. */
+static void both_sides(void)
+{
+    const int n_out = model->n_outputs;
+    const size_t width = 1 + 2 * (size_t)(ny + n_out);
+    n_sides = 0;
+    if (!n_instants) return;
+    mech_real *found = realloc(sides, (size_t)n_instants * width * sizeof *sides);
+    if (!found) {
+        instants_full = 1;
+        return;
+    }
+    sides = found, n_sides = n_instants;
+    for (long i = 0; i < n_instants; i++) {
+        const mech_real *at = instants + (size_t)i * instant_width();
+        mech_real *to = sides + (size_t)i * width;
+        to[0] = at[0];
+        for (int side = 0; side < 2; side++) {
+            const mech_real *y = at + 1 + side * (ny + model->nz);
+            mech_real *row = to + 1 + side * (ny + n_out);
+            memcpy(row, y, (size_t)ny * sizeof *row);
+            if (n_out) mech_evaluate(model, model->outputs, n_out, tables, n_tables, 1, at, y, y + ny, p, u, row + ny);
+        }
+    }
+}
+
+/* From the state of web_begin: rows, outputs, the picture and both sides of events; the status of the solver. */
 int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
 {
     mech_options o;
@@ -242,6 +290,7 @@ int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
         if (n_scene)
             scene(grid[i], y, held, scenes + i * n_scene);
     }
+    both_sides();
     return status;
 }
 
@@ -257,6 +306,8 @@ int EXPORT(web_again)(double tolerance, int method, double step, double dt_max)
 
 int EXPORT(web_n_grid)(void) { return (int)report.n_grid; }
 int EXPORT(web_n_events)(void) { return (int)n_events; }
+int EXPORT(web_n_sides)(void) { return (int)n_sides; }
+int EXPORT(web_sides_full)(void) { return instants_full; }
 double EXPORT(web_reached)(void) { return report.t; }
 int EXPORT(web_steps)(void) { return (int)report.steps; }
 int EXPORT(web_failed_index)(void) { return report.failed_index; }

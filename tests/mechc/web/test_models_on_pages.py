@@ -137,6 +137,34 @@ def test_a_slider_changes_the_motion_and_a_link_restores_it(shown: Any, browser:
     again.tab.close()
 
 
+WITH_EVENTS = [
+    "bouncing_ball", "billiard_stadium", "slider_crank_friction", "sampled_controller", "stick_slip_belt", "coulomb_pendulum",
+    "clutch", "newtons_cradle", "relay_attitude", "rocking_block",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WITH_EVENTS)
+def test_tables_hold_both_sides_of_events(name: str, browser: Any, tmp_path: Path) -> None:
+    """All rows are those that ``mechc run -o`` writes for as many times, to 1e-9 of nominal + |value|."""
+    model = mechc.load(EXAMPLES / f"{name}.mech", keep={"scene"})
+    path = tmp_path / f"{name}.html"
+    path.write_text(page(model))
+    opened = Opened(browser, path)
+    start, stop, grid = opened.ask("[page.run.start, page.run.stop, page.info.rows - 1]")
+    solution = model.simulate(every=(stop - start) / grid)
+    table, nominal = opened.columns(), opened.ask("page.info.nominal")
+    sizes = {q.name: size for q, size in zip(solution.problem.states, nominal, strict=True)}
+    assert (np.diff(solution.time) == 0).any(), "it has no events"
+    assert table["time"] == pytest.approx(solution.time, rel=0, abs=1e-12 * max(1.0, stop))
+    for column, values in table.items():
+        if column != "time":
+            wanted = solution[column]
+            size = sizes.get(column, float(np.abs(wanted).max()) or 1.0)
+            assert (np.abs(values - wanted) <= 1e-9 * (size + np.abs(wanted))).all(), column
+    assert opened.ask("Array.from(page.run.all.t)") == table["time"].tolist() and opened.said == []
+    opened.tab.close()
+
+
 SWARM = """
 dimensionless;
 structural parameter Integer n = 200;
