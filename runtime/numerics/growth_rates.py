@@ -23,7 +23,8 @@ POWER = 2.0
 with periods of their own do, grow by the first."""
 FALLING = 0.6
 """An exponent of the later half of the motion below this share of that of the first half still falls: t^k, whose exponent
-falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k."""
+falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k. By chance a chaotic motion that is short does so, too, but by no more than its
+means over parts swing about their trend."""
 
 
 def times_of(begin: float, end: float) -> Array:
@@ -43,22 +44,28 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
     """Give the exponents [k] and half of their intervals of confidence [k], by means over batches of time.
 
     What grows, or falls, by a power of time has the exponent zero, at which means arrive like log(t)/t: an interval holds
-    zero as well where the whole growth is no more than such a power, and where the exponent still falls.
+    zero as well where the whole growth is no more than such a power, and where the exponent still falls. ``swing``: half of the interval of
+    means about their trend, of which the difference of two halves of the motion has twice as much.
     """
     first = _index(times, times[0] + SETTLING * (times[-1] - times[0]))
     span = times[-1] - times[first]
     means: Array = (growth[-1] - growth[first]) / span
     halves: Array = np.zeros_like(means)
-    for count in (BATCHES, LONG_BATCHES):
+    swing = halves
+    for count in (LONG_BATCHES, BATCHES):
         edges = _index(times, np.linspace(times[first], times[-1], count + 1))
         batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
-        spread = batches.std(axis=0, ddof=1) / math.sqrt(count)
-        halves = np.maximum(halves, stdtrit(count - 1, (1 + CONFIDENCE) / 2) * spread)
+        quantile = stdtrit(count - 1, (1 + CONFIDENCE) / 2) / math.sqrt(count)
+        halves = np.maximum(halves, quantile * batches.std(axis=0, ddof=1))
+        trend = np.stack([np.ones(count), np.linspace(-1, 1, count)], axis=1)
+        about = batches - trend @ np.linalg.lstsq(trend, batches, rcond=None)[0]
+        swing = quantile * np.sqrt((about**2).sum(axis=0) / (count - 2))
     powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
     middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
     early = (growth[middle] - growth[first]) / (times[middle] - times[first])
     later = (growth[-1] - growth[middle]) / (times[-1] - times[middle])
-    none = (np.abs(means) * span <= powers) | (later * np.sign(early) < FALLING * np.abs(early))
+    falls = (later * np.sign(early) < FALLING * np.abs(early)) & (np.abs(early - later) > 2 * swing)
+    none = (np.abs(means) * span <= powers) | falls
     return means, halves + np.where(none, np.abs(means), 0.0)
 
 

@@ -23,7 +23,7 @@ from ...integrate.solver import Solver
 from ...interface import ModelInterface
 from ...native import kernel as native
 from ...native.status import Status
-from ...numerics.growth_rates import BATCHES, CONFIDENCE, LONG_BATCHES, estimated, megno, parted
+from ...numerics.growth_rates import BATCHES, CHAOTIC, CONFIDENCE, LONG_BATCHES, estimated, megno, parted
 from ...outcome import Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...settings import settable
@@ -390,6 +390,21 @@ def _at_rest(plan: Plan) -> bool:
     return bool((np.abs(slope[moves]) * span <= RESTING * plan.nominal[moves]).all())
 
 
+def _near_zero(problem: Problem, plan: Plan, means: Array, halves: Array, factor: float) -> str:
+    """Say what exponents [k] tell of which the largest one may be zero; ``factor``: mean exponential growth of its neighbours."""
+    if len(means) > 1 and means[1] < -2 * halves[1] and problem.hybrid is None and not depends_on_time(plan):
+        return (
+            "stable: one exponent is zero, as along any motion that goes on, and all others are negative, "
+            f"of which the largest is {means[1]:.5g}"
+        )
+    if factor < CHAOTIC:
+        return (
+            f"regular: neighbouring motions part by a power of the time at most (megno {factor:.2g}), "
+            f"and the largest exponent is {max(means[0], 0) + halves[0]:.2g} at most"
+        )
+    return "the largest exponent cannot be told from zero: it takes a longer --time"
+
+
 def _findings(
     problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
 ) -> Findings:
@@ -412,12 +427,14 @@ def _findings(
                 "the start is an equilibrium, where nothing moves: its exponents are the real parts of its eigenvalues, "
                 "which 'equilibria' gives to rounding"
             )
+        factor = float(megno(times, growth[:, order[:1]])[0])
+        told = first > 2 * half or (first > half and factor > CHAOTIC)
         words = (
-            f"{growing}: the largest exponent is {first:.5g}" if first > 2 * half and first > 0
+            f"{growing}: the largest exponent is {first:.5g}" if told and first > 0
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
-            else "the largest exponent cannot be told from zero"
+            else _near_zero(problem, plan, means, halves, factor)
         )  # fmt: skip
-        if first > 2 * half and not rests and (dimension := kaplan_yorke(means, halves)) is not None:
+        if told and first > 0 and not rests and (dimension := kaplan_yorke(means, halves)) is not None:
             values.append(Value("dimension", "", *dimension))
             of_what = (
                 "of the strobed motion"
