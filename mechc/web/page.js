@@ -232,9 +232,10 @@ async function start(info, parts) {
   function draw() {
     const {run} = state, names = [...shown];
     if (!run) return;
-    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second);
+    const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
+    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: named(q), data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second);
     const a = column($('across').value), b = column($('up').value);
-    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`, Math.min(trustedRows(a), trustedRows(b)));
+    phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
     $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
   }
 

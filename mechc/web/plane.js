@@ -47,7 +47,9 @@ function makeScene(host, plan) {
   function gauge(s, v, state) {
     const all = [...state.ranges.keys()], w = host.clientWidth, h = host.clientHeight, row = Math.min(h / all.length, 110);
     const y = h / 2 + (all.indexOf(s) - (all.length - 1) / 2) * row, left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
-    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left'; c.fillText(s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text, 12, y + 4);
+    const name = s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text;
+    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left';
+    c.fillText(name, 12, c.measureText(name).width + 22 < left ? y + 4 : y - 14);  // a long one stands above
     c.strokeStyle = style('--faint'); c.lineWidth = 1; c.beginPath();
     if (s.kind === 'dial') {
       const r = row * 0.42, x = (left + right) / 2;
@@ -91,7 +93,10 @@ function makeScene(host, plan) {
     c.strokeStyle = style('--grid'); c.lineWidth = 1; c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif';
     for (let x = Math.ceil(x0 / step) * step; x < x0 + w / view.scale; x += step) { const X = px(x, 0)[0]; c.beginPath(); c.moveTo(X, 0); c.lineTo(X, h); c.stroke(); }
     for (let y = Math.ceil(y1 / step) * step; y < y1 + h / view.scale; y += step) { const Y = px(0, y)[1]; c.beginPath(); c.moveTo(0, Y); c.lineTo(w, Y); c.stroke(); }
-    c.fillText(`${number(step)} ${plan.unit}`, 10, h - 10);
+    const bar = step * view.scale;
+    c.strokeStyle = style('--faint'); c.lineWidth = 1.5; c.beginPath();
+    c.moveTo(10, h - 14); c.lineTo(10, h - 8); c.lineTo(10 + bar, h - 8); c.lineTo(10 + bar, h - 14); c.stroke();
+    c.textAlign = 'center'; c.fillText(`${number(step)} ${plan.unit}`.trim(), 10 + bar / 2, h - 13); c.textAlign = 'left';
   }
   function draw(state) {
     if (state) last = state; else state = last;

@@ -23,6 +23,20 @@ function makePlot(canvas, {onTime, ink}) {
   marker.className = 'marker';
   let x = new Float64Array(0), curves = [], events = [], second = 's', low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const LINE = 15, MOST_LINES = 3;
+  /** Where the names stand above the curves, on as many lines as they need; what has no room on the last one is counted there. */
+  function legend(c) {
+    let x = frame.l, line = 0;
+    const places = [];
+    for (const {name} of curves) {
+      const wide = 30 + c.measureText(name).width;
+      if (places.length && x + wide > w + 12) { x = frame.l; line++; }
+      if (line === MOST_LINES) break;
+      places.push([x, line]); x += wide;
+    }
+    frame.t = 22 + LINE * (places.at(-1)?.[1] ?? 0);
+    return places;
+  }
   const px = v => frame.l + (v - x[0]) / (x[x.length - 1] - x[0] || 1) * (w - frame.l - frame.r);
   const py = v => h - frame.b - (v - low) / (high - low) * (h - frame.t - frame.b);
 
@@ -34,7 +48,7 @@ function makePlot(canvas, {onTime, ink}) {
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, w, h);
     c.font = '12px system-ui, sans-serif'; c.lineWidth = 1;
-    const vertical = ticks(low, high, Math.max(2, h / 45)), horizontal = ticks(x[0], x[x.length - 1], w / 90);
+    const places = legend(c), vertical = ticks(low, high, Math.max(2, (h - frame.t) / 40)), horizontal = ticks(x[0], x[x.length - 1], w / 90);
     c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
     c.textAlign = 'right'; c.textBaseline = 'middle';
     for (const v of vertical.found) {
@@ -46,18 +60,26 @@ function makePlot(canvas, {onTime, ink}) {
       c.beginPath(); c.moveTo(px(v), frame.t); c.lineTo(px(v), h - frame.b); c.stroke();
       c.fillText(label(v, horizontal), px(v), h - frame.b + 4);
     }
-    c.fillText(`time / ${second || '1'}`, w - frame.r - 30, h - 14);
-    c.strokeStyle = style('--event');
-    for (const t of events.slice(0, 400)) { c.beginPath(); c.moveTo(px(t), frame.t); c.lineTo(px(t), frame.t + 7); c.moveTo(px(t), h - frame.b); c.lineTo(px(t), h - frame.b - 7); c.stroke(); }
-    let at = frame.l; c.textAlign = 'left'; c.lineJoin = 'round';
+    c.fillText(second ? `time / ${second}` : 'time', w - frame.r - 30, h - 14);
+    c.strokeStyle = style('--event'); c.beginPath();
+    let before = -Infinity;
+    for (const t of events) {  // of those too close to be told apart, one
+      const at = px(t);
+      if (at - before < 3) continue;
+      before = at;
+      c.moveTo(at, frame.t); c.lineTo(at, frame.t + 7); c.moveTo(at, h - frame.b); c.lineTo(at, h - frame.b - 7);
+    }
+    c.stroke();
+    c.textAlign = 'left'; c.lineJoin = 'round';
     curves.forEach((curve, k) => {
       const {data, stride, offset} = curve, n = x.length;
       c.strokeStyle = c.fillStyle = ink()[k % 6]; c.lineWidth = 1.6;
       inTwo(c, n, curve.trusted, i => c.lineTo(px(x[i]), py(data[i * stride + offset])));
-      const wide = 30 + c.measureText(curve.name).width;
-      if (at + wide > w + 12) { if (at < w) c.fillText('…', Math.min(at, w - 14), 4); at = w; return; }
-      c.fillRect(at, 9, 14, 3); c.fillText(curve.name, at + 18, 4); at += wide;
+      const [at, line] = places[k] ?? [];
+      if (line === undefined) return;
+      c.fillRect(at, 9 + LINE * line, 14, 3); c.fillText(curve.name, at + 18, 4 + LINE * line);
     });
+    if (places.length < curves.length) { c.fillStyle = style('--faint'); c.textAlign = 'right'; c.fillText(`+ ${curves.length - places.length}`, w - 4, 4 + LINE * (MOST_LINES - 1)); }
   }
 
   function mark(time) {
@@ -93,7 +115,7 @@ function makePhase(canvas, {ink}) {
   let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (w - 64);
-  const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 50);
+  const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 60);
   function still() {
     const scale = devicePixelRatio || 1;
     w = canvas.clientWidth; h = canvas.clientHeight;
@@ -101,9 +123,9 @@ function makePhase(canvas, {ink}) {
     canvas.width = w * scale; canvas.height = h * scale;
     c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h); c.font = '12px system-ui, sans-serif';
     c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
-    const X = ticks(box[0], box[1], Math.max(2, w / 90)), Y = ticks(box[2], box[3], Math.max(2, h / 45));
+    const X = ticks(box[0], box[1], Math.max(3, w / 70)), Y = ticks(box[2], box[3], Math.max(3, h / 45));
     c.textAlign = 'center'; c.textBaseline = 'top';
-    for (const v of X.found) { c.beginPath(); c.moveTo(px(v), 16); c.lineTo(px(v), h - 34); c.stroke(); c.fillText(label(v, X), px(v), h - 30); }
+    for (const v of X.found) { c.beginPath(); c.moveTo(px(v), 26); c.lineTo(px(v), h - 34); c.stroke(); c.fillText(label(v, X), px(v), h - 30); }
     c.fillText(names[0], w / 2 + 20, h - 15);
     c.textAlign = 'right'; c.textBaseline = 'middle';
     for (const v of Y.found) { c.beginPath(); c.moveTo(52, py(v)); c.lineTo(w - 12, py(v)); c.stroke(); c.fillText(label(v, Y), 46, py(v)); }
