@@ -16,6 +16,7 @@ from .. import __version__
 from ..presentation import answers
 from ..presentation.animation import snapshot
 from ..presentation.numbers import number, with_unit
+from ..presentation.painting import GAUGES
 from ..presentation.report import report
 from ..requests.parse_values import UsageMistake, unknown_name
 from ..runtime.outcome import Outcome, SimulationError
@@ -168,7 +169,8 @@ def _png(draw: Any) -> bytes:
 
 def _pictures(solution: Solution) -> Iterator[Block]:
     begin, end = float(solution.time[0]), float(solution.time[-1])
-    if solution.staged() is not None and end > begin:
+    staged = solution.staged()
+    if staged is not None and any(shape.kind not in GAUGES for shape in staged[0].shapes) and end > begin:
         times = np.linspace(begin, end, PLACES)
         yield Picture(
             _png(lambda path: snapshot(solution, path, list(times))), "positions, earlier ones paler"

@@ -49,6 +49,16 @@ def test_the_largest_reaction_is_named_with_its_time(tmp_path: Path) -> None:
         assert word in text, word
 
 
+def test_what_has_no_place_has_no_picture_of_places(tmp_path: Path) -> None:
+    """Beads and hands at four times, which say nothing, filled a page."""
+    (tmp_path / "mass.mech").write_text(
+        "dimensionless; coordinate x = 1; kinetic 1/2*der(x)^2; potential x^2/2; experiment(stop = 1);"
+    )
+    out = tmp_path / "mass.html"
+    assert run(["report", str(tmp_path / "mass.mech"), "-o", str(out)]) == 0
+    assert out.read_text(encoding="utf-8").count("<img") == 1
+
+
 def test_a_pdf(tmp_path: Path) -> None:
     pytest.importorskip("reportlab")
     (tmp_path / "rod.mech").write_text(ROD)
