@@ -9,7 +9,7 @@ const shortest = v => String(+v.toPrecision(6));
 
 /** The rows of a run with both `sides` of each instant in their order in time: what curves and tables show. A row of the grid at the
  * time of an instant is one of its sides. `row` has for each the row of the grid that it is, or that follows. */
-function whole({n, ny, nOut, t, y, out}, sides) {
+function withSides({n, ny, nOut, t, y, out}, sides) {
   const width = 1 + 2 * (ny + nOut), m = sides.length / width, met = new Set();
   if (!m) return {n, t, y, out, row: null};
   for (let j = 0; j < m; j++) met.add(sides[j * width]);
@@ -216,7 +216,7 @@ async function makeEngine(module, info) {
         u: reals('u', nu).map((v, k) => flags('uSet', nu)[k] ? v : NaN),
       };
       const sides = new Float64Array(e.memory.buffer, e.web_array(ARRAYS.indexOf('sides')), e.web_n_sides() * (1 + 2 * (ny + nOut)));
-      run.all = whole(run, sides);
+      run.all = withSides(run, sides);
       if (e.web_sides_full()) run.cut = sides.length ? sides[sides.length - (1 + 2 * (ny + nOut))] : span.start;
       if (status !== 1 && status !== 3) run.failed = why(status);
       return run;
