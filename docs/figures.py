@@ -6,6 +6,7 @@ One line for each system: rows of the source texts, the example, its test, what 
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -404,6 +405,66 @@ def table(up: str = "../", pictures: bool = False) -> str:
         cells = [r.rows, description(r.example), model, test, *[f"![]({r.example}.png)"] * pictures]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+class Subject(Struct, frozen=True):
+    """A part of the gallery of the site: examples of these tests, and of others those whose name or description has such words."""
+
+    name: str
+    tests: tuple[str, ...]
+    words: str
+
+
+SUBJECTS = (
+    Subject("Double pendulums", (DOUBLE,), r"[Dd]ouble pendulum"),
+    Subject("Pendulums", (PENDULUMS, DRIVEN), r"[Pp]endul|hoop"),
+    Subject(
+        "Oscillators and waves",
+        (LINEAR, NONLINEAR),
+        r"oscillat|spring|Duffing|van der Pol|drum|wave|shaken|Mathieu|kx|k x",
+    ),
+    Subject(
+        "Orbits and scattering",
+        (CENTRAL,),
+        r"planet|orbit|Kepler|gravitat|scatter|galaxy|Jupiter|Schwarzschild",
+    ),
+    Subject(
+        "Rigid bodies, tops and gyroscopes",
+        (BODIES,),
+        r"\btop\b|rigid|gyro|inertia|lamina|rotation|Euler|angular momentum|governor",
+    ),
+    Subject(
+        "Constraints and surfaces",
+        (CONSTRAINTS, SURFACES, "test_leaving.py"),
+        r"\bbead|surface|sphere|rope|constraint|ladder",
+    ),
+    Subject("Linkages", (MECHANISMS,), r"linkage|crank|four-bar"),
+    Subject("Friction and rolling", (FRICTION, REACTIONS, ROLLING), r"frict|rolls|belt"),
+    Subject("Impacts and contacts", (IMPACTS, HEAPS), r"bounc|impact|restitution|billiard|plate"),
+    Subject(
+        "Machines, vehicles and control",
+        ("test_controllers.py", "../stdlib/"),
+        r"\bcar\b|motor|controller|relay",
+    ),
+    Subject(
+        "Fields, charges and relativity",
+        (FAST, "test_fields.py"),
+        r"field|potential|charge|magnet|relativ|curl|vortex",
+    ),
+    Subject("Moving frames", (FRAMES,), r"Coriolis|turning frame|turns with"),
+    Subject("Drag, throws and falls", (DRAG,), r"drag|thrown|shell|fall|slope"),
+)
+FURTHER = "Further"
+
+
+def subject(r: Row) -> str:
+    """Return the subject under which the gallery of the site shows an example."""
+    if r.example.startswith("curves/"):
+        return "Curves"
+    said = f"{r.example.replace('_', ' ')}: {description(r.example)}"
+    by_test = (one.name for one in SUBJECTS if any(r.test.startswith(test) for test in one.tests))
+    by_words = (one.name for one in SUBJECTS if re.search(one.words, said))
+    return next(by_test, next(by_words, FURTHER))
 
 
 def description(example: str) -> str:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import html
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -36,6 +38,10 @@ from mechc.web.write import write_page  # noqa: E402
 from website.links import moved  # noqa: E402
 from website.playground import Mismatch, write_playground  # noqa: E402
 from website.shared import write_live  # noqa: E402
+from website.thumbnails import write_thumbnail  # noqa: E402
+
+HOME = "double_pendulum"
+"""The example that moves on the first page, in place of its film."""
 
 NAMES = """# Names of the Python interface
 
@@ -107,6 +113,12 @@ def write_pages(live: Mapping[str, Path], drawn: Mapping[str, Path] | None = Non
             text = moved(path.read_text(encoding="utf-8"), source, known)
             if source == "docs/library.md":
                 text = diagrams.illustrated(text, drawn, "diagrams")
+            if source == "docs/gallery.md" and live:
+                text = gallery(live)
+            if source == "README.md" and HOME in live:
+                text = re.sub(
+                    r"^!\[.*\]\(.*moving_double_pendulum.gif\)$", frame(HOME, "live"), text, flags=re.M
+                )
             target.write_text(text, encoding="utf-8")
         elif path.suffix == ".mech":
             target.write_text(example_page(path, live), encoding="utf-8")
@@ -122,6 +134,8 @@ def write_pages(live: Mapping[str, Path], drawn: Mapping[str, Path] | None = Non
     (PAGES / "live").mkdir()
     for name, page in live.items():
         target = PAGES / "live" / f"{name}{page.suffix}"
+        for picture in thumbnails(page):
+            shutil.copyfile(picture, target.with_suffix(picture.suffix))
         if page.suffix == ".html":
             write_live(page, target)
         else:
@@ -144,6 +158,58 @@ def decisions() -> str:
     return "\n".join(lines) + "\n"
 
 
+def thumbnails(page: Path) -> list[Path]:
+    """Return the moving picture of an example beside its page, and the one that stands still."""
+    return [
+        p
+        for p in (page.with_suffix(".webp"), page.with_suffix(".png"))
+        if page.suffix == ".html" and p.exists()
+    ]
+
+
+def gallery(live: Mapping[str, Path]) -> str:
+    """Return the gallery of the site: all examples by subject, each with its moving picture, of a curve its picture."""
+    groups: dict[str, list[str]] = {
+        name: [] for name in (*(s.name for s in figures.SUBJECTS), "Curves", figures.FURTHER)
+    }
+    for row in figures.ROWS:
+        groups[figures.subject(row)].append(row.example)
+    groups = {name: examples for name, examples in groups.items() if examples}
+    lines = [
+        "# Gallery",
+        "",
+        "Systems with known answers, which the tests of mechc compare with their runs. A click opens the page on which one moves, with sliders.",
+        "[The field's words](words.md) lead from subjects to examples, studies and exercises; [what the sources ask](sources.md) lists answers.",
+        "",
+    ]
+    for name, examples in groups.items():
+        lines += [f"## {name}", "", '<div class="cards">']
+        lines += [card(example, live) for example in examples]
+        lines += ["</div>", ""]
+    return "\n".join(lines)
+
+
+def card(example: str, live: Mapping[str, Path]) -> str:
+    """Return an example of the gallery: its picture, its name and what it says of itself."""
+    name = example.replace("/", "_")
+    page = live.get(name)
+    picture = ""
+    if page is not None and page.suffix == ".png":
+        picture = f'<img src="live/{name}.png" alt="" loading="lazy">'
+    elif page is not None and len(thumbnails(page)) == 2:
+        picture = (
+            f'<picture><source media="(prefers-reduced-motion: reduce)" srcset="live/{name}.png">'
+            f'<img src="live/{name}.webp" alt="" width="240" height="180" loading="lazy"></picture>'
+        )
+    title = example.rpartition("/")[2].replace("_", " ")
+    said = html.escape(figures.description(example).replace("\\|", "|"))
+    return f'<a class="card" href="gallery/{name}.html">{picture}<b>{title}</b><span>{said}</span></a>'
+
+
+def frame(name: str, folder: str) -> str:
+    return f'<iframe class="live" src="{folder}/{name}.html" title="{name}, moving" loading="lazy"></iframe>'
+
+
 def example_page(path: Path, live: Mapping[str, Path]) -> str:
     """Return the page of an example: what it is, how it moves, its text, where its answer is tested."""
     name, text = example_name(path.relative_to(ROOT)), path.read_text(encoding="utf-8")
@@ -162,7 +228,7 @@ def example_page(path: Path, live: Mapping[str, Path]) -> str:
         lines += [f"![{name}](../live/{name}.png)", ""]
     elif name in live:
         lines += [
-            f'<iframe class="live" src="../live/{name}.html" title="{name}, moving" loading="lazy"></iframe>',
+            frame(name, "../live"),
             "",
             f"[On a page of its own](../live/{name}.html)",
             "",
@@ -212,6 +278,9 @@ def _made(example: Path, page: Path) -> tuple[Path | None, str]:
         run(["run", str(example), "-q", "--plot", str(picture)])
         return (picture if picture.exists() else None), "it has no picture"
     try:
+        solution = model.simulate()
+        assert isinstance(solution, mechc.Solution)
+        write_thumbnail(solution, page.with_suffix(".webp"))
         return write_page(model, page), ""
     except (mechc.UsageMistake, mechc.SimulationError) as error:
         return None, str(error)

@@ -9,6 +9,11 @@ from mkdocs.utils import get_relative_url
 
 ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
 """Where the theme takes it from."""
+SEARCH = (
+    'data-md-component="search" role="dialog"',
+    'data-md-component="search" role="dialog" aria-label="Search"',
+)
+"""What the theme does not name, and its name."""
 
 
 def on_config(config: Any) -> Any:
@@ -27,10 +32,10 @@ def _named(page: str, folder: Path, stated: list[str]) -> list[str]:
 
 
 def on_post_page(output: str, *, page: Any, config: Any) -> str:
-    """Return a page with the site's own script instead of that of a server."""
-    return output.replace(ELSEWHERE, get_relative_url("worker.js", page.url))
+    """Return a page with the site's own script instead of that of a server, and a name of its search for who hears the page."""
+    return output.replace(ELSEWHERE, get_relative_url("worker.js", page.url)).replace(*SEARCH)
 
 
 def on_post_template(output_content: str, *, template_name: str, config: Any) -> str:
     """Return a page without a text of its own, such as that of what is not found, in the same way."""
-    return output_content.replace(ELSEWHERE, "worker.js")
+    return output_content.replace(ELSEWHERE, "worker.js").replace(*SEARCH)

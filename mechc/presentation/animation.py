@@ -53,7 +53,7 @@ def animate(solution: Solution, path: str | Path) -> int:
         )
     rate = 25 if path.suffix == ".gif" else FRAMES_PER_SECOND  # gif counts hundredths of a second
     times = frame_times(solution, rate)
-    frames = _frames(solution, times)
+    frames = frames_of(Painter(solution, times))
     if path.suffix == ".mp4":
         _write_mp4(path, frames, rate)
         return len(times)
@@ -83,12 +83,11 @@ def snapshot(solution: Solution, path: str | Path, times: Sequence[float]) -> No
     painter.figure.savefig(path, dpi=1.5 * DOTS)
 
 
-def _frames(solution: Solution, times: Array) -> Iterator[Any]:
+def frames_of(painter: Painter) -> Iterator[Any]:
     """Yield each frame as a picture of Pillow: scales and grid, which stand still, are drawn once."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    painter = Painter(solution, times)
     axes, canvas = painter.axes, FigureCanvasAgg(painter.figure)
     painter.prepare()
     canvas.draw()
@@ -96,10 +95,11 @@ def _frames(solution: Solution, times: Array) -> Iterator[Any]:
     axes.set_axis_off()
     axes.patch.set_visible(False)
     still = set(axes.get_children())
-    for k in range(len(times)):
+    for k, time in enumerate(painter.times):
         canvas.restore_region(ground)
         painter.paint(k, clear=False)
-        painter.tell(f"{times[k]:.3g}")
+        if not painter.bare:
+            painter.tell(f"{time:.3g}")
         axes.draw(canvas.get_renderer())
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
         for artist in set(axes.get_children()) - still:

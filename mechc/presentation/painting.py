@@ -34,8 +34,8 @@ SMALL = 0.012
 class Painter:
     """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another.
 
-    ``axes``: where to paint, if not on a figure of its own; ``also``: points [n, 3] for which there is to be room;
-    ``small``: radius of what has no size of its own, over the whole picture.
+    ``axes``: where to paint, if not on a figure of its own, which has ``inches`` and, unless it is ``bare``, scales; ``also``:
+    points [n, 3] for which there is to be room; ``small``: radius of what has no size of its own, over the whole picture.
     """
 
     def __init__(
@@ -45,6 +45,8 @@ class Painter:
         axes: Any = None,
         also: Sequence[Array] = (),
         small: float = SMALL,
+        inches: tuple[float, float] = (6.4, 4.8),
+        bare: bool = False,
     ) -> None:
         staged = solution.staged()
         if staged is None:
@@ -75,16 +77,17 @@ class Painter:
             or (INKS[1] if s.kind == "trail" else INKS[(names.index(s.name) + 6 * s.relative) % len(INKS)])
             for s in scene.shapes
         ]
-        self.whole = axes is None
-        self.axes: Any = self._own_axes() if axes is None else axes
+        self.whole, self.bare = axes is None, bare
+        self.axes: Any = self._own_axes(inches) if axes is None else axes
 
-    def _own_axes(self) -> Any:
+    def _own_axes(self, inches: tuple[float, float]) -> Any:
         from matplotlib.figure import Figure
 
-        self.figure = Figure(figsize=(6.4, 4.8), dpi=100)
+        self.figure = Figure(figsize=inches, dpi=100)
+        whole = (0.0, 0.0, 1.0, 1.0)
         if not self.flat:
-            return self.figure.add_axes((0.04, 0.04, 0.9, 0.94), projection="3d")
-        axes = self.figure.add_axes((0.09, 0.1, 0.89, 0.84))
+            return self.figure.add_axes(whole if self.bare else (0.04, 0.04, 0.9, 0.94), projection="3d")
+        axes = self.figure.add_axes(whole if self.bare else (0.09, 0.1, 0.89, 0.84))
         wide, high = axes.get_window_extent().size
         spans = np.maximum(self.high - self.low, 1e-12 * self.size)[:2]
         room = np.maximum(spans, spans[::-1] * (wide / high, high / wide)) - spans  # what fills the figure
@@ -172,7 +175,7 @@ class Painter:
             for axis in "xy" if self.flat else "xyz":
                 getattr(axes, f"set_{axis}label")(axis_label(axis, unit), fontsize=9)
             axes.tick_params(labelsize=8)
-        if any(shape.kind in GAUGES for shape in self.scene.shapes):
+        if self.bare or any(shape.kind in GAUGES for shape in self.scene.shapes):
             axes.set_axis_off()
         if self.flat:
             axes.set_aspect("equal", adjustable="box")

@@ -11,9 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browsers import needs_browser, running_browser, waited
 from firefox import needs_firefox, running_firefox
+from PIL import Image
 from pygments.lexers import get_lexer_by_name
 from pygments.token import Keyword, Name, Token
 
@@ -30,9 +32,11 @@ from mechc.web.run_facts import facts_of
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
 
+import figures  # noqa: E402
 from website import build  # noqa: E402
 from website.links import moved  # noqa: E402
 from website.shared import taken_apart, write_live  # noqa: E402
+from website.thumbnails import FRAMES, write_thumbnail  # noqa: E402
 
 PAGES = [p for p in build.places().values() if p.endswith(".md")]
 EXAMPLES = sorted((ROOT / "examples").rglob("*.mech"))
@@ -69,6 +73,30 @@ def test_parts_have_their_diagrams(written: Path) -> None:
     library = (written / "library.md").read_text(encoding="utf-8")
     assert re.findall(r"!\[[^]]*\]\((.+)\)", library) == ["diagrams/planar.Revolute.svg"]
     assert (written / "diagrams" / "planar.Revolute.svg").read_text(encoding="utf-8") == "<svg/>"
+
+
+def test_the_gallery_shows_all_examples_by_subject(tmp_path: Path) -> None:
+    """Each once, most under a subject; with a picture that moves unless the reader wants none that does."""
+    page = tmp_path / "cone-1.html"
+    for ending in (".html", ".webp", ".png"):
+        page.with_suffix(ending).write_bytes(b"")
+    text = build.gallery({"cone": page})
+    shown = re.findall(r'href="gallery/(\w+)\.html"', text)
+    assert sorted(shown) == sorted(row.example.replace("/", "_") for row in figures.ROWS)
+    further = text.partition(f"## {figures.FURTHER}\n")[2]
+    assert text.count("\n## ") > 10 and further.count('class="card"') < len(figures.ROWS) / 10
+    assert '(prefers-reduced-motion: reduce)" srcset="live/cone.png"><img src="live/cone.webp"' in text
+    assert build.thumbnails(page.with_suffix(".png")) == [], "of a curve, whose picture is all there is"
+
+
+def test_a_thumbnail_moves(tmp_path: Path) -> None:
+    model = mechc.load(ROOT / "examples" / "lagrange_top.mech", keep={"scene"})
+    solution = model.simulate()
+    assert isinstance(solution, mechc.Solution)
+    write_thumbnail(solution, tmp_path / "top.webp")
+    with Image.open(tmp_path / "top.webp") as moving, Image.open(tmp_path / "top.png") as still:
+        assert moving.n_frames == FRAMES and moving.size == still.size == (240, 180)  # type: ignore[attr-defined]
+        assert np.asarray(still.convert("L")).min() < 150, "it shows something"
 
 
 def test_every_message_and_every_example_has_its_page(written: Path) -> None:

@@ -13,7 +13,7 @@ from PIL import Image
 
 import mechc
 from mechc.cli.main import run
-from mechc.presentation.animation import _frames, animate, frame_times, snapshot
+from mechc.presentation.animation import animate, frame_times, frames_of, snapshot
 from mechc.presentation.painting import Painter
 from mechc.requests.parse_values import UsageMistake
 
@@ -68,7 +68,7 @@ def test_what_stands_still_is_drawn_once() -> None:
     for text in (BALL, turned):
         found = solution(text)
         times = np.array([0.0, 0.4, 0.9])
-        frames = [np.asarray(frame, dtype=int) for frame in _frames(found, times)]
+        frames = [np.asarray(frame, dtype=int) for frame in frames_of(Painter(found, times))]
         for k, frame in enumerate(frames):
             painter = Painter(found, times)
             painter.paint(k)
