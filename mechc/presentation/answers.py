@@ -212,6 +212,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         "dashed": {"linestyle": "--"},
         "dotted": {"linestyle": ":"},
         "points": {"linestyle": "", "marker": "o", "markersize": 4},
+        "spots": {"linestyle": "", "marker": ".", "markersize": 3, "markeredgewidth": 0},
         "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0, "rasterized": True},
     }
     if panel.landscape is not None:

@@ -183,6 +183,10 @@ def equal_box(axes: Any) -> None:
     axes.set_box_aspect(spans, zoom=ZOOM)
 
 
+DOT = 6
+"""Least size of a dot in a legend: those of clouds are too small to tell their colours."""
+
+
 def legend(axes: Any) -> None:
     """Put the legend beside the title where it fits, else between the title and the curves; of too many curves there is none."""
     labels = axes.get_legend_handles_labels()[1]
@@ -191,7 +195,7 @@ def legend(axes: Any) -> None:
     if rows > MOST_ROWS:
         axes.set_title(f"{axes.get_title(loc='left')} ({len(labels)} curves)")
         return
-    axes.legend(
+    found = axes.legend(
         loc="lower right" if beside else "lower left",
         bbox_to_anchor=(1.01 if beside else -0.01, 1.0),
         ncols=len(labels) if beside else math.ceil(len(labels) / rows),
@@ -201,6 +205,8 @@ def legend(axes: Any) -> None:
         columnspacing=1.0,
         labelspacing=0.3,
     )
+    for line in found.get_lines():
+        line.set_markersize(max(line.get_markersize(), DOT))
     if not beside:
         axes.set_title(axes.get_title(loc="left"), pad=6 + 12 * rows)
 

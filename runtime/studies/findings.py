@@ -38,7 +38,7 @@ def known_digits(value: float, error: float, unit: str) -> str:
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, dotted, points, dots (of many), or cells (of a grid of places);
+    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, dotted, points, spots (smaller), dots (of many), or cells (of a grid of places);
     curves of one ``colour`` number look alike. A line is broken where there is no number."""
 
     name: str

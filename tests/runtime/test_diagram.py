@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.presentation.answers import figure
 from mechc.runtime.outcome import SimulationError
 
 LINEAR = """\
@@ -126,6 +127,19 @@ def test_up_and_down_differ_between_the_folds() -> None:
         real = sorted(roots[np.abs(roots.imag) < 1e-9].real)
         wanted = real[0] if row["way"] == "up" else real[-1]
         assert np.allclose(row["points"], wanted, atol=1e-6)
+
+
+def test_motions_that_repeat_themselves_are_dots_that_can_be_seen() -> None:
+    """One for each point of a period, larger than those of clouds; the way has its colour in the legend."""
+    found = mechc.loads(LINEAR).diagram(over="w = 1 .. 3, 5", every="2*pi/w", order="both")
+    drawn = figure(found)
+    (axes,) = drawn.axes
+    spots = [line for line in axes.lines if len(line.get_xdata())]
+    assert [len(line.get_xdata()) for line in spots] == [5, 5]
+    assert min(line.get_markersize() for line in spots) >= 3
+    assert axes.get_title(loc="left") == "once in every 2*pi/w"
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["up", "down"]
+    assert all(handle.get_markersize() >= 6 for handle in axes.get_legend().get_lines())
 
 
 def test_from_the_start_every_value_begins_anew() -> None:

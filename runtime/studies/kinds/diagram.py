@@ -232,10 +232,12 @@ def _findings(
     if len(ORDERS[study.order]) > 1:
         arrays["way"] = way_of
     count = len(arrays["time"])
+    ways = ORDERS[study.order]
     curves = tuple(
-        Curve(way if len(ORDERS[study.order]) > 1 else "", arrays[over.name][way_of == way], arrays[seen.text][way_of == way], "dots", k)
-        for k, way in enumerate(ORDERS[study.order])
-    )  # fmt: skip
+        curve
+        for k, way in enumerate(ways)
+        for curve in _dots([row for row in rows if row.way == way], way if len(ways) > 1 else "", k)
+    )
     changes = _changes(rows)
     head = (("way", ""), ("from", over.unit), ("to", over.unit), ("period before", ""), ("after", ""))
     table = Table(f"changes of the period, counted in points, over {over.name}", head, tuple(changes))
@@ -288,6 +290,20 @@ def _findings(
     )
 
 
+def _dots(rows: Sequence[DiagramRow], name: str, colour: int) -> list[Curve]:
+    """Draw what repeats itself as one visible dot for each of its points, all else as a cloud."""
+    found = []
+    for style, chosen, label in (
+        ("dots", [(r.value, r.seen) for r in rows if not r.period], ""),
+        ("spots", [(r.value, r.seen[-r.period :]) for r in rows if r.period], name),
+    ):
+        x = np.concatenate([np.empty(0), *(np.full(seen.size, value) for value, seen in chosen)])
+        found.append(
+            Curve(label, x, np.concatenate([np.empty(0), *(seen for _, seen in chosen)]), style, colour)
+        )
+    return found
+
+
 def _changes(rows: Sequence[DiagramRow]) -> list[tuple[str, float, float, str, str]]:
     """Return between which neighbouring values of one way the period changes."""
 
@@ -303,7 +319,7 @@ def _changes(rows: Sequence[DiagramRow]) -> list[tuple[str, float, float, str, s
 
 def _title(study: Diagram) -> str:
     if study.every is not None:
-        return "once in every interval"
+        return f"once in every {study.every.text if isinstance(study.every, Formula) else f'{study.every:g}'}"
     if study.where is not None:
         return f"where {study.where.text}"
     return study.at or "maxima"
