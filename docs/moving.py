@@ -8,7 +8,7 @@ from pathlib import Path
 from PIL import Image, ImageSequence
 
 import mechc
-from mechc.presentation.animation import animate
+from mechc.presentation.animation import animate, in_few_colours
 
 HERE = Path(__file__).resolve().parent
 PICTURE = HERE / "gallery" / "moving_double_pendulum.gif"
@@ -17,7 +17,6 @@ SHARE = 2 / 3
 """Of the size of a moving picture of mechc: a page shows it small, and it is kept."""
 EVERY = 2
 """Of the frames one in so many."""
-COLOURS = 24
 
 
 def main() -> None:
@@ -30,8 +29,7 @@ def main() -> None:
             frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(file)][::EVERY]
     size = tuple(round(SHARE * n) for n in frames[0].size)
     small = [frame.resize(size, Image.Resampling.LANCZOS) for frame in frames]
-    palette = small[0].quantize(COLOURS)
-    first, *others = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in small)
+    first, *others = in_few_colours(small)
     first.save(PICTURE, save_all=True, append_images=others, duration=duration, loop=0, optimize=True)
 
 

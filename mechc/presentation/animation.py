@@ -59,7 +59,7 @@ def animate(solution: Solution, path: str | Path) -> int:
         return len(times)
     images = list(frames)
     if path.suffix == ".gif":
-        images = _in_few_colours(images)
+        images = in_few_colours(images)
     options: dict[str, Any] = {"lossless": False, "quality": 80} if path.suffix == ".webp" else {}
     images[0].save(
         path, save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, **options
@@ -106,7 +106,7 @@ def frames_of(painter: Painter) -> Iterator[Any]:
             artist.remove()
 
 
-def _in_few_colours(images: Sequence[Any]) -> list[Any]:
+def in_few_colours(images: Sequence[Any]) -> list[Any]:
     """Return pictures of the same 64 colours, which are chosen from some of them."""
     from PIL import Image
 
