@@ -449,7 +449,7 @@ SUBJECTS = (
     Subject(
         "Fields, charges and relativity",
         (FAST, "test_fields.py"),
-        r"field|potential|charge|magnet|relativ|curl|vortex",
+        r"field|potential|charge|magnet|relativi|curl|vortex",
     ),
     Subject("Moving frames", (FRAMES,), r"Coriolis|turning frame|turns with"),
     Subject("Drag, throws and falls", (DRAG,), r"drag|thrown|shell|fall|slope"),

@@ -88,7 +88,8 @@ def frames_of(painter: Painter) -> Iterator[Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
-    axes, canvas = painter.axes, FigureCanvasAgg(painter.figure)
+    axes: Any = painter.axes
+    canvas: Any = FigureCanvasAgg(painter.figure)
     painter.prepare()
     canvas.draw()
     ground = canvas.copy_from_bbox(painter.figure.bbox)

@@ -344,7 +344,9 @@ class Painter:
         if self.flat:
             from matplotlib.patches import Circle
 
-            self.axes.add_artist(Circle(centre[:2], radius, color=ink, alpha=opacity))
+            self.axes.add_artist(
+                Circle((float(centre[0]), float(centre[1])), radius, color=ink, alpha=opacity)
+            )
             return
         up = np.linspace(0, np.pi, 6 * fine + 1)[:, None]
         unit = np.stack(
