@@ -30,7 +30,7 @@ from .names.classes import Class, Classes
 from .names.files import search_path
 from .names.instance import Instance, VariableMember, let_go
 from .names.namespace import Namespace, SourceLibrary
-from .names.scope import Flattening, Poisoned, Scope
+from .names.scope import Flattening, Poisoned, Scope, skip
 from .names.space import look_ahead
 from .statements.contacts_of_shapes import make
 from .statements.drawings import drawings
@@ -263,7 +263,7 @@ def _variables(record: StatementRecord) -> tuple[model.Variable, ...]:
         try:
             result.append(variable(member, member.value, record))
         except Poisoned:
-            continue
+            skip(member.scope.flattening.reporter)
     return tuple(result)
 
 

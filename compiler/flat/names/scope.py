@@ -30,6 +30,11 @@ class Poisoned(Exception):
     """What is being elaborated is wrong, and that has been reported."""
 
 
+def skip(reporter: Reporter) -> None:
+    """Go on without what is poisoned. Nothing is left out of a model without a word."""
+    assert reporter.has_errors, "a part of the model was skipped, and no error was reported"
+
+
 def _decimal_commas(*places: Span) -> str:
     """Ask about three numbers of which two may be one, written with a decimal comma: ``{0, -9,81}``."""
     for place in places:

@@ -24,7 +24,7 @@ from ..names.instance import (
     PlaceMember,
     VariableMember,
 )
-from ..names.scope import Poisoned, Scope
+from ..names.scope import Poisoned, Scope, skip
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
 from .contact_families import families_of_shapes, family_of_loops
@@ -51,7 +51,7 @@ def run(instance: Instance, record: StatementRecord) -> None:
         try:
             _statement(item, item.scope, record, parts)
         except Poisoned:
-            continue
+            skip(instance.flattening.reporter)
     _joints(parts, record)
     record.draws[drawn:] = audible(record.draws[drawn:], instance)
     if is_quiet(instance):
