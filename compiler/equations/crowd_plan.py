@@ -58,8 +58,9 @@ class CrowdLine(Struct, frozen=True):
 
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
-    are closed, and behind these ``told`` forces of each, where steps find them. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given after the
-    accelerations, as (contact, 0: its force, 1 and 2: those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them."""
+    are closed, and behind these ``told`` numbers about their forces, where steps find them (model.h). ``groups``: of each velocity,
+    the group within which forces act. ``asked``: what outputs are given after the accelerations, as (contact, 0: its force, 1 and 2:
+    those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them."""
 
     kinds: tuple[CrowdKind, ...]
     lines: tuple[CrowdLine, ...]
@@ -79,8 +80,8 @@ class CrowdPlan(Struct, frozen=True):
 
     @property
     def places(self) -> range:
-        """The places in z of what is closed, and of forces."""
-        return range(self.first, self.first + (1 + self.told) * self.capacity)
+        """The places in z of what is closed, and of what is told."""
+        return range(self.first, self.first + self.capacity + self.told)
 
     def results(self, nv: int) -> dict[str, int]:
         """Return how many results each function has."""

@@ -238,7 +238,7 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
         case Status.NO_MODE if hybrid.n_rows > MOST_ROWS and report.failed_index < 0:
             message = (
                 f"more than {MOST_ROWS} rows of contacts and friction, of {hybrid.n_rows}, touch or may touch at once "
-                f"at {at}, or more contacts press than two for each velocity: a run decides over no more; replace some by potentials"
+                f"at {at}, or more contacts press than two for each velocity: events decide over no more; {BY_STEPS}"
             )
             return _Told("modes", message)
         case Status.NO_MODE if row is not None and not math.isfinite(size):

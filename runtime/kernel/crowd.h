@@ -143,7 +143,7 @@ static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *c
     free(own);
 }
 
-/* How many contacts z lists, and whether it tells their forces. */
+/* How many contacts z lists. */
 static inline int mech_crowd_listed(const mech_crowd *c, const mech_real *z)
 {
     int n = 0;
@@ -151,25 +151,11 @@ static inline int mech_crowd_listed(const mech_crowd *c, const mech_real *z)
     return n;
 }
 
-static inline int mech_crowd_told(const mech_crowd *c, const mech_real *z) { return c->n_told && (int)z[c->first] % 8 == MECH_CROWD_TOLD; }
-
-/* The forces of n contacts that z tells, as mech_crowd_solve writes them. */
-static inline void mech_crowd_take(const mech_crowd_at *at, int n, const int *contacts, const mech_real *values, int width,
-                                   mech_real *a, mech_real *force)
+/* What a step has told of the forces: their accelerations [nv], then what is asked; NULL where none has. */
+static inline const mech_real *mech_crowd_told(const mech_crowd *c, const mech_real *z)
 {
-    const mech_model *m = at->m;
-    const mech_crowd *c = m->hybrid->crowd;
-    const mech_real *told = at->z + c->first + c->capacity;
-    mech_real *jump = (mech_real *)malloc((size_t)m->nv * sizeof(mech_real));
-    memset(at->g + m->nu, 0, (size_t)m->nv * sizeof(mech_real));
-    for (int k = 0; k < n; k++, told += c->n_told)
-        for (int i = 0; i <= mech_crowd_kind_of(c, contacts[k])->friction; i++) {
-            mech_crowd_add(c, contacts[k], i, values + k * width, told[i], at->g + m->nu);
-            force[MECH_CROWD_FORCES * k + i] = told[i];
-        }
-    if (jump) c->push(at->t, at->y, at->g, at->z, at->p, jump);
-    for (int i = 0; i < m->nv; i++) a[i] += jump ? jump[i] : (mech_real)NAN;
-    free(jump);
+    const mech_real *told = z + c->first + c->capacity;
+    return c->n_told && *told > MECH_C(0.5) ? told + 1 : NULL;
 }
 
 /* What a state needs of its closed contacts. */
@@ -184,7 +170,7 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
                                   const mech_real *z, const mech_real *p, mech_real *a, mech_crowd_closed *found)
 {
     const mech_crowd *c = m->hybrid->crowd;
-    const int n = mech_crowd_listed(c, z), told = n && mech_crowd_told(c, z);
+    const int n = mech_crowd_listed(c, z);
     if (!n) return 0;
     found->n = n;
     found->width = c->n_values;
@@ -207,10 +193,7 @@ static inline int mech_crowd_find(const mech_model *m, mech_real t, const mech_r
         found->modes[k] = code % 8;
         mech_crowd_values(&at, found->contacts[k], found->values + k * found->width);
     }
-    if (told)
-        mech_crowd_take(&at, n, found->contacts, found->values, found->width, a, found->force);
-    else
-        mech_crowd_solve(&at, n, found->contacts, found->modes, found->values, found->width, a, found->force);
+    mech_crowd_solve(&at, n, found->contacts, found->modes, found->values, found->width, a, found->force);
     return 1;
 }
 
@@ -257,12 +240,15 @@ static inline void mech_crowd_outputs(const mech_model *m, mech_real t, const me
     }
     mech_real *g = rates + ny;
     c->rhs(t, y, u, z, p, rates);
-    const int closed = mech_crowd_find(m, t, y, u, z, p, rates + m->nq, &found);
+    const mech_real *told = mech_crowd_told(c, z);
+    const int closed = !told && mech_crowd_find(m, t, y, u, z, p, rates + m->nq, &found);
+    for (int i = 0; told && i < m->nv; i++) rates[m->nq + i] += told[i];
     for (int i = 0; i < m->nu; i++) g[i] = u[i];
     memcpy(g + m->nu, rates + m->nq, (size_t)m->nv * sizeof(mech_real));
     int *place = c->n_asked && closed ? (int *)calloc((size_t)c->n, sizeof(int)) : NULL; /* 1 + that in the list */
     for (int k = 0; place && k < found.n; k++) place[found.contacts[k]] = k + 1;
-    for (int i = 0; i < c->n_asked; i++) {
+    if (told) memcpy(g + m->nu + m->nv, told + m->nv, (size_t)c->n_asked * sizeof(mech_real));
+    for (int i = 0; !told && i < c->n_asked; i++) {
         const int k = place ? place[c->asked[2 * i]] - 1 : -1, what = c->asked[2 * i + 1];
         g[m->nu + m->nv + i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 3 ? 1 : found.force[MECH_CROWD_FORCES * k + what];
     }

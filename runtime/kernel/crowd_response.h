@@ -7,9 +7,8 @@
 
 #include "real.h"
 
-/* How a contact stands, as z lists it; a friction that slides, along or against its slip. Steps that solve for contacts tell
- * forces (model.h) in place of a mode. */
-enum { MECH_CROWD_OPEN, MECH_CROWD_CLOSED, MECH_CROWD_STICKS, MECH_CROWD_FORWARD, MECH_CROWD_BACKWARD, MECH_CROWD_TOLD };
+/* How a contact stands, as z lists it; a friction that slides, along or against its slip. */
+enum { MECH_CROWD_OPEN, MECH_CROWD_CLOSED, MECH_CROWD_STICKS, MECH_CROWD_FORWARD, MECH_CROWD_BACKWARD };
 
 enum { MECH_CROWD_FORCES = 3 }; /* of a contact: along its gap and its slips */
 

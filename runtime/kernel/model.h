@@ -124,8 +124,8 @@ typedef struct mech_crowd_line {
 
 /* Contacts that are too many for formulas of their forces (crowd.h): z[first ...] lists those that are closed, each by
  * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. Where steps solve for
- * contacts, `n_told` numbers for each of the `capacity` places stand behind: the forces of its contact along gap and slip; outputs
- * take these, and rhs is that without the crowd. */
+ * contacts, `n_told` numbers stand behind the `capacity` places: 1 once a step has found forces, what these add to the
+ * accelerations [nv], and what is asked [n_asked]; outputs take these, and rhs is that without the crowd. */
 typedef struct mech_crowd {
     int n, n_lines, first, capacity, n_asked, n_told;
     int nq;                    /* of the velocities, the first in y                              */

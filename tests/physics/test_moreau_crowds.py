@@ -119,6 +119,32 @@ def test_slabs_slide_straight_and_stop_where_they_must() -> None:
     assert solution["push"][-1] == pytest.approx(9.81, rel=1e-9)
 
 
+PLANK = """
+structural parameter Integer n = 80;
+coordinate Length z = 0 m;
+coordinate Angle a = 0 rad;
+kinetic 1/2*1 kg*der(z)^2 + 1/2*0.1 kg.m^2*der(a)^2;
+potential 1 kg*9.81 m/s^2*z;
+force 1 N.m*sin(50 rad/s*time) on a;
+for i in 1:n loop
+  contact foot[i]: z + (i - 40.5)*1 cm*sin(a);
+end for;
+output load = sum(multiplier(foot[i]) for i in 1:n);
+output turn = sum((i - 40.5)*1 cm*multiplier(foot[i]) for i in 1:n);
+output pull = der(der(z));
+experiment(stop = 0.1 s, method = "moreau", step = 1 ms, tolerance = 1e-9);
+"""
+
+
+def test_many_more_feet_carry_than_there_are_velocities() -> None:
+    """Forces and moments of all feet are those of the weight and of what turns it, in the middle of the step before."""
+    solution = mechc.loads(PLANK).simulate(**ALONE)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    assert solution["load"][-1] == pytest.approx(9.81, abs=1e-5)
+    assert solution["turn"][-1] == pytest.approx(-math.sin(50 * (0.1 - 1.5e-3)), abs=1e-5)
+    assert solution["pull"][-1] == pytest.approx(0, abs=1e-5)
+
+
 def heap(n: int, dimensions: int) -> str:
     """Balls that fall onto each other between walls, as formulas."""
     axes = "xyz"[:dimensions]

@@ -188,10 +188,10 @@ class _Former:
         formed = tuple(kind for kind, _ in kinds.values())
         push = self.push()
         asked, read = self.read_by(outputs, lines.numbers)
-        capacity = min(lines.count, 2 * len(self.velocities))
-        told = 1 + max(kind.friction for kind in formed) if self.told else 0
+        capacity = 0 if self.stepped else min(lines.count, 2 * len(self.velocities))
+        told = 1 + len(self.velocities) + len(asked) if self.told else 0
         places = [self.graph.symbol(f"#closed {k + 1}") for k in range(capacity)]
-        places += [self.graph.symbol(f"#force {k + 1}") for k in range(told * capacity)]
+        places += [self.graph.symbol(f"#told {k + 1}") for k in range(told)]
         given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
         slots = {n: Slot("g", k) for k, n in enumerate(self.given)}
         plan = CrowdPlan(

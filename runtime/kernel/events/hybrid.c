@@ -289,7 +289,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
     if (!status && s->method->impulses && s->model->hybrid->crowd) {
-        if (!s->method->tell(s, e->z)) status = mech_fail(s, MECH_NO_MODE, -1);
+        s->method->tell(s, e->z);
     } else if (!status && s->method->impulses) {
         const mech_real *rates, *impulses = s->method->impulses(s, &rates);
         mech_contact_modes_tell(s, impulses, rates);

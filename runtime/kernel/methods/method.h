@@ -29,8 +29,8 @@ typedef struct mech_method {
     /* A step solves for contacts, friction and what is engaged: they are no events. The impulses [n_rows] of the last one, and
        the rates [n_rows] that they left. NULL: events are found. */
     const mech_real *(*impulses)(const mech_solver *s, const mech_real **rates);
-    /* The same where contacts are a crowd: writes those that press, and their forces, to z; 0 where z lacks places for them. */
-    int (*tell)(const mech_solver *s, mech_real *z);
+    /* The same where contacts are a crowd: writes to z what their forces do, and those that are asked. */
+    void (*tell)(const mech_solver *s, mech_real *z);
     int keeps_constraints; /* the new state needs no projection                              */
 
     /* Where steps have become too small: names what of the method is to blame, or MECH_RUNNING. NULL: nothing can be. */

@@ -65,11 +65,11 @@ static const mech_real *impulses(const mech_solver *s, const mech_real **rates)
     return mech_extra(s);
 }
 
-static int tell(const mech_solver *s, mech_real *z)
+static void tell(const mech_solver *s, mech_real *z)
 {
     room o;
     arrange(s->model, mech_extra(s), &o);
-    return mech_moreau_crowd_tell(&o.crowd, s->model, z);
+    mech_moreau_crowd_tell(&o.crowd, s->model, z);
 }
 
 static void begin(mech_solver *s, int fresh)

@@ -12,13 +12,13 @@ enum { MOST_SWEEPS = 1000, LONGER = 2, FIRST = 64 };
  * bodies one that nothing drives is moved by what is left of others. */
 static const mech_real DRIVEN = 2, UNSOLVED = 10;
 
-size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + (size_t)model->nv + 2; }
+size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + 2 * (size_t)model->nv + 2; }
 
 void mech_moreau_crowd_attach(mech_moreau_crowd *o, const mech_model *model, mech_real *memory)
 {
     const size_t n = (size_t)model->hybrid->crowd->n;
     *o = (mech_moreau_crowd){.impulse = memory, .wake = memory + 3 * n, .moved = memory + 4 * n, .step = memory + 4 * n + 1,
-                             .moves = memory + 4 * n + 2};
+                             .moves = memory + 4 * n + 2, .pull = memory + 4 * n + 2 + model->nv};
 }
 
 void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model, int fresh)
@@ -313,6 +313,7 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_rea
     *found = (mech_moreau_found){.residual = problem.residual, .sweeps = problem.sweeps, .solved = done == 2};
     *o->moved += h * speed;
     *o->step = h;
+    for (int i = 0; done && i < m->nv; i++) o->pull[i] = (v[i] - free_[i]) / h;
     for (int k = 0; done && k < list.n; k++) found->overlap = mech_max(found->overlap, -list.values[(size_t)k * (size_t)c->n_values]);
     memset(o->impulse, 0, 3 * (size_t)c->n * sizeof(mech_real));
     for (int k = 0; done && k < problem.n; k++) {
@@ -335,20 +336,16 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_rea
     return done > 0;
 }
 
-int mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z)
+void mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z)
 {
+    enum { CLOSED = 3 };
     const mech_crowd *c = model->hybrid->crowd;
-    mech_real *list = z + c->first, *told = list + c->capacity;
-    int n = 0;
-    const int places = c->capacity;
-    for (int i = 0; i < c->n; i++) {
-        const mech_real *impulse = o->impulse + 3 * i;
-        if (!(impulse[0] > 0)) continue;
-        if (n == places) return 0;
-        list[n] = 8 * (mech_real)(i + 1) + MECH_CROWD_TOLD;
-        for (int k = 0; k < c->n_told; k++) told[n * c->n_told + k] = impulse[k] / *o->step;
-        n++;
+    mech_real *told = z + c->first + c->capacity, *asked = told + 1 + model->nv;
+    *told = 1;
+    memcpy(told + 1, o->pull, (size_t)model->nv * sizeof(mech_real));
+    for (int i = 0; i < c->n_asked; i++) {
+        const mech_real *impulse = o->impulse + 3 * c->asked[2 * i];
+        const int what = c->asked[2 * i + 1];
+        asked[i] = what == CLOSED ? impulse[0] > 0 : impulse[what] / *o->step;
     }
-    for (int k = n; k < places && list[k] > 0; k++) list[k] = 0;
-    return 1;
 }

@@ -10,6 +10,7 @@ typedef struct mech_moreau_crowd {
     mech_real *impulse; /* [contacts][3] of the last step, along gap and slip                     */
     mech_real *wake;    /* [contacts] how far coordinates have to move before one is looked at    */
     mech_real *moves;   /* [nv] 1: moves a gap                                                    */
+    mech_real *pull;    /* [nv] mean acceleration by the impulses of the last step                */
     mech_real *moved;   /* how far they have                                                      */
     mech_real *step;    /* size of the last step                                                  */
 } mech_moreau_crowd;
@@ -32,7 +33,7 @@ typedef struct mech_moreau_found {
 int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_real h, mech_real *y, const mech_real *v0,
                             const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found);
 
-/* Writes the contacts that press and their forces to z. 0 where they are more than it has places for. */
-int mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z);
+/* Writes the mean forces of the last step to z: what they do, and those that are asked. */
+void mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z);
 
 #endif
