@@ -145,6 +145,67 @@ def test_many_more_feet_carry_than_there_are_velocities() -> None:
     assert solution["pull"][-1] == pytest.approx(0, abs=1e-5)
 
 
+TABLE = """
+structural parameter Integer n = 40;
+coordinate Length x[n] = {0 m for i in 1:n};
+coordinate Length y[n] = {0 m for i in 1:n};
+for i in 1:n loop
+  initial der(x[i]) = 2.5 m/s + 5 cm/s*i;
+  kinetic 1/2*1 kg*(der(x[i])^2 + der(y[i])^2);
+  potential 1 kg*9.81 m/s^2*y[i];
+  contact top[i]: max(y[i], x[i] - 1 m) friction 0.2 along der(x[i]);
+end for;
+experiment(stop = 0.8 s, method = "moreau", step = 1 ms, tolerance = 1e-10);
+"""
+
+
+def test_a_table_ends_for_many() -> None:
+    """Each slides, brakes and falls from the edge, whose gap is a largest one: 40 contacts and their friction. It falls within a
+    step of the edge, so that heights are off by at most that step's fall."""
+    solution = mechc.loads(TABLE).simulate(**ALONE)
+    h, brake = 1e-3, 0.2 * 9.81
+    for i in range(1, 41):
+        speed = 2.5 + 0.05 * i
+        edge = (speed - math.sqrt(speed**2 - 2 * brake)) / brake
+        left, fall = speed - brake * edge, 0.8 - edge
+        assert solution[f"x[{i}]"][-1] == pytest.approx(1 + left * fall, abs=brake * h * fall)
+        assert solution[f"y[{i}]"][-1] == pytest.approx(-9.81 / 2 * fall**2, abs=9.81 * fall * h)
+
+
+DOMES = """
+structural parameter Integer n = 40;
+parameter r = 0.5 m;
+coordinate Length x[n] = {1 mm*i - 10 mm for i in 1:n};
+coordinate Length y[n] = {r for i in 1:n};
+for i in 1:n loop
+  initial der(x[i]) = 0.5 m/s + 2 cm/s*i;
+  kinetic 1/2*1 kg*(der(x[i])^2 + der(y[i])^2);
+  potential 1 kg*9.81 m/s^2*y[i];
+  contact box[i]: norm({x[i] - clamp(x[i], -0.2 m, 0.1 m), y[i]}) - r;
+  contact side[i]: 9 m - x[i];
+end for;
+output angle[n] = {atan2(x[i] - 0.1 m, y[i]) for i in 1:n};
+output push[n] = {multiplier(box[i]) for i in 1:n};
+experiment(stop = 0.5 s, method = "moreau", step = 0.1 ms, tolerance = 1e-10, every = 0.1 ms);
+"""
+
+
+def test_many_slide_over_rounded_edges() -> None:
+    """From a flat top, smooth, they slide over its round edge of radius r and leave it where cos a = 2/3 + v^2/(3 g r)."""
+    solution = mechc.loads(DOMES).simulate(**ALONE)
+    left = 0
+    for i in range(1, 41):
+        speed = 0.5 + 0.02 * i
+        cosine = 2 / 3 + speed**2 / (3 * 9.81 * 0.5)
+        last = np.flatnonzero(solution[f"push[{i}]"] > 0)[-1]
+        if solution.time[last] > 0.499:
+            continue
+        left += 1
+        # order 1: an angle of some steps at its rate there
+        assert math.cos(solution[f"angle[{i}]"][last]) == pytest.approx(cosine, abs=4e-3)
+    assert left > 20
+
+
 def heap(n: int, dimensions: int) -> str:
     """Balls that fall onto each other between walls, as formulas."""
     axes = "xyz"[:dimensions]

@@ -362,9 +362,8 @@ class _Former:
             outputs += [drift, bias, *terms.numbers[2:], *entries]
         for further in directions[1:]:
             outputs += further
-        if any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(terms.roots)):
-            raise refused(self.reporter, member.gap, "is made of pieces")
-        self.stepped |= len(member.friction) > 1
+        pieces = any(graph.op(n) >= ABS and graph.op(n) not in SMOOTH for n in graph.reach(terms.roots))
+        self.stepped |= pieces or len(member.friction) > 1
         given = dict(zip(leaves, self.give(len(leaves)), strict=True))
         function = Function(
             name,
@@ -435,5 +434,5 @@ def refused(reporter: Reporter, rows: ConstraintRows, what: str) -> Exception:
         f"contact '{rows.name}' {what}, and is one of too many for formulas",
         rows.origin.shown,
         caption="of more than 64 rows the forces are found by numbers",
-        help="there gaps are smooth functions of coordinates, rates, parameters, discrete variables and time",
+        help="there gaps are functions of coordinates, rates, parameters, discrete variables and time",
     )
