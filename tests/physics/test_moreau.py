@@ -270,3 +270,42 @@ def test_it_needs_contacts_and_is_not_differentiated() -> None:
         )
     with pytest.raises(SimulationError, match="have no derivatives"):
         mechc.loads(CUBE).simulate(sensitivity=["mu"])
+
+
+STIFF = """
+structural parameter Integer n = 1;
+coordinate Length x = 1 cm;
+coordinate Length y = 0 m;
+coordinate Length z = 0 m;
+kinetic 1/2*1 kg*(der(x)^2 + der(z)^2) + 1/2*2 kg*der(y)^2;
+potential 1/2*4e8 N/m*x^2 + 1 kg*9.81 m/s^2*z;
+damping 1e6 N.s/m on y - x;
+force 3 N on y;
+for i in 1:n loop
+  contact floor[i]: z + (i - 1)*1 m friction 0.5 along der(y);
+end for;
+experiment(stop = 0.1 s, method = "moreau", step = 1 ms);
+"""
+
+
+@pytest.mark.parametrize("n", [1, 40])
+def test_stiff_springs_and_dampers_do_not_limit_the_step(n: int) -> None:
+    """Both masses swing as one, by an implicit midpoint rule of its own in NumPy: omega h is 11, the damper's rate times h 1500.
+    With formulas of forces and among many contacts, which stop it by friction of 0.5 m g less 3 N, were it free."""
+    solution = mechc.loads(STIFF.replace("n = 1;", f"n = {n};")).simulate(estimate_error=False)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    h, k, c = 1e-3, 4e8, 1e6
+    mass = np.diag([1.0, 2.0])
+    stiffness, drag = np.diag([k, 0.0]), c * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    q, v = np.array([0.01, 0.0]), np.zeros(2)
+    for _ in range(100):
+        matrix = mass + h / 2 * drag + h * h / 4 * stiffness
+        force = np.array([0.0, 3.0]) - stiffness @ (q + h / 2 * v) - drag @ v
+        free = v + h * np.linalg.solve(matrix, force)
+        response = np.linalg.solve(matrix, np.array([0.0, 1.0]))
+        r = np.clip(-free[1] / response[1], -0.5 * 9.81 * h, 0.5 * 9.81 * h)
+        after = free + r * response
+        q, v = q + h / 2 * (v + after), after
+    assert [solution["x"][-1], solution["y"][-1]] == pytest.approx(q, abs=1e-7)
+    energy = solution["energy.total"] + solution["energy.dissipated"] - solution["energy.supplied"]
+    assert np.abs(energy - energy[0]).max() < 1e-6 * energy[0]  # B is a difference: 1e-8 of it, over 100 steps

@@ -6,6 +6,9 @@
  * closed: u+ >= -e u-. Others may come as far as the surface at the end of the step: u+ >= -2 g/h. The work of the impulses
  * is that at the mean of both velocities; where the mass is constant this is the energy that is lost, to rounding.
  *
+ * Where forces are stiff, they are those at the mean of both ends, linearised (the implicit midpoint rule): with B the
+ * derivative of a(q + h/2 v, v) by v, v' = v + h S a(q_m, v) and W takes S M^-1 in the place of M^-1, S = (1 - h/2 B)^-1.
+ *
  * J. J. Moreau, Unilateral contact and dry friction in finite freedom dynamics, 1988; M. Jean, The non-smooth contact dynamics
  * method, 1999.
  */
@@ -16,10 +19,13 @@
 #include "method.h"
 #include "moreau_crowd.h"
 
-enum { RHS = 3, MOST_SWEEPS = 24, MOST_LOOKS = 4 };
+enum { RHS = 5, MOST_SWEEPS = 24, MOST_LOOKS = 4, MOST_STIFF = 256, FIRST_LOOKS = 8 };
 
 /* A residual that counts as none, in the largest rate so far; what an approach has to exceed, beside what the step adds to it. */
 static const mech_real NONE = MECH_C(1e-10), DRIVEN = 2;
+
+/* The largest h/2 |B| that is not stiff: explicit steps are stable up to 1. */
+static const mech_real STIFF = MECH_C(0.25);
 
 static int lacks(const mech_model *model)
 {
@@ -29,18 +35,20 @@ static int lacks(const mech_model *model)
 
 /* The memory of a step. */
 typedef struct room {
-    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver;
+    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver, *steepest;
     mech_cone *cones;
     int *row, *contact;
     mech_moreau_crowd crowd; /* where contacts are one */
+    mech_moreau_stiff stiff;
 } room;
 
 static size_t arrange(const mech_model *m, mech_real *memory, room *o)
 {
     const size_t n = m->hybrid ? (size_t)m->hybrid->n_rows : 0, nv = (size_t)m->nv;
-    const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz;
+    const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz, few = nv <= MOST_STIFF;
     const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
-                            n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n)};
+                            n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n),
+                            nv, few * nv * nv, few * 2 * mech_integers((int)nv)};
     const int crowd = m->hybrid && m->hybrid->crowd;
     mech_real *places[sizeof sizes / sizeof sizes[0]];
     size_t total = 0;
@@ -52,7 +60,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
         *o = (room){.impulse = places[0], .rates = places[1], .fastest = places[2], .z = places[3], .y = places[4], .values = places[5],
                     .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
                     .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
-                    .contact = (int *)(places[15] + mech_integers((int)n))};
+                    .contact = (int *)(places[15] + mech_integers((int)n)), .steepest = places[16],
+                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))}};
     if (o && crowd) mech_moreau_crowd_attach(&o->crowd, m, memory + total);
     return total + (crowd ? mech_moreau_crowd_numbers(m) : 0);
 }
@@ -80,6 +89,7 @@ static void begin(mech_solver *s, int fresh)
     if (!fresh) return;
     memset(o.impulse, 0, (size_t)s->model->hybrid->n_rows * sizeof(mech_real));
     *o.fastest = 0;
+    memset(o.steepest, 0, (size_t)s->model->nv * sizeof(mech_real));
 }
 
 static mech_real value(const mech_real *values, int i, int which) { return values[i * MECH_ROW_VALUES + which]; }
@@ -159,15 +169,21 @@ static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real
 }
 
 /* What unit impulses along the rows of the problem do; those of rows that nothing moves are set aside. */
-static void respond(mech_solver *s, mech_real t, const room *o, const mech_cones *c)
+static void respond(mech_solver *s, mech_real t, const room *o, const mech_real *free_, const mech_cones *c)
 {
     const mech_model *m = s->model;
     const int width = m->nv + m->hybrid->n_rows;
     for (int k = 0; k < c->n; k++) {
         const int place = m->hybrid->rows[o->row[k]].impulse;
+        mech_real *jump = o->response + (size_t)k * width;
         o->z[place] = 1;
-        m->hybrid->respond(t, o->y, s->u, o->z, s->o.p, o->response + (size_t)k * width);
+        m->hybrid->respond(t, o->y, s->u, o->z, s->o.p, jump);
         o->z[place] = 0;
+        if (!o->stiff.is) continue;
+        mech_moreau_soften(&o->stiff, jump);
+        for (int i = 0; i < m->nv; i++) o->y[m->nq + i] = free_[i] + jump[i];
+        read_rows(s, t, o, o->values);
+        for (int i = 0; i < m->hybrid->n_rows; i++) jump[m->nv + i] = value(o->values, i, MECH_RATE) - value(o->after, i, MECH_RATE);
     }
     for (int i = 0; i < c->n; i++)
         for (int k = 0; k < c->n; k++) o->w[(size_t)i * c->n + k] = o->response[(size_t)k * width + m->nv + o->row[i]];
@@ -192,7 +208,7 @@ static void solve_crowd(mech_solver *s, const room *o, mech_real h, const mech_r
 {
     mech_report *report = &s->run->report;
     mech_moreau_found found;
-    if (!mech_moreau_crowd_solve(s, &o->crowd, h, o->y, v0, free_, v, o->fastest, &found)) {
+    if (!mech_moreau_crowd_solve(s, &o->crowd, &o->stiff, h, o->y, v0, free_, v, o->fastest, &found)) {
         *o->fastest = (mech_real)NAN; /* without memory: as an undefined value */
         return;
     }
@@ -233,7 +249,7 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
             hybrid->row_values(middle, o->y, s->u, z, s->o.p, o->values);
         }
         find_cones(s, o, takes, h, &c);
-        respond(s, middle, o, &c);
+        respond(s, middle, o, free_, &c);
         for (int k = 0; k < c.n; k++) c.r[k] = o->impulse[o->row[k]];
         solved = mech_cones_sweep(&c, MOST_SWEEPS, o->solver) || mech_cones_refine(&c, o->solver) || mech_cones_solve(&c, o->solver);
         move(s, middle, o, &c, free_, v);
@@ -261,6 +277,62 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
     }
 }
 
+/* B x for |x| = size, from a(q_m, v0) in f1. o->y: the middle, and v0; work: two derivatives. */
+static void steepen(mech_solver *s, const room *o, mech_real h, const mech_real *f1, const mech_real *x, mech_real *work, mech_real *out)
+{
+    const mech_model *m = s->model;
+    const int nq = m->nq, nv = m->nv;
+    const mech_real middle = s->run->report.t + h / 2, *v0 = s->y + nq;
+    mech_real *q = work + s->ny;
+    for (int i = 0; i < nv; i++) o->y[nq + i] = v0[i] + x[i];
+    mech_rhs(s, middle, o->y, work);
+    memcpy(q, o->y, (size_t)nq * sizeof(mech_real));
+    for (int i = 0; i < nq; i++) o->y[i] += h / 2 * (work[i] - f1[i]);
+    mech_rhs(s, middle, o->y, work);
+    memcpy(o->y, q, (size_t)nq * sizeof(mech_real));
+    memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
+    for (int i = 0; i < nv; i++) out[i] = work[nq + i] - f1[nq + i];
+}
+
+static mech_real largest(int n, const mech_real *x)
+{
+    mech_real most = 0;
+    for (int i = 0; i < n; i++) most = mech_max(most, mech_abs(x[i]));
+    return most;
+}
+
+/* Whether forces are stiff, by powers of B from step to step; S then. */
+static int find_stiff(mech_solver *s, room *o, mech_real h, const mech_real *f1, mech_real *work)
+{
+    const mech_model *m = s->model;
+    const int nq = m->nq, nv = m->nv, fresh = largest(nv, o->steepest) == 0;
+    mech_real *x = work + 2 * s->ny, *column = x + nv, size = MECH_C(1e-7) * mech_max(largest(nv, s->y + nq), h * largest(nv, f1 + nq)), rate = 0;
+    if (nv > MOST_STIFF) return 0;
+    if (!(size > 0)) size = MECH_C(1e-7);
+    if (fresh)
+        for (int i = 0; i < nv; i++) o->steepest[i] = 1;
+    for (int look = 0; look < (fresh ? FIRST_LOOKS : 1); look++) {
+        for (int i = 0; i < nv; i++) x[i] = size * o->steepest[i];
+        steepen(s, o, h, f1, x, work, column);
+        const mech_real most = largest(nv, column);
+        if (!mech_finite(most) || most == 0) return 0;
+        rate = most / size;
+        for (int i = 0; i < nv; i++) o->steepest[i] = column[i] / most + (column[i] == 0 ? MECH_C(1e-3) : 0);
+    }
+    if (!(h / 2 * rate > STIFF)) return 0;
+    for (int i = 0; i < nv; i++) o->stiff.group[i] = i;
+    for (int j = 0; j < nv; j++) {
+        memset(x, 0, (size_t)nv * sizeof(mech_real));
+        x[j] = size;
+        steepen(s, o, h, f1, x, work, column);
+        for (int i = 0; i < nv; i++) {
+            o->stiff.lu[i * nv + j] = (i == j) - h / 2 * column[i] / size;
+            if (column[i] != 0) mech_moreau_join(&o->stiff, i, j);
+        }
+    }
+    return !mech_factorise(nv, o->stiff.lu, o->stiff.pivot);
+}
+
 static mech_real attempt(mech_solver *s, mech_real h)
 {
     const mech_model *m = s->model;
@@ -281,11 +353,18 @@ static mech_real attempt(mech_solver *s, mech_real h)
     mech_normalise(m, o.y);
     s->o.z = o.z;
     mech_rhs(s, middle, o.y, f1);
-    for (int i = 0; i < nv; i++) o.y[nq + i] = v0[i] + h / 2 * f1[nq + i];
-    mech_rhs(s, middle, o.y, f2);
-    s->o.z = z;
     mech_real *free_ = s->dy_new; /* room */
-    for (int i = 0; i < nv; i++) free_[i] = v0[i] + h * f2[nq + i];
+    o.stiff.is = find_stiff(s, &o, h, f1, f2);
+    if (o.stiff.is) {
+        for (int i = 0; i < nv; i++) free_[i] = h * f1[nq + i];
+        mech_moreau_soften(&o.stiff, free_);
+        for (int i = 0; i < nv; i++) free_[i] += v0[i];
+    } else {
+        for (int i = 0; i < nv; i++) o.y[nq + i] = v0[i] + h / 2 * f1[nq + i];
+        mech_rhs(s, middle, o.y, f2);
+        for (int i = 0; i < nv; i++) free_[i] = v0[i] + h * f2[nq + i];
+    }
+    s->o.z = z;
     if (hybrid->crowd)
         solve_crowd(s, &o, h, v0, free_, v, &lost, &supplied);
     else

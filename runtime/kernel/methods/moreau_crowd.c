@@ -87,25 +87,46 @@ static int look(const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h
 /* The groups of velocities within which impulses act, and the inverse masses of each. */
 typedef struct groups {
     int n, largest;
-    int *start, *member, *place; /* [n + 1] first member; [nv] members; [nv] of each velocity among those of its group */
+    int *start, *member, *place, *group; /* [n + 1] first member; [nv] members; [nv] of each velocity among those of its group, and that */
     size_t *at;                  /* [n] where the inverse mass of each begins                     */
     mech_real *inverse;
 } groups;
 
-static int find_groups(const mech_crowd_at *at, groups *g)
+/* Numbers the groups: those of the masses, joined where stiff forces connect them. */
+static void number_groups(const mech_crowd *c, const mech_moreau_stiff *stiff, int nv, groups *g)
+{
+    for (int i = 0; i < nv; i++) g->group[i] = c->group[i];
+    if (stiff->is) {
+        int *first = g->member; /* of each group of masses, one of its velocities */
+        for (int i = nv - 1; i >= 0; i--) first[c->group[i]] = i;
+        for (int i = 0; i < nv; i++) mech_moreau_join(stiff, i, first[c->group[i]]);
+        for (int i = 0; i < nv; i++) first[i] = -1;
+        for (int i = 0, n = 0; i < nv; i++) {
+            const int root = mech_moreau_group(stiff, i);
+            if (first[root] < 0) first[root] = n++;
+            g->group[i] = first[root];
+        }
+    }
+    for (int i = 0; i < nv; i++) g->n = g->group[i] >= g->n ? g->group[i] + 1 : g->n;
+}
+
+static int find_groups(const mech_crowd_at *at, const mech_moreau_stiff *stiff, groups *g)
 {
     const mech_model *m = at->m;
     const mech_crowd *c = m->hybrid->crowd;
     const int nv = m->nv;
     size_t entries = 0;
     memset(g, 0, sizeof *g);
-    for (int i = 0; i < nv; i++) g->n = c->group[i] >= g->n ? c->group[i] + 1 : g->n;
-    g->start = (int *)calloc((size_t)(g->n + 1 + 2 * nv), sizeof(int));
-    g->at = (size_t *)malloc((size_t)g->n * sizeof(size_t));
-    if (!g->start || !g->at) return 0;
-    g->member = g->start + g->n + 1;
+    g->member = (int *)malloc((size_t)(4 * nv + 1) * sizeof(int));
+    if (!g->member) return 0;
     g->place = g->member + nv;
-    for (int i = 0; i < nv; i++) g->place[i] = g->start[c->group[i] + 1]++;
+    g->group = g->place + nv;
+    g->start = g->group + nv;
+    number_groups(c, stiff, nv, g);
+    memset(g->start, 0, (size_t)(g->n + 1) * sizeof(int));
+    g->at = (size_t *)malloc((size_t)g->n * sizeof(size_t));
+    if (!g->at) return 0;
+    for (int i = 0; i < nv; i++) g->place[i] = g->start[g->group[i] + 1]++;
     for (int k = 0; k < g->n; k++) {
         const int size = g->start[k + 1];
         g->largest = size > g->largest ? size : g->largest;
@@ -113,15 +134,16 @@ static int find_groups(const mech_crowd_at *at, groups *g)
         entries += (size_t)size * (size_t)size;
         g->start[k + 1] += g->start[k];
     }
-    for (int i = 0; i < nv; i++) g->member[g->start[c->group[i]] + g->place[i]] = i;
+    for (int i = 0; i < nv; i++) g->member[g->start[g->group[i]] + g->place[i]] = i;
     g->inverse = (mech_real *)malloc((entries + (size_t)nv) * sizeof(mech_real));
     if (!g->inverse) return 0;
     mech_real *jump = g->inverse + entries;
     for (int column = 0; column < g->largest; column++) { /* one of each group at once */
         for (int i = 0; i < nv; i++) at->g[m->nu + i] = g->place[i] == column;
         c->push(at->t, at->y, at->g, at->z, at->p, jump);
+        if (stiff->is) mech_moreau_soften(stiff, jump);
         for (int i = 0; i < nv; i++) {
-            const int k = c->group[i], size = g->start[k + 1] - g->start[k];
+            const int k = g->group[i], size = g->start[k + 1] - g->start[k];
             if (column < size) g->inverse[g->at[k] + (size_t)(g->place[i] * size + column)] = jump[i];
         }
     }
@@ -130,7 +152,7 @@ static int find_groups(const mech_crowd_at *at, groups *g)
 
 static void forget_groups(groups *g)
 {
-    free(g->start);
+    free(g->member);
     free(g->at);
     free(g->inverse);
 }
@@ -142,7 +164,7 @@ static int groups_of(const mech_crowd *c, const groups *g, int contact, int *lis
     int n = 0;
     *width = 0;
     for (int i = 0; i < who.kind->n_normal + who.kind->n_slip; i++) {
-        const int group = c->group[mech_crowd_velocity(c, &who, i)];
+        const int group = g->group[mech_crowd_velocity(c, &who, i)];
         int k = 0;
         while (k < n && list[k] != group) k++;
         if (k < n) continue;
@@ -168,7 +190,7 @@ static void fill_block(const mech_crowd *c, const groups *g, int contact, const 
         for (int l = 0; l < (row ? kind->n_slip : kind->n_normal); l++) {
             const int own = mech_crowd_velocity(c, &who, (row ? kind->n_normal : 0) + l);
             int at = 0;
-            for (int i = 0; list[i] != c->group[own]; i++) at += g->start[list[i] + 1] - g->start[list[i]];
+            for (int i = 0; list[i] != g->group[own]; i++) at += g->start[list[i] + 1] - g->start[list[i]];
             k[row * width + at + g->place[own]] += entries[l];
         }
         for (int i = 0, at = 0; i < n; i++) {
@@ -215,14 +237,14 @@ static int set_cone(const mech_crowd_kind *kind, const mech_real *values, mech_r
 }
 
 /* Solves for the listed contacts; `number` [n]: of each block its place in the list. 0 without memory. */
-static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h, const near *found, const mech_real *v0,
+static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crowd *o, const mech_moreau_stiff *stiff, mech_real h, const near *found, const mech_real *v0,
                  mech_real fastest, mech_blocks *problem, int *number)
 {
     const mech_crowd *c = at->m->hybrid->crowd;
     groups g;
     const mech_real slack = mech_max(s->o.rtol, MECH_C(1e-10)) * fastest;
     mech_real slow = UNSOLVED * slack;
-    int done = find_groups(at, &g), most = 1;
+    int done = find_groups(at, stiff, &g), most = 1;
     size_t indices = 0, numbers = 0;
     for (int k = 0; k < c->n_values; k++) most = most > k ? most : k;
     int *list = (int *)malloc((size_t)(most + 1) * sizeof(int));
@@ -277,7 +299,7 @@ static mech_real fastest_of(const mech_moreau_crowd *o, int nv, const mech_real 
     return most;
 }
 
-int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_real h, mech_real *y, const mech_real *v0,
+int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const mech_moreau_stiff *stiff, mech_real h, mech_real *y, const mech_real *v0,
                             const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found)
 {
     const mech_model *m = s->model;
@@ -305,7 +327,7 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_rea
         number = (int *)malloc((size_t)(list.n + 1) * sizeof(int));
         problem.blocks = (mech_block *)calloc((size_t)(list.n + 1), sizeof(mech_block));
         if (!number || !problem.blocks) break;
-        done = solve(s, &at, o, h, &list, v0, *fastest, &problem, number);
+        done = solve(s, &at, o, stiff, h, &list, v0, *fastest, &problem, number);
         const mech_real reached = fastest_of(o, m->nv, v);
         if (!done || !(reached > speed)) break; /* else impulses drive more onto others than was thought */
         speed = LONGER * reached;

@@ -3,7 +3,25 @@
 #ifndef MECH_MOREAU_CROWD_H
 #define MECH_MOREAU_CROWD_H
 
+#include "linear.h"
 #include "run.h"
+
+/* Forces that are stiff (moreau.c): the factors of 1 - h/2 B, and for each velocity one of those that B connects it with. */
+typedef struct mech_moreau_stiff {
+    int is, nv; /* is: 0 where they are not */
+    mech_real *lu;
+    int *pivot, *group;
+} mech_moreau_stiff;
+
+static inline void mech_moreau_soften(const mech_moreau_stiff *o, mech_real *x) { mech_solve(o->nv, o->lu, o->pivot, x); }
+
+static inline int mech_moreau_group(const mech_moreau_stiff *o, int i)
+{
+    while (o->group[i] != i) i = o->group[i];
+    return i;
+}
+
+static inline void mech_moreau_join(const mech_moreau_stiff *o, int i, int j) { o->group[mech_moreau_group(o, i)] = mech_moreau_group(o, j); }
 
 /* What is remembered from step to step. */
 typedef struct mech_moreau_crowd {
@@ -30,7 +48,7 @@ typedef struct mech_moreau_found {
 
 /* The contacts of a step of h, with y in its middle (velocities there are written to): v from v0 and, without contacts, free_.
  * `fastest`: the largest rate so far. 0 without memory. */
-int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, mech_real h, mech_real *y, const mech_real *v0,
+int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const mech_moreau_stiff *stiff, mech_real h, mech_real *y, const mech_real *v0,
                             const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found);
 
 /* Writes the mean forces of the last step to z: what they do, and those that are asked. */
