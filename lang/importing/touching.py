@@ -12,6 +12,7 @@ PAIRS = (
     ("Sphere", "Sphere"),
     ("Sphere", "Capsule"),
     ("Sphere", "Box"),
+    ("Capsule", "Box"),
     ("Capsule", "Capsule"),
 )
 """What the library has contacts of."""

@@ -335,6 +335,7 @@ PAIRS = {
     "CylinderOnPlane": ("spatial", "shape Plane on a; shape Cylinder(r = 0.2 m, l = 0.3 m) on b.a;", "r = 0.2 m, l = 0.3 m"),
     "ConeOnPlane": ("spatial", "shape Plane on a; shape Cone(r = 0.2 m, h = 0.3 m) on b.a;", "r = 0.2 m, h = 0.3 m"),
     "BallOnCylinder": ("spatial", "shape Cylinder(r = 0.2 m, l = 0.5 m) on a; shape Sphere(r = 0.1 m) on b.a;", "r = 0.2 m, l = 0.5 m, r_to = 0.1 m"),
+    "CapsuleOnBox": ("planar", "shape Box(size = {0.6, 0.2} m) on a; shape Capsule(r = 0.1 m, l = 0.4 m) on b.a;", "edges = {0.6, 0.2} m, r_to = 0.1 m, l = 0.4 m"),
     "BallOnTerrain": ("spatial", "shape Terrain(x = {-1, 0, 1} m, y = {-1, 1} m, z = {{0.4, 0.2}, {0, 0.1}, {0.2, 0.3}} m) on a; shape Sphere(r = 0.1 m) on b.a;",
                       "x = {-1, 0, 1} m, y = {-1, 1} m, z = {{0.4, 0.2}, {0, 0.1}, {0.2, 0.3}} m, r_to = 0.1 m"),
 }  # fmt: skip

@@ -105,6 +105,47 @@ def test_a_ball_and_a_cylinder(count: int, tmp_path: Path) -> None:
     assert np.abs(found - gap)[gap > 0].max() < 1e-12
 
 
+def far_from_box(at: Array, along: Array, size: Array) -> Array:
+    """The least distances of lines at + s along, |s| <= L/2, from a box: by halving where that of their points, which is convex, falls."""
+    def from_box(s: Array) -> Array:
+        x = at + s[:, None] * along
+        return np.sum(along * (x - np.clip(x, -size / 2, size / 2)), 1)
+
+    low, high = np.full(len(at), -L / 2), np.full(len(at), L / 2)
+    for _ in range(60):
+        middle = (low + high) / 2
+        falls = from_box(middle) < 0
+        low, high = np.where(falls, middle, low), np.where(falls, high, middle)
+    x = at + low[:, None] * along
+    return np.linalg.norm(np.maximum(np.abs(x) - size / 2, 0), axis=1)
+
+
+@pytest.mark.parametrize("count", COUNTS)
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_capsule_and_a_box(n: int, count: int, tmp_path: Path) -> None:
+    """One of its ends, or the point between."""
+    edges = ", ".join(map(str, A[:n]))
+    text = frames(n, f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);", "output Length g = min(p.gap);")
+    values = poses(n, count, 7)
+    (found,) = told(text, values, ["g"], tmp_path / "m.csv")
+    (p, S), (q, T) = matrices(n, values, "a"), matrices(n, values, "b")
+    at, along = np.einsum("kij,ki->kj", S, q - p), np.einsum("kij,ki->kj", S, T[:, :, 0])
+    gap = far_from_box(at, along, A[:n]) - 0.05
+    assert np.all(np.isnan(found) == (gap < 0))
+    assert np.abs(found - gap)[gap > 0].max() < 1e-12
+    assert count / 50 < (gap < 0).sum() < count / 1.2
+
+
+def test_a_capsule_parallel_to_a_face_or_an_edge(tmp_path: Path) -> None:
+    """Where more than one point is nearest."""
+    edges = ", ".join(map(str, A))
+    text = frames(3, f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);", "output Length g = min(p.gap);")
+    values = {**{k: np.zeros(8) for k in poses(3, 1, 0)}, "b0": np.linspace(-1, 1, 8), "b1": np.full(8, 0.3), "b2": np.linspace(0.4, 0, 8)}
+    (found,) = told(text, values, ["g"], tmp_path / "m.csv")
+    at, along = np.transpose([values[f"b{k}"] for k in range(3)]), np.tile([1.0, 0, 0], (8, 1))
+    assert np.abs(found - far_from_box(at, along, A) + 0.05).max() < 1e-12
+
+
 def polygons(n: int, values: dict[str, Array]) -> tuple[Array, Array]:
     """How far boxes are apart along the best of the normals of their faces, and the least distance of their corners from the other."""
     sides, corners = [], []
@@ -265,6 +306,8 @@ STARTS = {
         ("spatial", "CylinderOnPlane p(a.a -> b.a, r = 0.3 m, l = 0.8 m);", "p.gap[2]"),
         ("spatial", "ConeOnPlane p(a.a -> b.a, r = 0.3 m, h = 0.8 m, bulge = 0.3);", "p.gap[1]"),
         ("spatial", "BallOnCylinder p(a.a -> b.a, r = 0.3 m, l = 0.8 m, r_to = 0.1 m);", "p.gap"),
+        ("planar", "CapsuleOnBox p(a.a -> b.a, edges = {0.5, 0.3} m, l = 0.7 m, r_to = 0.1 m);", "p.gap[3]"),
+        pytest.param("spatial", "CapsuleOnBox p(a.a -> b.a, edges = {0.5, 0.3, 0.4} m, l = 0.7 m, r_to = 0.1 m);", "p.gap[3]", marks=pytest.mark.slow),
         pytest.param("spatial", "BoxOnBox p(a.a -> b.a, edges_from = {0.5, 0.3, 0.4} m, edges_to = {0.2, 0.6, 0.3} m);", "p.gap[3]", marks=pytest.mark.slow),
         ("planar", "BoxOnBox p(a.a -> b.a, edges_from = {0.5, 0.3} m, edges_to = {0.2, 0.6} m);", "p.gap[6]"),
         pytest.param("spatial", f"BallOnTerrain p(a.a -> b.a, r_to = 0.02 m, {TERRAIN});", "p.gap", marks=pytest.mark.slow),
@@ -280,6 +323,7 @@ def test_rates_of_distances_are_their_differences(space: str, part: str, gap: st
         text = text.replace(word, value)
     s = mechc.loads(text).simulate(estimate_error=False)
     g, k, h = s["gap"], np.arange(2, 19), 2e-4
+    assert len(g) == 21, s.events
     first = (g[k - 2] - 8 * g[k - 1] + 8 * g[k + 1] - g[k + 2]) / (12 * h)
     second = (-g[k - 2] + 16 * g[k - 1] - 30 * g[k] + 16 * g[k + 1] - g[k + 2]) / (12 * h**2)
     assert np.abs(np.diff(g)).max() > 1e-5
