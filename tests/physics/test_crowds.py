@@ -165,7 +165,9 @@ def test_disks_in_a_box_hit_when_quadratics_say() -> None:
 
 
 def test_what_needs_formulas_of_forces_is_refused_in_words() -> None:
-    text = CRADLE.replace("experiment", 'when multiplier(hit[1]) > 1 N then terminate("x"); end when; experiment')
+    text = CRADLE.replace(
+        "experiment", 'when multiplier(hit[1]) > 1 N then terminate("x"); end when; experiment'
+    )
     with pytest.raises(mechc.CompileError) as raised:
         mechc.loads(text)
     assert [d.code for d in raised.value.diagnostics] == ["E0722"]

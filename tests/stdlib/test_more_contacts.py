@@ -107,6 +107,7 @@ def test_a_ball_and_a_cylinder(count: int, tmp_path: Path) -> None:
 
 def far_from_box(at: Array, along: Array, size: Array) -> Array:
     """The least distances of lines at + s along, |s| <= L/2, from a box: by halving where that of their points, which is convex, falls."""
+
     def from_box(s: Array) -> Array:
         x = at + s[:, None] * along
         return np.sum(along * (x - np.clip(x, -size / 2, size / 2)), 1)
@@ -125,7 +126,11 @@ def far_from_box(at: Array, along: Array, size: Array) -> Array:
 def test_a_capsule_and_a_box(n: int, count: int, tmp_path: Path) -> None:
     """One of its ends, or the point between."""
     edges = ", ".join(map(str, A[:n]))
-    text = frames(n, f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);", "output Length g = min(p.gap);")
+    text = frames(
+        n,
+        f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);",
+        "output Length g = min(p.gap);",
+    )
     values = poses(n, count, 7)
     (found,) = told(text, values, ["g"], tmp_path / "m.csv")
     (p, S), (q, T) = matrices(n, values, "a"), matrices(n, values, "b")
@@ -139,8 +144,17 @@ def test_a_capsule_and_a_box(n: int, count: int, tmp_path: Path) -> None:
 def test_a_capsule_parallel_to_a_face_or_an_edge(tmp_path: Path) -> None:
     """Where more than one point is nearest."""
     edges = ", ".join(map(str, A))
-    text = frames(3, f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);", "output Length g = min(p.gap);")
-    values = {**{k: np.zeros(8) for k in poses(3, 1, 0)}, "b0": np.linspace(-1, 1, 8), "b1": np.full(8, 0.3), "b2": np.linspace(0.4, 0, 8)}
+    text = frames(
+        3,
+        f"CapsuleOnBox p(a.a -> b.a, edges = {{{edges}}} m, l = {L} m, r_to = 0.05 m);",
+        "output Length g = min(p.gap);",
+    )
+    values = {
+        **{k: np.zeros(8) for k in poses(3, 1, 0)},
+        "b0": np.linspace(-1, 1, 8),
+        "b1": np.full(8, 0.3),
+        "b2": np.linspace(0.4, 0, 8),
+    }
     (found,) = told(text, values, ["g"], tmp_path / "m.csv")
     at, along = np.transpose([values[f"b{k}"] for k in range(3)]), np.tile([1.0, 0, 0], (8, 1))
     assert np.abs(found - far_from_box(at, along, A) + 0.05).max() < 1e-12
