@@ -84,17 +84,20 @@ static int sweep_once(mech_blocks *c, int back)
     return rests;
 }
 
-/* Goes on along the last direction: what the sweeps changed, and of that before the share by which the changes shrink. Impulses may leave
- * their cones by it: the next sweep solves each of them again. */
+/* Goes on along the last direction: what the sweeps changed, and of that before the share by which the changes shrink. Begins again where
+ * they turn against it, or grow to more than twice: less is seen in passing. Impulses may leave their cones by it: the next sweep solves
+ * each of them again. */
 static void go_on(mech_blocks *c, mech_real *before, int fresh)
 {
-    mech_real *step = c->room, *start = step + 3 * c->n, *v_step = start + 3 * c->n, *v_start = v_step + c->nv, size = 0;
+    enum { GROWN = 2 };
+    mech_real *step = c->room, *start = step + 3 * c->n, *v_step = start + 3 * c->n, *v_start = v_step + c->nv, size = 0, along = 0;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
             const mech_real change = c->blocks[a].r[i] - start[3 * a + i];
             size += c->blocks[a].w[4 * i] * change * change;
+            along += c->blocks[a].w[4 * i] * change * step[3 * a + i];
         }
-    const mech_real share = !fresh && size < *before ? size / *before : 0;
+    const mech_real share = !fresh && along >= 0 && size < GROWN * *before ? size / *before : 0;
     *before = size;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
