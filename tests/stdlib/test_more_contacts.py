@@ -110,7 +110,8 @@ def far_from_box(at: Array, along: Array, size: Array) -> Array:
 
     def from_box(s: Array) -> Array:
         x = at + s[:, None] * along
-        return np.sum(along * (x - np.clip(x, -size / 2, size / 2)), 1)
+        slope: Array = np.sum(along * (x - np.clip(x, -size / 2, size / 2)), 1)
+        return slope
 
     low, high = np.full(len(at), -L / 2), np.full(len(at), L / 2)
     for _ in range(60):
@@ -118,7 +119,8 @@ def far_from_box(at: Array, along: Array, size: Array) -> Array:
         falls = from_box(middle) < 0
         low, high = np.where(falls, middle, low), np.where(falls, high, middle)
     x = at + low[:, None] * along
-    return np.linalg.norm(np.maximum(np.abs(x) - size / 2, 0), axis=1)
+    found: Array = np.linalg.norm(np.maximum(np.abs(x) - size / 2, 0), axis=1)
+    return found
 
 
 @pytest.mark.parametrize("count", COUNTS)
