@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Collection
+from collections.abc import Collection, Container
 
 from msgspec.structs import replace
 
@@ -37,18 +37,26 @@ def chunk(program: Program, size: int = CHUNK, whole: Collection[str] = ()) -> P
     )
 
 
-def split(function: ProgramFunction, size: int) -> ProgramFunction:
-    """Return the function in bodies of about ``size`` operations.
+def is_long(function: ProgramFunction, size: int) -> bool:
+    """Whether a function is in one body, of more than 1.5 ``size`` operations."""
+    return 2 * function.operations > 3 * size and len(function.bodies) == 1
+
+
+def split(function: ProgramFunction, size: int, first: int = 0) -> ProgramFunction:
+    """Return the function in bodies of about ``size`` operations; one that is not long (``is_long``) as it is.
 
     Loads and literals are repeated in each body that uses them; results that later bodies use pass through
-    the workspace, whose places are used again once the last reader has run.
+    the workspace from its place ``first`` on, whose places are used again once the last reader has run. What the function stores
+    there itself stays, in places before these.
     """
-    if 2 * function.operations <= 3 * size or len(function.bodies) > 1:
+    if not is_long(function, size):
         return function
     (body,) = map(tuple, function.bodies)
     home, last = _homes(body, size)
     n_bodies = home[-1] + 1
-    places, workspace = _places(body, home, last, n_bodies)
+    kept = {s.value: s.index for s in body if type(s) is Store and s.array == "w"}
+    crossing, workspace = _places(body, home, last, first, kept)
+    places = crossing | kept
     bodies: list[list[Statement]] = [[] for _ in range(n_bodies)]
     # where a value of the long body is found in the body under construction
     here: dict[Value, Value] = {}
@@ -86,8 +94,8 @@ def split(function: ProgramFunction, size: int) -> ProgramFunction:
                     continue
         here[value] = len(out)
         out.append(moved)
-        if value in places:
-            out.append(Store("w", places[value], here[value]))
+        if value in crossing:
+            out.append(Store("w", crossing[value], here[value]))
     return replace(function, bodies=tuple(tuple(b) for b in bodies), workspace=workspace, made=())
 
 
@@ -120,19 +128,23 @@ def _belong_together(a: Statement | None, b: Statement) -> bool:
     )
 
 
-def _places(body: Body, home: list[int], last: list[int], n_bodies: int) -> tuple[dict[Value, int], int]:
-    """Return the place in the workspace of each value that crosses bodies, and how many places there are."""
+def _places(
+    body: Body, home: list[int], last: list[int], n: int, kept: Container[Value]
+) -> tuple[dict[Value, int], int]:
+    """Return the place in the workspace, after the first ``n``, of each value that crosses bodies and is not ``kept`` in one, and how
+    many places there are."""
     places: dict[Value, int] = {}
     free: list[int] = []
-    released: list[list[int]] = [[] for _ in range(n_bodies + 1)]
-    n = current = 0
+    released: list[list[int]] = [[] for _ in range(home[-1] + 2)]
+    current = 0
     for value, statement in enumerate(body):
         if home[value] != current:
             current = home[value]
             # what was read last in the body before may be overwritten from this one on
             for place in released[current - 1]:
                 heapq.heappush(free, place)
-        if last[value] > home[value] and (type(statement) is Operate or type(statement) is Lookup):
+        crosses = last[value] > home[value] and value not in kept
+        if crosses and (type(statement) is Operate or type(statement) is Lookup):
             if free:
                 place = heapq.heappop(free)
             else:

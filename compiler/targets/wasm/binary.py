@@ -42,6 +42,7 @@ F64_SUB: Final = b"\xa1"
 F64_MUL: Final = b"\xa2"
 F64_DIV: Final = b"\xa3"
 F64_FROM_I32: Final = b"\xb7"
+MEMORY_FILL: Final = b"\xfc\x0b\0"
 
 MAGIC: Final = b"\0asm\1\0\0\0"
 TYPE, IMPORT, FUNCTION, TABLE, MEMORY, GLOBAL, EXPORT, START, ELEMENT, CODE, DATA, DATA_COUNT = range(1, 13)

@@ -9,7 +9,9 @@ from typing import Final
 
 from ...graph.table import Samples
 from ...program import Program, ProgramFunction, chunk
+from ...program.common import in_common
 from ...program.loops.rolled import Rolled
+from ...program.model import Body
 from ..c_loops import ON_STACK, loops_of
 from ..c_tables import LARGE, used_tables
 from ..model_data import OF_SHARES, is_emitted, readers
@@ -21,8 +23,9 @@ from .straight import Arrays, FunctionWriter, number
 WITH_SHARES: Final = "with_shares"
 """The function of the kernel (``mechc/web/kernel/web_shares.c``)."""
 
-LONGEST: Final = 800
-"""Operations of one body. Longer ones run a fifth faster in the end (Stewart platform, V8), but are optimised later."""
+LONGEST: Final = 1600
+"""Operations of one body. Ones of 800 or 3000 are as fast within the noise (Stewart platform, Fekete points, V8); short ones pass more
+through the workspace, and V8 takes no longer ones than 7.6 MB."""
 
 ALIGNED: Final = 16
 """Bytes of which the stack takes multiples."""
@@ -31,7 +34,7 @@ ALIGNED: Final = 16
 def place_functions(program: Program, place: MemoryPlace) -> None:
     """Write all functions of a program."""
     loops = loops_of(program)
-    program = chunk(program, LONGEST, whole={*loops})
+    program = chunk(in_common(program, LONGEST, {*loops}), LONGEST, {*loops})
     tables = {}
     for i, table in used_tables(program):
         if isinstance(table, Samples):
@@ -57,6 +60,8 @@ class _Functions:
         self.place = place
         self.tables = tables
         self.inputs = program.size("u")
+        self.pieces: dict[tuple[int, Body], int] = {}
+        """Bodies that were placed, by kind."""
 
     def add(self, function: ProgramFunction, name: str, rolled: Rolled | None) -> None:
         parameters = function is self.program.parameters_function
@@ -86,17 +91,15 @@ class _Functions:
     def _in_pieces(self, function: ProgramFunction, parameters: bool) -> bytes:
         """Place the bodies of a function, and return one that runs them one after the other."""
         kind = PIECE | (PARAMETER if parameters else 0)
-        pieces = [
-            self.place.function(
-                f"{function.name}_{k + 1}", kind, self._straight(function, k, parameters, piece=True)
-            )
-            for k in range(len(function.bodies))
-        ]
+        for k, body in enumerate(function.bodies):
+            if (kind, body) not in self.pieces:
+                code = self._straight(function, k, parameters, piece=True)
+                self.pieces[kind, body] = self.place.function(f"{function.name}_{k + 1}", kind, code)
         where = arguments(parameters, piece=False)
         writer = FunctionWriter(self.place, len(where), self.tables)
         end = self._workspace(writer, where, max(1, function.workspace))
         given = b"".join(b.get(where[array]) for array in arguments(parameters, piece=True))
-        writer.flush(b"".join(given + b.call(piece) for piece in pieces) + end)
+        writer.flush(b"".join(given + b.call(self.pieces[kind, body]) for body in function.bodies) + end)
         return writer.body()
 
     def _looped(self, rolled: Rolled, parameters: bool) -> bytes:

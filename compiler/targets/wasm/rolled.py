@@ -107,7 +107,7 @@ class Loops:
         if item.numbered:
             n = self.numbered[item.counter]
             flush(b.get(n) + self._index(item.trips) + b.I32_ADD + b.put(n))
-        writer.free[b.I32].append(trips)
+        writer.release(trips)
 
     def _operand(self, operand: Operand) -> Fragment:
         match operand:

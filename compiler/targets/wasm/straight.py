@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from heapq import heappop, heappush
+from itertools import groupby
 from math import pi
 
 from ...graph.table import ELEMENT, question
@@ -70,6 +72,11 @@ class Arrays:
             array, index = "u", index + self.inputs
         return Fragment(b.get(self.where[array]) + b.load_f64(8 * index))
 
+    def zeros(self, begin: Store, count: int) -> bytes:
+        """Return code that writes so many zeros."""
+        at = b.get(self.where[begin.array]) + b.i32(8 * begin.index) + b.I32_ADD
+        return at + b.i32(0) + b.i32(8 * count) + b.MEMORY_FILL
+
     def store(self, statement: Store, value: bytes) -> bytes:
         code = b.get(self.where[statement.array]) + value + b.store_f64(8 * statement.index)
         if statement.guarded:
@@ -92,8 +99,9 @@ class FunctionWriter:
         """How often a local is still read."""
 
     def local(self, kind: int) -> int:
+        """Return the first local that is free: low numbers are short, and packed well."""
         if self.free[kind]:
-            return self.free[kind].pop()
+            return heappop(self.free[kind])
         self.kinds.append(kind)
         return self.first + len(self.kinds) - 1
 
@@ -103,7 +111,10 @@ class FunctionWriter:
         for local in reads:
             self.left[local] -= 1
             if not self.left[local]:
-                self.free[self.kinds[local - self.first]].append(local)
+                self.release(local)
+
+    def release(self, local: int) -> None:
+        heappush(self.free[self.kinds[local - self.first]], local)
 
     def keep(self, value: Fragment, uses: int) -> Fragment:
         """Put a value into a local that is read so often."""
@@ -142,9 +153,16 @@ class FunctionWriter:
         for statement in body:
             for operand in operands_of(statement):
                 uses[operand] += 1
+        zeros = _zeros(body)
         values: list[Fragment] = []
-        for statement, count in zip(body, uses, strict=True):
-            values.append(self._value(statement, count, values, arrays, stored))
+        for k, (statement, count) in enumerate(zip(body, uses, strict=True)):
+            if k not in zeros:
+                values.append(self._value(statement, count, values, arrays, stored))
+                continue
+            if zeros[k]:
+                assert type(statement) is Store
+                self.flush(arrays.zeros(statement, zeros[k]))
+            values.append(NOTHING)
 
     def _value(
         self,
@@ -178,3 +196,21 @@ class FunctionWriter:
 
 NOTHING = Fragment(b"")
 """In the place of a value that nobody reads."""
+
+MANY = 3
+"""More zeros than these are written at once."""
+
+
+def _zeros(body: Body) -> dict[int, int]:
+    """Return the stores of zeros, one after the other, side by side, as in Jacobians: how many the first one of these begins; none of the
+    rest."""
+    zero = Literal(Fraction(0))
+    stores = [
+        (k, s) for k, s in enumerate(body) if type(s) is Store and not s.guarded and body[s.value] == zero
+    ]
+    found: dict[int, int] = {}
+    for _, run in groupby(enumerate(stores), lambda x: (x[1][0] - x[0], x[1][1].index - x[0], x[1][1].array)):
+        first, *rest = (k for _, (k, _) in run)
+        if len(rest) >= MANY:
+            found |= {first: 1 + len(rest)} | dict.fromkeys(rest, 0)
+    return found

@@ -9,16 +9,18 @@ import pytest
 from msgspec.structs import replace
 from native_code import bits, random_states
 from random_models.python_functions import load_python
-from sample_equations import chain, every_operation, pendulum
+from sample_equations import chain, equations, every_operation, pendulum
 from wasm_module import Floats, WasmModel, WasmRun, needs_wasmtime
 
 import mechc
-from mechc.compiler.equations.model import Equations
+from mechc.compiler.equations.model import Equations, Function
+from mechc.compiler.graph import Graph
 from mechc.compiler.pipeline import program_with
-from mechc.compiler.program import Program, lower
+from mechc.compiler.program import Program, common, lower
 from mechc.compiler.targets.c_loops import loops_of
-from mechc.compiler.targets.wasm import functions
+from mechc.compiler.targets.wasm import functions, straight
 from mechc.compiler.targets.wasm.link import linked
+from mechc.runtime.interface import Quantity
 from mechc.runtime.methods import parts_for
 from mechc.web.kernels import kernel_for, loaded
 
@@ -130,6 +132,46 @@ def test_a_workspace_that_is_too_large_for_the_stack(pairs: Program, monkeypatch
         wasm = WasmModel(pairs, kernel)
         found.append(bits(wasm.call("rhs", 0.0, y, [], [], wasm.default_parameters())))
     assert found[0] == found[1]
+
+
+SPHERE = """
+model Sphere
+  dimensionless;
+  structural parameter Integer n = 6;
+  coordinate p[n, 3] ~ {{1, 0.1*i, i*i*0.1} for i in 1:n};
+  kinetic 1/2*sum(dot(der(p[i]), der(p[i])) for i in 1:n);
+  potential sum(1/norm(p[i] - p[j]) for i in 1:n for j in i+1:n);
+  for i in 1:n loop
+    constraint sphere[i]: dot(p[i], p[i]) = 1;
+  end for;
+  output lambda[n] = {multiplier(sphere[i]) for i in 1:n};
+end Sphere;
+"""
+
+
+def test_what_functions_have_in_common_is_placed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rates and multipliers are nearly the same operations; a Jacobian is mostly zeros, which are written together."""
+    program = mechc.loads(SPHERE).compilation.program
+    kernel = loaded(kernel_for("dop853", events=False))
+    monkeypatch.setattr(functions, "LONGEST", 40)
+    monkeypatch.setattr(common, "WORTH", 10)
+    compare(program, 0)
+    size = len(linked(program, kernel).module)
+    monkeypatch.setattr(common, "WORTH", 1_000_000)
+    apart = len(linked(program, kernel).module)
+    bare = sum(map(len, kernel.parts.values()))
+    assert apart - size > 0.25 * (apart - bare)
+    monkeypatch.setattr(straight, "MANY", 1_000_000)
+    assert len(linked(program, kernel).module) - apart > 90 * 12  # bytes of 90 constants and stores
+
+
+def test_zeros_between_other_values() -> None:
+    """Also such that stand there without an operation between them."""
+    g = Graph()
+    x, zero = g.symbol("x"), g.zero
+    outputs = (x, *[zero] * 6, x, *[zero] * 5, g.sqrt(x), *[zero] * 2, x, *[zero] * 9)
+    state = (x, Quantity("x", "state", ""))
+    compare(lower(equations(g, [Function("rhs", "", outputs)], states=[state], nx=1)), 0)
 
 
 # ---------------------------------------------------------------- whole runs
