@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 from native_code import bits, random_states
 from random_models.python_functions import load_python
-from sample_equations import chain, equations, every_operation, pendulum
+from sample_equations import chain, every_operation, pendulum
 from wasm_module import Floats, WasmModel, WasmRun, needs_wasmtime
 
 import mechc
-from mechc.compiler.equations.model import Equations, Function
-from mechc.compiler.graph import Graph
+from mechc.compiler.equations.model import Equations
 from mechc.compiler.pipeline import program_with
-from mechc.compiler.program import Program, common, lower
+from mechc.compiler.program import Program, ProgramFunction, common, lower
+from mechc.compiler.program.model import Literal, Load, Store
 from mechc.compiler.targets.c_loops import loops_of
 from mechc.compiler.targets.wasm import functions, straight
 from mechc.compiler.targets.wasm.link import linked
-from mechc.runtime.interface import Quantity
 from mechc.runtime.methods import parts_for
 from mechc.web.kernels import kernel_for, loaded
 
@@ -166,12 +166,12 @@ def test_what_functions_have_in_common_is_placed_once(monkeypatch: pytest.Monkey
 
 
 def test_zeros_between_other_values() -> None:
-    """Also such that stand there without an operation between them."""
-    g = Graph()
-    x, zero = g.symbol("x"), g.zero
-    outputs = (x, *[zero] * 6, x, *[zero] * 5, g.sqrt(x), *[zero] * 2, x, *[zero] * 9)
-    state = (x, Quantity("x", "state", ""))
-    compare(lower(equations(g, [Function("rhs", "", outputs)], states=[state], nx=1)), 0)
+    """Also such that stand there without an operation between them, and in any order."""
+    program = lower(pendulum())
+    other, places = {3, 8, 14, 15}, [*range(13), 20, 19, 18, 17, 16, 15, 14, 13]
+    stores = [Store("out", k, 1 if k in other else 0) for k in places]
+    body = (Literal(Fraction(0)), Load("y", 0), *stores)
+    compare(replace(program, functions=(ProgramFunction("rhs", "", len(places), (body,)),)), 0)
 
 
 # ---------------------------------------------------------------- whole runs
