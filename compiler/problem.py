@@ -49,6 +49,7 @@ def problem_with(
 ) -> Problem:
     """Return the functions of a model with these parts, ready to be called; ``quick``: see ``make_problem``. Raises CompilerMissing
     and BuildError."""
+    quick = quick and find_quick_compiler() is not None  # without one, the same code answers both questions
     key = reproducible, quick, parts
     if key in compilation.problems:
         return compilation.problems[key]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Final
 
 from msgspec.structs import replace
@@ -17,6 +17,9 @@ Node = int
 Line = tuple[Node, Store | None]
 """A node, or a store of its value."""
 
+ALL: Final = -1
+"""The functions that have a load or literal."""
+
 WORTH: Final = 100
 """Operations that are worth bodies of their own: what others need of them passes through the workspace."""
 
@@ -24,9 +27,8 @@ WORTH: Final = 100
 def in_common(program: Program, size: int, whole: Collection[str] = ()) -> Program:
     """Return the program in which functions begin with the bodies that they have in common, all of them of about ``size`` operations
     (``split``); those that have none, or stay ``whole``, are as they were."""
-    long = [
-        f for f in program.functions if f.name not in whole and f.operations >= WORTH and len(f.bodies) == 1
-    ]
+    long = [f for f in program.functions if f.operations >= WORTH and len(f.bodies) == 1]
+    long = sorted((f for f in long if f.name not in whole), key=lambda f: -f.operations)
     nodes = _Nodes(long)
     first = len(nodes.places)
     shared = {of: split(ProgramFunction("", "", 0, (body,)), size, first) for of, body in nodes.groups()}
@@ -44,10 +46,10 @@ def in_common(program: Program, size: int, whole: Collection[str] = ()) -> Progr
 
 
 class _Nodes:
-    """The values of functions of one body each.
+    """The values of functions of one body each, long ones first.
 
-    ``of``: which functions compute a node, one bit each; those that the same ones compute are a group. ``common``: whether a node
-    is in a group, or a load or literal, which each body repeats. ``places``: in the workspace, of what one group passes to others.
+    ``of``: which functions a node is computed for once, one bit each; what the same functions share is a group. ``places``: in the
+    workspace, of what groups pass to others. Loads and literals stand in each body that reads them.
     """
 
     def __init__(self, functions: Sequence[ProgramFunction]) -> None:
@@ -56,7 +58,8 @@ class _Nodes:
         known: dict[Statement, Node] = {}
         self.lines = [[*self._lines(function, 1 << k, known)] for k, function in enumerate(functions)]
         self.inner = [n for n, s in enumerate(self.statements) if type(s) is Operate or type(s) is Lookup]
-        self.common = [of.bit_count() > 1 for of in self.of]
+        for node in {*range(len(known))}.difference(self.inner):
+            self.of[node] = ALL
         self._choose()
         self.places = {node: place for place, node in enumerate(sorted({*self._passed()}))}
 
@@ -79,44 +82,59 @@ class _Nodes:
             at.append(node)
 
     def _choose(self) -> None:
-        """Leave only what belongs to large groups and reads nothing but these."""
-        inner, common = {*self.inner}, self.common
-        for node in range(len(common)):
-            common[node] |= node not in inner
-        left = True
-        while left:
-            counts = Counter(self.of[node] for node in inner if common[node])
-            left = False
+        """Take the shortest function from each group that is too small, and from what reads that, until none is."""
+        of = self.of
+        while True:
+            counts = Counter(of[node] for node in self.inner)
+            small = {
+                group: group ^ 1 << group.bit_length() - 1
+                for group, count in counts.items()
+                if count < WORTH and group.bit_count() > 1
+            }
+            if not small:
+                return
             for node in self.inner:
-                operands = operands_of(self.statements[node])
-                if common[node] and (counts[self.of[node]] < WORTH or not all(common[a] for a in operands)):
-                    common[node], left = False, True
+                left = small.get(of[node], of[node])
+                for a in operands_of(self.statements[node]):
+                    left &= of[a]
+                of[node] = left
+
+    def _is_shared(self, node: Node, bit: int) -> bool:
+        """Whether a function, by its bit, has a node in common with others."""
+        of = self.of[node]
+        return bool(of & bit) and of.bit_count() > 1
 
     def _passed(self) -> Iterator[Node]:
         """Yield what groups compute and others read."""
-        inner = {*self.inner}
-        for node in self.inner:
-            group = self.of[node] if self.common[node] else 0
-            for a in operands_of(self.statements[node]):
-                if a in inner and self.common[a] and self.of[a] != group:
-                    yield a
-        for lines in self.lines:
-            yield from (node for node, store in lines if store and node in inner and self.common[node])
+        for k, lines in enumerate(self.lines):
+            for node, store in lines:
+                read, group = (node,), 0
+                if store is None:
+                    read = operands_of(self.statements[node])
+                    group = self.of[node] if self._is_shared(node, 1 << k) else 0
+                yield from (
+                    a
+                    for a in read
+                    if self.of[a] != ALL and self._is_shared(a, 1 << k) and self.of[a] != group
+                )
 
     def groups(self) -> Iterator[tuple[int, Body]]:
         """Yield what the same functions compute, by these: each group reads such of more functions, which come before it."""
         found: dict[int, list[Line]] = {}
         for node in self.inner:
-            if self.common[node]:
+            if self.of[node].bit_count() > 1:
                 found.setdefault(self.of[node], []).append((node, None))
         for of in sorted(found, key=lambda of: -of.bit_count()):
-            yield of, self._body(found[of])
+            yield of, self._body(found[of], self.places)
 
     def rest(self, k: int) -> Body:
         """Return what a function computes besides its groups, with its stores."""
-        return self._body((node, store) for node, store in self.lines[k] if store or not self.common[node])
+        return self._body(
+            ((node, store) for node, store in self.lines[k] if store or not self._is_shared(node, 1 << k)), {}
+        )
 
-    def _body(self, lines: Iterable[Line]) -> Body:
+    def _body(self, lines: Iterable[Line], kept: Mapping[Node, int]) -> Body:
+        """Return a body of what is not computed before, and stores what is to be ``kept`` of it."""
         body: list[Statement] = []
         here: dict[Node, int] = {}
 
@@ -126,18 +144,19 @@ class _Nodes:
 
         def value(node: Node) -> int:
             if node not in here:
-                place = self.places.get(node)
-                here[node] = add(self.statements[node] if place is None else Load("w", place))
+                here[node] = add(
+                    self.statements[node] if self.of[node] == ALL else Load("w", self.places[node])
+                )
             return here[node]
 
         for node, store in lines:
             if store is not None:
                 add(_reading(store, [value(node)]))
-                continue
-            operands = [value(a) for a in operands_of(self.statements[node])]
-            here[node] = add(_reading(self.statements[node], operands))
-            if node in self.places:
-                add(Store("w", self.places[node], here[node]))
+            elif self.of[node] != ALL:
+                operands = [value(a) for a in operands_of(self.statements[node])]
+                here[node] = add(_reading(self.statements[node], operands))
+                if node in kept:
+                    add(Store("w", kept[node], here[node]))
         return tuple(body)
 
 

@@ -15,14 +15,14 @@ from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.operations import CONST, SYMBOL
 from mechc.compiler.program import Program, common, lower, verify
 from mechc.compiler.program.common import in_common
-from mechc.compiler.program.model import Store, operands_of
+from mechc.compiler.program.model import Load, Store, operands_of
 from mechc.runtime.interface import Quantity
 
 SIZE = 25
 
 
 def overlapping(seed: int) -> Equations:
-    """Return functions of random nodes that have much in common: all of them the first nodes, two of them the next ones."""
+    """Return functions of random nodes that have much in common: all of them the first nodes, the first one with each other more."""
     rng, g = random.Random(seed), Graph()
     x, y, a = (g.symbol(name) for name in "xya")
 
@@ -34,8 +34,12 @@ def overlapping(seed: int) -> Equations:
         return found
 
     first = more([x, y, a, g.constant(3)], 60)
-    second = more(first, 200)
-    outputs = {"rhs": more(second, 60), "initial": more(second, 60), "constraints": more(first, 60)}
+    second, third = more(first, 200), more(first, 150)
+    outputs = {
+        "rhs": more(third + second[-20:], 100),
+        "initial": more(second, 60),
+        "constraints": more(third, 60),
+    }
     return equations(
         g,
         [Function(name, "", tuple(nodes[-40:])) for name, nodes in outputs.items()],
@@ -65,6 +69,13 @@ def test_every_value_is_computed_in_one_body_and_has_its_bits(
     wanted = g.depth_first([n for f in model.functions for n in f.outputs], ())
     assert computed(done) == sum(g.op(n) not in (CONST, SYMBOL) for n in wanted) < computed(program)
     assert all(len(f.bodies) > 2 for f in done.functions)
+    w = {
+        kind: {
+            s.index for f in done.functions for b in f.bodies for s in b if type(s) is kind and s.array == "w"
+        }
+        for kind in (Load, Store)
+    }
+    assert w[Load] == w[Store]
     kept = [
         [s.value for s in body if isinstance(s, Store) and s.array == "w"]
         for f in done.functions
@@ -82,14 +93,17 @@ def test_every_value_is_computed_in_one_body_and_has_its_bits(
             assert bits(ours.call(*given)) == bits(plain.call(*given)), f.name
 
 
-def test_groups_that_rest_on_small_ones_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What two functions have in common is much, and rests on a little that three have."""
+def test_a_function_that_shares_little_computes_it_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What pairs of functions have in common is much, and rests on a little that three have: the shortest one has none of it."""
     model = overlapping(1)
     program = lower(model, hoist=False)
+    needed = [{*model.graph.depth_first(f.outputs, ())} for f in model.functions]
     monkeypatch.setattr(common, "WORTH", 70)
-    assert in_common(program, SIZE) == program
-    monkeypatch.setattr(common, "WORTH", 20)
-    rhs, initial, constraints = (f.bodies for f in in_common(program, SIZE).functions)
-    assert {*rhs} & {*initial} > {*rhs} & {*constraints} > set()
-    done = in_common(program, SIZE, {"initial", "constraints"})
-    assert done == program
+    assert len(needed[0] & needed[1] & needed[2]) < 70
+    assert all(len((needed[0] & needed[k]) - needed[3 - k]) > 70 for k in (1, 2))
+    done = in_common(program, SIZE)
+    verify(done)
+    rhs, initial, constraints = (f.bodies for f in done.functions)
+    assert {*rhs} & {*initial}
+    assert constraints == program.functions[2].bodies
+    assert in_common(program, SIZE, {"rhs"}) == program
