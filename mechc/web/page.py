@@ -128,9 +128,14 @@ def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> 
 
 @cache
 def _scripts(size: int) -> str:
-    """Return the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
+    """Return the style and the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
     code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
-    return _packed(json.dumps({"engine": page_text("engine.js"), "code": code}).encode())
+    texts = {"style": page_text("page.css"), "engine": page_text("engine.js"), "code": code}
+    return _packed(json.dumps({name: COMMENTS.sub("", text) for name, text in texts.items()}).encode())
+
+
+COMMENTS = re.compile(r"^ *(//[^\n]*|/\*\*.*?\*/)\n", re.MULTILINE | re.DOTALL)
+"""Those that have their lines to themselves."""
 
 
 def page_text(name: str) -> str:

@@ -155,3 +155,11 @@ def test_functions_of_a_large_model_are_quick(arm: mechc.Model) -> None:
     found = arm.functions
     assert found._problem.quick
     np.testing.assert_allclose(found.mass_matrix(y), found.mass_matrix(y).T, rtol=1e-12, atol=1e-15)
+
+
+def test_where_no_better_code_is_to_be_had_the_same_answers_both_questions(
+    arm: mechc.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """So a machine without gcc writes and compiles each model once."""
+    monkeypatch.setenv("CC", "libtcc")
+    assert arm.problem(quick=True) is arm.problem(quick=False)
