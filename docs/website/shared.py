@@ -5,17 +5,16 @@ A page of ``mechc view`` is whole: 100 kB and more, of which a few are the model
 
 from __future__ import annotations
 
-import base64
-import gzip
 import hashlib
 import json
 import re
 from pathlib import Path
 
 from mechc.web.kernels import KERNELS, WebKernel, loaded
+from mechc.web.packed import packed, unpacked
 
 LIVE = re.compile(
-    r"<script>\n(?P<head>async function unpack.*?)</script>\n<script>\nbegin\((?P<parts>\{.*?\})\);\n",
+    r"<script>\n(?P<head>const DIGITS.*?)</script>\n<script>\nbegin\((?P<parts>\{.*?\})\);\n",
     re.DOTALL,
 )
 POLICY = "script-src 'unsafe-inline'"
@@ -38,14 +37,14 @@ def write_live(page: Path, target: Path) -> None:
     live = LIVE.search(text)
     assert live is not None, page.name
     parts = json.loads(live["parts"])
-    code = live["head"] + CODE.replace("@TEXTS@", _unpacked(parts.pop("scripts")).decode())
+    code = live["head"] + CODE.replace("@TEXTS@", unpacked(parts.pop("scripts")).decode())
     scripts = [f"code-{hashlib.sha256(code.encode()).hexdigest()[:8]}.js"]
     _write_once(target.parent / scripts[0], code)
-    kernel, own, pieces = taken_apart(_unpacked(parts["wasm"]))
+    kernel, own, pieces = taken_apart(unpacked(parts["wasm"]))
     scripts.append(f"kernel-{kernel.name}.js")
-    _write_once(target.parent / scripts[1], f"const KERNEL = '{_packed(kernel.file.read_bytes())}';\n")
+    _write_once(target.parent / scripts[1], f"const KERNEL = '{packed(kernel.file.read_bytes())}';\n")
     asked = "".join(f'<script src="{name}"></script>\n' for name in scripts)
-    shared = json.dumps(parts | {"wasm": {"own": _packed(own), "pieces": pieces}}, separators=(",", ":"))
+    shared = json.dumps(parts | {"wasm": {"own": packed(own), "pieces": pieces}}, separators=(",", ":"))
     own_text = f"{asked}<script>\nbegin({shared});\n"
     text = text[: live.start()] + own_text + text[live.end() :]
     target.write_text(text.replace(POLICY, f"{POLICY} 'self' file:", 1), encoding="utf-8", newline="\n")
@@ -68,14 +67,6 @@ def taken_apart(module: bytes) -> tuple[WebKernel, bytes, list[tuple[int, int, i
         done = at + len(body)
     pieces.append((1, len(own), len(own) + len(module) - done))
     return kernel, own + module[done:], pieces
-
-
-def _packed(data: bytes) -> str:
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
-
-
-def _unpacked(text: str) -> bytes:
-    return gzip.decompress(base64.b64decode(text))
 
 
 def _write_once(path: Path, text: str) -> None:

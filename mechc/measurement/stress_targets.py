@@ -30,15 +30,17 @@ TARGETS = ("c", "python", "fmu", "web", "ensemble")
 
 PAGE_IN_NODE = """
 const text = require('fs').readFileSync(process.argv[1], 'utf8');
-const unpacked = text => require('zlib').gunzipSync(Buffer.from(text, 'base64'));
+const unpack = new Function(/<script>\\n([^]*?)<[/]script>/.exec(text)[1] + '; return unpack;')();
+const told = async packed => JSON.parse(new TextDecoder().decode(await unpack(packed)));
 const parts = JSON.parse(/\\nbegin[(](.*)[)];\\n/.exec(text)[1]);
-const {engine} = JSON.parse(unpacked(parts.scripts)), info = JSON.parse(unpacked(parts.info));
-const makeEngine = new Function(engine + '; return makeEngine;')();
-makeEngine(unpacked(parts.wasm), info).then(made => {
+(async () => {
+  const {engine} = await told(parts.scripts), info = await told(parts.info);
+  const makeEngine = new Function(engine + '; return makeEngine;')();
+  const made = await makeEngine(await unpack(parts.wasm), info);
   const {failed, n, ny, nOut, t, y, out} = made.run({}), rows = [];
   for (let i = 0; i < n; i++) rows.push([t[i], ...y.slice(i * ny, (i + 1) * ny), ...out.slice(i * nOut, (i + 1) * nOut)]);
   console.log(JSON.stringify({failed, names: ['time', ...[...info.states, ...info.outputs].map(s => s.name)], rows}));
-});
+})();
 """
 """Runs the model of a page as the page does, without what is drawn, and prints its rows."""
 

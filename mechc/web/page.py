@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 import html
 import json
 import math
@@ -21,6 +19,7 @@ from mechc.runtime.methods import parts_for
 
 from .facts import PageFacts
 from .kernels import loaded
+from .packed import packed
 
 if TYPE_CHECKING:
     from mechc.compiler.program.model import Program
@@ -71,10 +70,10 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     """Return the text of the page of a model that was run. Raises what ``page`` raises."""
     info = facts.told(recorded=recorded)
     if recorded:
-        return joined(facts, info, {"rows": _packed(facts.rows()), **equations_of(facts)})
+        return joined(facts, info, {"rows": packed(facts.rows()), **equations_of(facts)})
 
     program = with_own_sizes(program_of(facts), facts.solution)
-    return joined(facts, info, {"wasm": _packed(module_of(facts, program).module), **equations_of(facts)})
+    return joined(facts, info, {"wasm": packed(module_of(facts, program).module), **equations_of(facts)})
 
 
 def program_of(facts: PageFacts) -> Program:
@@ -107,21 +106,17 @@ def equations_of(facts: PageFacts) -> dict[str, str]:
     constant = dict.fromkeys((*problem.conserved, *((total,) if total >= 0 and set(changes) == {-1} else ())))
     kept = ", ".join(problem.outputs[k].name for k in constant)
     told = f"<p>Constant along every motion: {html.escape(kept)}.</p>" if kept else ""
-    return {"equations": _packed(f"{sections}{told}".encode())}
-
-
-def _packed(data: bytes) -> str:
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+    return {"equations": packed(f"{sections}{told}".encode())}
 
 
 def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> str:
     """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
-    packed = {"scripts": _scripts(size), "info": _packed(as_json(info).encode())}
+    held = {"scripts": _scripts(size), "info": packed(as_json(info).encode())}
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
-        "PARTS": json.dumps(packed | parts),
+        "PARTS": json.dumps(held | parts),
     }
     return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], page_text("page.html"))
 
@@ -131,11 +126,11 @@ def _scripts(size: int) -> str:
     """Return the style and the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
     code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
     texts = {"style": page_text("page.css"), "engine": page_text("engine.js"), "code": code}
-    return _packed(json.dumps({name: COMMENTS.sub("", text) for name, text in texts.items()}).encode())
+    return packed(json.dumps({name: COMMENTS.sub("", text) for name, text in texts.items()}).encode())
 
 
-COMMENTS = re.compile(r"^ *(//[^\n]*|/\*\*.*?\*/)\n", re.MULTILINE | re.DOTALL)
-"""Those that have their lines to themselves."""
+COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)", re.MULTILINE | re.DOTALL)
+"""Those that have their lines to themselves, and what lines begin with."""
 
 
 def page_text(name: str) -> str:

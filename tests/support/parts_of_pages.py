@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
 import json
 import re
 from collections.abc import Callable
 from typing import Any
+
+from mechc.web.packed import packed, unpacked
 
 BEGIN = re.compile(r"\nbegin\((.*)\);\n")
 
@@ -16,9 +16,9 @@ def changed(page: str, change: Callable[[str], str]) -> str:
     """Return a page whose scripts and facts, as one text, are changed."""
     parts = json.loads(_found(page))
     names = ("scripts", "info")
-    texts = change("\n".join(gzip.decompress(base64.b64decode(parts[name])).decode() for name in names))
+    texts = change("\n".join(unpacked(parts[name]).decode() for name in names))
     for name, text in zip(names, texts.split("\n"), strict=True):
-        parts[name] = base64.b64encode(gzip.compress(text.encode())).decode()
+        parts[name] = packed(text.encode())
     return page.replace(_found(page), json.dumps(parts))
 
 
@@ -29,5 +29,5 @@ def _found(page: str) -> str:
 
 
 def parts_of(page: str) -> dict[str, Any]:
-    parts = {name: gzip.decompress(base64.b64decode(part)) for name, part in json.loads(_found(page)).items()}
+    parts = {name: unpacked(part) for name, part in json.loads(_found(page)).items()}
     return parts | {name: json.loads(parts[name]) for name in ("scripts", "info")}

@@ -74,7 +74,7 @@ def test_what_is_there_is_not_written_over(tmp_path: Path, capsys: pytest.Captur
     assert run(["compile", str(model), "--target", "web", "-o", str(tmp_path / "ball.txt")]) == 2
 
 
-@pytest.mark.parametrize("example", ["double_pendulum", "lagrange_top"])
+@pytest.mark.parametrize("example", ["double_pendulum", "lagrange_top", "fekete", "stewart_platform"])
 def test_smooth_models_have_small_pages(example: str) -> None:
     assert len(page(mechc.load(ROOT / "examples" / f"{example}.mech"))) <= 130_000
 
