@@ -17,7 +17,8 @@ from .model import CompiledModel
 from .requests.parse_values import UsageMistake, one_of
 from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas, known_of
-from .runtime.case import SimulationOptions, find_experiment
+from .runtime.case import Case, SimulationOptions, find_experiment, prepare
+from .runtime.functions import load_functions
 from .runtime.integrate.recompilation import BetterCodePays, little_work
 from .runtime.memo import once
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
@@ -199,11 +200,16 @@ def _wishes(model: CompiledModel) -> Wishes:
     return Wishes(moving=_moving_inputs(model), at_singular_positions=advice)
 
 
-def plan(model: CompiledModel, asked: Asked, problem: Problem | None = None) -> Plan:
-    """Make a run ready without beginning it. ``problem``: compiled functions that answered before. Raises SimulationError."""
-    if problem is None:
-        return plan_run(*_posed(model, asked))
-    return plan_run(problem, replace(study(asked, problem), values=model.settings))
+def plan(model: CompiledModel, asked: Asked) -> Plan:
+    """Make a run ready without beginning it. Raises SimulationError."""
+    return plan_run(*_posed(model, asked))
+
+
+def case_of(model: CompiledModel, asked: Asked, problem: Problem) -> Case:
+    """Return the case of a run by the compiled functions that answered before. Raises SimulationError."""
+    options = study(asked, problem)
+    assert isinstance(options, SimulationOptions)
+    return prepare(problem, load_functions(problem), replace(options, values=model.settings))
 
 
 def _posed(

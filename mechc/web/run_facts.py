@@ -19,7 +19,7 @@ from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.native.kernel import INTERPOLATIONS
 from mechc.runtime.problem import Array
 from mechc.runtime.studies.kinds.motion import Simulate
-from mechc.session import answer, plan
+from mechc.session import answer, case_of
 from mechc.solution import Solution
 
 from .facts import OF_EXPERIMENTS, ROWS, InputTable, PageFacts, RunFigures, RunSpan, Settings
@@ -88,8 +88,8 @@ def facts_of(
     given = {**options, "experiment": experiment, "method": method if method != "dop853" else None}
     ready, question = _posed(model, values, given)
     problem = solution.problem
-    planned = plan(ready, question, problem)
-    case = planned.case
+    case, nominal = case_of(ready, question, problem), solution.motion.nominal
+    assert nominal is not None
     u = inputs_at(case, case.begin) if case.functions.inputs is not None else np.zeros(len(problem.inputs))
     return RunFacts(
         model=ready,
@@ -105,7 +105,7 @@ def facts_of(
         known=case.known.tolist(),
         solution=solution,
         found=RunFigures(
-            case.p.tolist(), case.y0.tolist(), u.tolist(), planned.nominal.tolist(), extents_of(solution)
+            case.p.tolist(), case.y0.tolist(), u.tolist(), nominal.tolist(), extents_of(solution)
         ),
     )
 

@@ -56,7 +56,7 @@ class Motion(Struct, frozen=True, eq=False):
     ``problem.scene`` at times, where somebody asked for a picture; ``states_at``: states and discrete variables at times,
     those among them that tell what touches and sticks. ``stopped``: why the run ended
     before its end, if it did, and its companion. ``own_sizes``: nominal values whose declaration makes the
-    rules give those by which the run was repeated, as states stay far below others.
+    rules give those by which the run was repeated, as states stay far below others; ``nominal`` [ny] is what these gave before.
     """
 
     problem: Problem
@@ -75,6 +75,7 @@ class Motion(Struct, frozen=True, eq=False):
     pictured: Columns | None = None
     states_at: Callable[[Array], tuple[Array, Array | None]] | None = None
     own_sizes: Mapping[str, float] = MappingProxyType({})
+    nominal: Array | None = None
     sensitivities: Sensitivities | None = None
     condition: Condition | None = None
     sought: Callable[[], Branches] | None = None

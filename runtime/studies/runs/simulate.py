@@ -278,6 +278,7 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
         pictured=pictured if problem.scene is not None else None,
         states_at=state_at,
         own_sizes=sizes,
+        nominal=seen.plan.nominal,
         sought=branches_of(case, (times, states, modes), main.dense, state_at),
     )
     return Solution(motion)
