@@ -9,9 +9,9 @@ from typing import Final
 
 from ...graph.table import Samples
 from ...program import Program, ProgramFunction, chunk
-from ...program.common import in_common
 from ...program.loops.rolled import Rolled
 from ...program.model import Body
+from ...program.shared_bodies import in_common
 from ..c_loops import ON_STACK, loops_of
 from ..c_tables import LARGE, used_tables
 from ..model_data import OF_SHARES, is_emitted, readers

@@ -16,7 +16,7 @@ from wasm_module import Floats, WasmModel, WasmRun, needs_wasmtime
 import mechc
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.pipeline import program_with
-from mechc.compiler.program import Program, ProgramFunction, common, lower
+from mechc.compiler.program import Program, ProgramFunction, lower, shared_bodies
 from mechc.compiler.program.model import Literal, Load, Store
 from mechc.compiler.targets.c_loops import loops_of
 from mechc.compiler.targets.wasm import functions, straight
@@ -154,10 +154,10 @@ def test_what_functions_have_in_common_is_placed_once(monkeypatch: pytest.Monkey
     program = mechc.loads(SPHERE).compilation.program
     kernel = loaded(kernel_for("dop853", events=False))
     monkeypatch.setattr(functions, "LONGEST", 40)
-    monkeypatch.setattr(common, "WORTH", 10)
+    monkeypatch.setattr(shared_bodies, "WORTH", 10)
     compare(program, 0)
     size = len(linked(program, kernel).module)
-    monkeypatch.setattr(common, "WORTH", 1_000_000)
+    monkeypatch.setattr(shared_bodies, "WORTH", 1_000_000)
     apart = len(linked(program, kernel).module)
     bare = sum(map(len, kernel.parts.values()))
     assert apart - size > 0.25 * (apart - bare)

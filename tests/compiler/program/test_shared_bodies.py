@@ -13,9 +13,9 @@ from sample_equations import equations
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.operations import CONST, SYMBOL
-from mechc.compiler.program import Program, common, lower, verify
-from mechc.compiler.program.common import in_common
+from mechc.compiler.program import Program, lower, shared_bodies, verify
 from mechc.compiler.program.model import Load, Store, operands_of
+from mechc.compiler.program.shared_bodies import in_common
 from mechc.runtime.interface import Quantity
 
 SIZE = 25
@@ -62,7 +62,7 @@ def test_every_value_is_computed_in_one_body_and_has_its_bits(
     """However small groups may be, and not at all where none is large enough."""
     model = overlapping(seed)
     program = lower(model, hoist=False)
-    monkeypatch.setattr(common, "WORTH", 1)
+    monkeypatch.setattr(shared_bodies, "WORTH", 1)
     done = in_common(program, SIZE)
     verify(done)
     g = model.graph
@@ -82,7 +82,7 @@ def test_every_value_is_computed_in_one_body_and_has_its_bits(
         for body in f.bodies
     ]
     assert all(len({*values}) == len(values) for values in kept)
-    monkeypatch.setattr(common, "WORTH", 1000)
+    monkeypatch.setattr(shared_bodies, "WORTH", 1000)
     assert in_common(program, SIZE) == program
 
     ours, plain = NativeModel(done, tmp_path, 0, "common"), NativeModel(program, tmp_path, 0, "plain")
@@ -98,7 +98,7 @@ def test_a_function_that_shares_little_computes_it_itself(monkeypatch: pytest.Mo
     model = overlapping(1)
     program = lower(model, hoist=False)
     needed = [{*model.graph.depth_first(f.outputs, ())} for f in model.functions]
-    monkeypatch.setattr(common, "WORTH", 70)
+    monkeypatch.setattr(shared_bodies, "WORTH", 70)
     assert len(needed[0] & needed[1] & needed[2]) < 70
     assert all(len((needed[0] & needed[k]) - needed[3 - k]) > 70 for k in (1, 2))
     done = in_common(program, SIZE)
