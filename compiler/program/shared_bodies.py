@@ -108,7 +108,8 @@ class _Nodes:
         """Yield what groups compute and others read."""
         for k, lines in enumerate(self.lines):
             for node, store in lines:
-                read, group = (node,), 0
+                read: Sequence[Node] = (node,)
+                group = 0
                 if store is None:
                     read = operands_of(self.statements[node])
                     group = self.of[node] if self._is_shared(node, 1 << k) else 0
@@ -168,6 +169,6 @@ def _reading(statement: Statement, operands: Sequence[int]) -> Statement:
         case Lookup(table, order, _):
             return Lookup(table, order, *operands)
         case Store(array, index, _, guarded):
-            return Store(array, index, *operands, guarded)
+            return Store(array, index, operands[0], guarded)
         case _:
             return statement

@@ -17,7 +17,7 @@ import mechc
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.program import Program, ProgramFunction, lower, shared_bodies
-from mechc.compiler.program.model import Literal, Load, Store
+from mechc.compiler.program.model import Literal, Load, Statement, Store
 from mechc.compiler.targets.c_loops import loops_of
 from mechc.compiler.targets.wasm import functions, straight
 from mechc.compiler.targets.wasm.link import linked
@@ -170,7 +170,7 @@ def test_zeros_between_other_values() -> None:
     program = lower(pendulum())
     other, places = {3, 8, 14, 15}, [*range(13), 20, 19, 18, 17, 16, 15, 14, 13]
     stores = [Store("out", k, 1 if k in other else 0) for k in places]
-    body = (Literal(Fraction(0)), Load("y", 0), *stores)
+    body: tuple[Statement, ...] = (Literal(Fraction(0)), Load("y", 0), *stores)
     compare(replace(program, functions=(ProgramFunction("rhs", "", len(places), (body,)),)), 0)
 
 
