@@ -81,7 +81,9 @@ def _package(name: str, missing: str, help: str) -> DoctorLine:
         import_module(MODULES.get(name, name))
     except Exception as error:  # whatever a package raises while it is loaded
         said = str(error).strip().split("\n", 1)[0]
-        return DoctorLine(name, f"{found}, but its import fails: {said or type(error).__name__}", missing, help)
+        return DoctorLine(
+            name, f"{found}, but its import fails: {said or type(error).__name__}", missing, help
+        )
     return DoctorLine(name, found)
 
 

@@ -118,7 +118,7 @@ def test_over_a_rate_that_only_gives_the_momentum() -> None:
     assert head[0] == "der(phi) at the start" and ("der(phi)", "rad/s") in answer.tables[0].head
     p = 0.2 + 0.5 * math.sin(0.5) ** 2
     for row in answer.tables[0].rows:
-        start, theta, w = row[:3]
+        start, theta, w = (float(str(cell)) for cell in row[:3])
         assert (0.2 + 0.5 * math.sin(theta) ** 2) * w == pytest.approx(p * start, rel=1e-12)
     other = model.study("steady", vary="theta", over="der(phi) = 6 .. 8, 2")
     assert isinstance(other, Findings)

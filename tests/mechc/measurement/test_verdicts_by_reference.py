@@ -38,7 +38,7 @@ from mechc.measurement.stress_table import STATED, TWIN, StressRow
 from mechc.measurement.stress_targets import TARGETS, Answer, answer_of
 from mechc.measurement.truth import BESIDE, ROUNDING
 from mechc.requests.request import asked
-from mechc.runtime.native.build import Compiler
+from mechc.runtime.native.compiler import Compiler
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.session import plan
 
@@ -546,7 +546,8 @@ def test_no_verdict_on_a_machine_is_unfounded(
     whole = ALL or seed < WHOLE
     groups = () if whole else (STATED, TARGET)
     quick = TCC is not None and not ALL
-    if quick:
-        monkeypatch.setattr(stress_targets, "find_compiler", lambda: Compiler((TCC,), "tcc"))
+    if TCC is not None and quick:
+        compiler = Compiler((TCC,), "tcc")
+        monkeypatch.setattr(stress_targets, "find_compiler", lambda: compiler)
     found = examine(case_of(machine(seed)), tmp_path, ALL or quick or seed % 5 == 0, monkeypatch, groups)
     assert sum(j.repeated for j in found) > (15 if whole else 3)

@@ -73,8 +73,8 @@ def test_what_stands_still_is_drawn_once() -> None:
             painter = Painter(found, times)
             painter.paint(k)
             canvas = FigureCanvasAgg(painter.figure)
-            canvas.draw()
-            whole = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+            canvas.draw()  # type: ignore[no-untyped-call]
+            whole = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)  # type: ignore[no-untyped-call]
             assert np.abs(frame - whole).max() <= 2 and whole.std() > 1
         assert np.abs(frames[0] - frames[2]).max() > 100, "it moves"
 
