@@ -70,6 +70,8 @@ def settle(
         )
         if not len(values):
             return state
+        if not np.isfinite(values).all():
+            raise Undetermined("constraints have no value on the way to a state on them")
         r, J = values[:, 0].real, (values.imag / STEP)[:, :n]
         scale = 1 + np.abs(J).max(axis=1, initial=0)
         error = float((np.abs(r) / scale).max())
