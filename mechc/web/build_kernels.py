@@ -48,6 +48,7 @@ def sources(kernel: WebKernel) -> Mapping[str, str]:
         files += ["web_crowd.c", "web_shares.c"]
     own = {name: (FOLDER / name).read_text(encoding="utf-8") for name in files}
     own["operations.c"] = _operations()
+    own["web_kind.h"] = f"enum {{ WEB_EVENTS = {int(kernel.events)} }};\n"
     chosen = fitted(kernel_sources(), methods=kernel.methods, states=0, switches=kernel.events)
     of_kernel = needed(chosen, own.values())
     of_kernel.pop("clock.c", None)  # the page has its own

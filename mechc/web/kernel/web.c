@@ -13,6 +13,7 @@
 #include "model.h"
 #include "solver.h"
 #include "start.h"
+#include "web_kind.h" /* WEB_EVENTS: whether this kernel knows events (build_kernels.py) */
 #include "web_plan.h"
 
 double mech_clock(void) { return 0; } /* the page has its own */
@@ -73,7 +74,7 @@ int EXPORT(web_open)(int row_count)
     outs = take((size_t)(n_rows * model->n_outputs), sizeof *outs);
     scenes = take((size_t)(n_rows * n_scene), sizeof *scenes);
     tables = take((size_t)model->nu, sizeof *tables), held = take((size_t)model->nu, sizeof *held);
-    if (model->hybrid) {
+    if (WEB_EVENTS && model->hybrid) {
         events = take(event_room = EVENTS, sizeof *events);
         instants = take((size_t)(instant_room = INSTANTS) * instant_width(), sizeof *instants);
     }
@@ -199,7 +200,7 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
     o.method = method, o.n_grid = n_rows, o.t0 = begin_time;
     o.dt_max = dt_max, o.dt = step, o.rtol = tolerance, o.halves = into == other;
     o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
-    if (model->hybrid)
+    if (WEB_EVENTS && model->hybrid)
         o.events = events, o.event_capacity = event_room, o.instants = instants, o.instant_capacity = instant_room;
     for (int i = 0; i < ny; i++)
         atol_[i] = tolerance * nominal[i];
@@ -212,7 +213,7 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
     do {
         status = mech_advance(solver, stop_time, 10000);
         if (status == MECH_RUNNING) calls--;
-        if (status == MECH_EVENTS_FULL) {
+        if (WEB_EVENTS && status == MECH_EVENTS_FULL) {
             mech_read(solver, &report, last);
             before += report.n_events;
             if (!room_for_events(before + EVENTS)) break;
@@ -290,7 +291,7 @@ int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
         if (n_scene)
             scene(grid[i], y, held, scenes + i * n_scene);
     }
-    both_sides();
+    if (WEB_EVENTS) both_sides();
     return status;
 }
 
