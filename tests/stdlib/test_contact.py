@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -106,6 +107,38 @@ def test_parallel_capsules_touch_at_one_of_their_points() -> None:
 
 
 PAIRS_OF_CAPSULES = ("CapsuleOnCapsule", PAIRS["CapsuleOnCapsule"][0])
+
+
+@pytest.mark.parametrize("space", ["planar", "spatial"])
+def test_capsules_turn_past_each_other_in_a_plane(space: str) -> None:
+    """Again and again their lines become parallel, and their common normal runs through all places at once; gaps by all four ends."""
+    placed = "trans({s, h})" if space == "planar" else "trans({s, 0 m, h}) * roty(0 rad)"
+    axis = "" if space == "planar" else ", axis = {0, -1, 0}"
+    inertia = "0.01 kg.m^2" if space == "planar" else "0.01*identity(3) kg.m^2"
+    model = mechc.loads(
+        f"import mech.contact.*; import mech.{space}.*;\nmodel M\n"
+        "  parameter AngularVelocity w = 1 rad/s; parameter Length h = 0.3 m; parameter Length s = 0.2 m;"
+        f"Body a(m = 1 kg, J = {inertia}); Body b(m = 1 kg, J = {inertia});"
+        f"Revolute fa(world -> a.a, angle = 0.3 rad{axis}); Revolute fb(world * {placed} -> b.a, angle = -0.2 rad{axis});"
+        "initial der(fb.angle) = w;"
+        "CapsuleOnCapsule on(a.a -> b.a, r_from = 0.05 m, r_to = 0.04 m, l_from = 0.18 m, l_to = 0.16 m);"
+        "output Length gap = on.gap; experiment(stop = 1 s);\nend M;"
+    )
+
+    def to_line(p: np.ndarray, middle: np.ndarray, half: np.ndarray) -> float:
+        along = np.clip((p - middle) @ half / (half @ half), -1, 1)
+        return float(np.linalg.norm(p - middle - along * half))
+
+    for w, s, h in itertools.product((0.1, 1.0, 33.0), (0.0, 0.07, 0.2), (0.25, 0.31, 1.7)):
+        run = model.simulate(set={"w": w, "s": s, "h": h}, stop=f"{8 / w} s", estimate_error=False)
+        assert run.outcome.value == "completed", (w, s, h, run.message)
+        one, middle = 0.09 * np.array([math.cos(0.3), math.sin(0.3)]), np.array([s, h])
+        for t, gap in zip(run.time[::7], run["gap"][::7], strict=True):
+            angle = -0.2 + w * t
+            other = 0.08 * np.array([math.cos(angle), math.sin(angle)])
+            ends = [to_line(sign * one, middle, other) for sign in (-1, 1)]
+            ends += [to_line(middle + sign * other, np.zeros(2), one) for sign in (-1, 1)]
+            assert gap == pytest.approx(min(ends) - 0.09, abs=1e-11)
 
 
 def run(text: str, stop: float, space: str = "spatial") -> mechc.Solution:
