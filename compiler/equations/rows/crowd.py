@@ -49,8 +49,8 @@ def set_apart(
             "E0720",
             f"the model has {count + sum(map(derived, system.families))} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
             others[0].origin.shown,
-            caption="so many are found by numbers, and this one cannot be",
-            help="among more than 64 rows there may be contacts and their friction: replace others by potentials, or say less of them",
+            caption="among so many rows there may be contacts and their friction, but not this one",
+            help="take out contacts of what touches nothing in your motion, leave this one out, or write it as a smooth force",
         )
     graph = system.graph
     members: list[CrowdMember] = []
