@@ -28,7 +28,8 @@ class Environment(Environments):
     def __init__(self, problem: Problem, options: SimulationOptions, wishes: Wishes) -> None:
         super().__init__(problem, options, wishes)
         self._views = tuple(view[0:1] if view.ndim == 1 else view[0] for view in self._views)
-        self._inputs_now, self._outputs_now, self._read_status = self._u[0], self._outputs[0], self._status.item
+        self._inputs_now, self._outputs_now = self._u[0], self._outputs[0]
+        self._read_status = self._status.item
         self._readers: dict[str, Callable[[], float]] = {}
         self._places = {name: k for k, name in enumerate(self.names.u)}
         self._bounded = {q.name: q for q in problem.inputs if q.minimum is not None or q.maximum is not None}

@@ -72,7 +72,7 @@ def hard(
     return np.array(rows)
 
 
-def ours(robot: str, values: Mapping[str, float], **settings: str) -> mechc.Solution:
+def ours(robot: str, values: Mapping[str, float], **settings: Any) -> mechc.Solution:
     path = path_of(robot)
     text = imported(path.read_text(), Wishes(path, path.parent), Reporter()).text
     switches = {word: True for word in ("contacts", "stops") if f"Boolean {word}" in text}
