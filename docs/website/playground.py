@@ -164,7 +164,7 @@ def _sources() -> Iterator[tuple[str, bytes]]:
                 name.startswith(f"{p}/") for p in PACKED.values() if p != "mechc"
             )
             if (
-                path.suffix in (".py", ".mech", ".lark", ".js", ".html", ".wasm")
+                path.suffix in (".py", ".mech", ".lark", ".js", ".css", ".html", ".wasm")
                 and not links
                 and not name.startswith(LEFT_OUT)
             ):

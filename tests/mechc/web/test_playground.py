@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import functools
+import io
 import json
 import os
 import re
@@ -11,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import zipfile
 from collections.abc import Iterator, Sequence
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -200,6 +202,17 @@ def test_the_facts_are_those_of_a_native_run(text: str) -> None:
     assert info.keys() == wanted.keys()
     assert {name: info[name] for name in wanted if info[name] != wanted[name]} == {}
     assert len(info["parameters"]) > 1 and info["curves"]
+
+
+def test_the_archive_holds_what_pages_are_made_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "docs")
+    from website.playground import archive
+
+    with zipfile.ZipFile(io.BytesIO(archive())) as read:
+        held = {name for name in read.namelist() if name.startswith("mechc/web/")}
+    web = ROOT / "mechc" / "web"
+    kept = [*web.glob("*.js"), *web.glob("*.html"), *web.glob("*.css"), *web.glob("kernel/*.wasm")]
+    assert {path.relative_to(ROOT).as_posix() for path in kept} <= held
 
 
 # ---------------------------------------------------------------- in a browser
