@@ -311,7 +311,7 @@ def test_text_moves_in_the_browser_from_the_file_system(typed: Typed) -> None:
         solution = mechc.loads(text, keep={"scene"}).simulate()
         coordinate = next(q.name for q in solution.problem.states if q.kind == "coordinate")
         found = np.array(typed.moves(f"page.series({coordinate!r})"))
-        times = np.array(typed.moves("Array.from(page.run.t)"))
+        times = np.array(typed.moves("Array.from(page.run.all.t)"))
         size = np.abs(found).max()
         early = times < 0.2 * times[-1]  # before a chaotic motion is another one
         assert np.allclose(found[early], solution(times[early])[coordinate], rtol=0, atol=1e-5 * size), name
