@@ -25,7 +25,7 @@ LONGER: dict[str, dict[str, Any]] = {
     "simulate": {"stop": 30_000},
     "sweep": {"stop": 30_000},
     "virial": {"stop": 3_000},
-    "spectrum": {"stop": 3_000},
+    "spectrum": {"stop": 30_000},
     "rainflow": {"stop": 3_000},
     "hysteresis": {"over": "u = 0 .. 1, 30", "hold": 30},
     "diagram": {"over": "u = 0 .. 1, 30", "hold": 30},
